@@ -1,0 +1,34 @@
+"""clearsweep: how much a mechanism shakes, wears and misplaces itself because its revolute joints have clearance.
+
+Public names are resolved on first use, so that `clearsweep --help` loads neither numba nor pandas.
+"""
+
+import importlib
+
+__version__ = "0.1.0"
+
+#: Changes whenever the numbers a case gives change; it is part of every case's identity.
+MODEL_VERSION = "1"
+
+_HOMES = {
+    "load_case": "scene",
+    "simulate": "simulate",
+    "sweep": "sweep",
+    "open": "store",
+    "Trajectory": "outcome",
+    "ClearsweepError": "errors",
+    "InputError": "errors",
+    "DirectoryError": "errors",
+    "StorageError": "errors",
+}
+__all__ = ["MODEL_VERSION", "__version__", *_HOMES]
+
+
+def __getattr__(name: str):
+    if name not in _HOMES:
+        raise AttributeError(f"module 'clearsweep' has no attribute {name!r}; it has {', '.join(__all__)}")
+    return getattr(importlib.import_module(f"clearsweep.{_HOMES[name]}"), name)
+
+
+def __dir__():
+    return __all__

@@ -1,0 +1,83 @@
+"""The checks that need several values of a grid at once, over all values that its axes reach."""
+
+import math
+
+from .schema import Section
+from .validate import Draft, exponent_values
+
+_LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a body would lose what it touches
+
+
+def check(read: Draft) -> None:
+    """Note what does not fit together."""
+    _below(read, "mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod")
+    _below(read, "simulate.discard", "simulate.revolutions", "nothing would be left")
+    _below(read, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
+    for path, node in read.shape.items():
+        if isinstance(node, Section) and path.startswith("joints.") and path.count(".") == 1:
+            _below(read, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
+            _below(read, f"{path}.friction.v0", f"{path}.friction.v1", "friction grows from v0 to v1")
+            if f"{path}.wear" in read.shape:
+                _wear(read, path)
+
+
+def _below(read: Draft, low: str, high: str, reason: str, *, equal: bool = False) -> None:
+    """Note a problem unless every value of `low` is below every value of `high`; values left out are no problem."""
+    lows, highs = read.reached(low), read.reached(high)
+    if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
+        return
+    where = low if low in read.swept or low in read.written else high
+    word = "at most" if equal else "below"
+    read.problems.add(
+        read.place(where),
+        where,
+        f"found {low} up to {max(lows):.15g}; allowed: {word} {high}, {min(highs):.15g}; {reason}",
+    )
+
+
+def _wear(read: Draft, joint: str) -> None:
+    """Check what wear needs of its joint, and that its coefficient is possible."""
+    wear = f"{joint}.wear"
+
+    def there(path: str) -> bool:
+        return path in read.written or path in read.swept
+
+    if not there(f"{joint}.length"):
+        sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
+        read.problems.add(read.place(wear), f"{joint}.length", sentence)
+    overridden = there(f"{wear}.bearing_coefficient") and there(f"{wear}.journal_coefficient")
+    if not there(f"{wear}.coefficient") and not overridden:
+        sentence = (
+            "is missing; write such as 2e-14 m^2/N for both bodies, or bearing_coefficient and journal_coefficient"
+        )
+        read.problems.add(read.place(wear), f"{wear}.coefficient", sentence)
+    if f"{wear}.coefficient" in read.swept and overridden:
+        sentence = "is swept but not in use: bearing_coefficient and journal_coefficient override it"
+        read.problems.add(read.swept[f"{wear}.coefficient"], f"{wear}.coefficient", sentence)
+    hardness = max(read.reached(f"{wear}.hardness"), default=0.0)
+    for path in (f"{wear}.coefficient", f"{wear}.bearing_coefficient", f"{wear}.journal_coefficient"):
+        largest = max(read.reached(path), default=0.0)
+        if largest * hardness > _LARGEST_WEAR:
+            sentence = (
+                f"found {largest:.15g} m^2/N, times the hardness {hardness:.15g} Pa {largest * hardness:.3g}; allowed: "
+                f"at most {_LARGEST_WEAR}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
+            )
+            read.problems.add(read.place(path), path, sentence)
+    _pressure(read, joint)
+
+
+def _pressure(read: Draft, joint: str) -> None:
+    """Check that Young's modulus is known, which the pressure of wear needs: from the material, or Hertz's stiffness."""
+    contact = f"{joint}.contact"
+    law, elastic = f"{contact}.law", f"{contact}.elastic"
+    if f"{contact}.material" in read.shape or elastic not in read.shape or not read.unsure.isdisjoint((law, elastic)):
+        return
+    ((_, with_elastic),) = read.shape[elastic].when
+    exponents = exponent_values(read, f"{contact}.stiffness")
+    power = read.names[law] <= with_elastic and read.names[elastic] == {"power"}
+    if not power or any(not math.isclose(exponent, 1.5) for exponent in exponents):
+        sentence = (
+            "is missing; the pressure of wear needs Young's modulus: write material: {young: 207 GPa, poisson: 0.3} "
+            "(the stiffness of a power law of exponent 1.5 also gives it)"
+        )
+        read.problems.add(read.place(contact), f"{contact}.material", sentence)

@@ -1,0 +1,267 @@
+"""A grid: a YAML file or a dict, checked, in SI; cases are enumerated by index and named by a hash of their values."""
+
+import hashlib
+import json
+import math
+import re
+from bisect import bisect_right
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate, product
+from os import PathLike, fspath
+from pathlib import Path
+from typing import NamedTuple
+
+from . import MODEL_VERSION, checks, quantity, validate
+from .catalogue import Catalogue, Field, Law
+from .document import Entry, Problems, override, read
+from .errors import InputError
+from .quantity import shown
+from .schema import JOINTS, Number, Section, Shape, Word, schema
+
+__all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "load", "schema", "starter"]
+
+#: Changes whenever the shape of a grid file or of what a run leaves changes.
+SCHEMA_VERSION = 1
+
+_NAME = re.compile(r"\w[\w .+-]{0,99}")
+
+
+def load(source, catalogue: Catalogue, overrides: dict | None = None) -> "Grid":
+    """Return the checked grid in `source`, a path or a dict of the same shape.
+
+    `overrides` maps dotted paths to values that replace what is written; None takes a key away, and a swept path that
+    is overridden is swept no longer.  An InputError tells every mistake.
+    """
+    problems = Problems()
+    root = read(source, problems)
+    if not isinstance(root.value, dict):
+        raise InputError(
+            f"{root.place}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
+        )
+    for path, value in (overrides or {}).items():
+        root = override(_unswept(root, path), path, value, problems)
+    file = fspath(source) if isinstance(source, (str, PathLike)) else None
+    name = _name(root, file, problems)
+    draft = validate.draft(root, catalogue, problems)
+    checks.check(draft)
+    problems.check()
+    return Grid(name, file, draft.axes, draft.shape, draft.values, frozenset(draft.written), draft.names)
+
+
+def starter() -> str:
+    """Return the text of a commented grid to start from."""
+    return Path(__file__).with_name("starter.yaml").read_text(encoding="utf-8")
+
+
+def _unswept(root: Entry, path: str) -> Entry:
+    """Return the document without the axis of `path`, and without `sweep` if that was the only one."""
+    sweep = root.value.get("sweep")
+    if sweep is None or not isinstance(sweep.value, dict) or path not in sweep.value:
+        return root
+    axes = {other: entry for other, entry in sweep.value.items() if other != path}
+    rest = {key: entry for key, entry in root.value.items() if key != "sweep"}
+    if axes:
+        rest["sweep"] = Entry(axes, sweep.origin, sweep.line, sweep.column, sweep.keys)
+    return Entry(rest, root.origin, root.line, root.column, root.keys)
+
+
+def _name(root: Entry, file: str | None, problems: Problems) -> str:
+    """Return the grid's name, by default that of its file; it becomes the name of a directory."""
+    entry = root.value.get("name")
+    if entry is None:
+        return Path(file).stem if file else "case"
+    if isinstance(entry.value, str) and _NAME.fullmatch(entry.value):
+        return entry.value
+    problems.add(
+        entry,
+        "name",
+        f"found {shown(entry.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
+        "because results go to results/<name>",
+    )
+    return "case"
+
+
+class Block(NamedTuple):
+    """One combination of law names, and the axes that are in use with it."""
+
+    words: dict[str, str | None]  # swept law names; None: not in use
+    paths: tuple[str, ...]
+    size: int
+
+
+class Factor(NamedTuple):
+    """Axes that belong together, block after block; a grid's cases are the product of its factors."""
+
+    blocks: tuple[Block, ...]
+    ends: tuple[int, ...]  # index after each block's last
+
+    def point(self, index: int, axes: dict) -> dict:
+        """Return the values of these axes at `index`; the last one runs fastest."""
+        which = bisect_right(self.ends, index)
+        block = self.blocks[which]
+        index -= self.ends[which] - block.size
+        values = dict(block.words)
+        for path in reversed(block.paths):
+            index, k = divmod(index, len(axes[path]))
+            values[path] = axes[path][k]
+        return values
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A checked grid in SI.  `len(grid)` is the number of cases; none of them is made before it is asked for."""
+
+    name: str
+    source: str | None  # file, None for a dict
+    axes: dict[str, tuple]  # dotted path -> values, SI or law names, in the order of the file
+    _shape: Shape
+    _values: dict
+    _written: frozenset
+    _names: dict[str, frozenset]
+
+    def __len__(self) -> int:
+        return math.prod(factor.ends[-1] for factor in self._factors)
+
+    def point(self, index: int) -> dict:
+        """Return dotted path -> value of the swept keys of a case; None for a key that its laws do not use."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"case {index} of {len(self)}")
+        values = dict.fromkeys(self.axes)
+        for factor in reversed(self._factors):
+            index, k = divmod(index, factor.ends[-1])
+            values |= factor.point(k, self.axes)
+        return values
+
+    def case(self, index: int) -> dict:
+        """Return the case at `index`: a nested dict of SI numbers and words, defaults filled in, only keys in use."""
+        point = {path: value for path, value in self.point(index).items() if value is not None}
+        names = self._names | {path: {value} for path, value in point.items() if isinstance(value, str)}
+        values = self._values | point
+        flat = {}
+        for path, node in self._shape.items():
+            if isinstance(node, Word) and node.used(names):
+                flat[path] = values[path]
+            elif isinstance(node, Number) and (fields := node.fields(names)):
+                flat[path] = values.get(path, fields[0].default)
+        return self._nested(_derived(flat))
+
+    def case_id(self, index: int) -> str:
+        """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
+        return identity(self.case(index))
+
+    def frame(self) -> dict:
+        """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
+        return self._base | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
+
+    def resolved(self) -> dict:
+        """Return the grid in SI as a dict of the shape of its file, from which `load` gives the same cases."""
+        sweep = {"sweep": {path: list(values) for path, values in self.axes.items()}} if self.axes else {}
+        sections = {path: {} for path, node in self._shape.items() if isinstance(node, Section) and not node.pair}
+        return {"name": self.name} | self._nested(sections | self._base) | sweep
+
+    def layout(self):
+        """Return the outcome.Layout that all cases share."""
+        from .outcome import JointLayout, Layout
+
+        joints = []
+        for joint in (*JOINTS, "pair"):
+            if f"joints.{joint}" in self._shape:
+                worn = f"joints.{joint}.wear" in self._shape
+                joints.append(
+                    JointLayout(joint.replace("-", "_"), self._base[f"joints.{joint}.wear.bins"] if worn else 0)
+                )
+        return Layout(self._values["mechanism.type"], tuple(joints))
+
+    def unit(self, path: str) -> str:
+        """Return the SI unit of a swept path, '' for the name of a law."""
+        node = self._shape[path]
+        if isinstance(node, Word):
+            return ""
+        beside = f"{path.rpartition('.')[0]}.exponent"
+        exponent = self._base.get(beside)
+        units = [
+            field.unit if exponent is None else quantity.exponent_of(field.unit, exponent)
+            for field in node.fields(self._names)
+        ]
+        return " or ".join(dict.fromkeys(units))
+
+    @cached_property
+    def _base(self) -> dict:
+        """Path -> value of all that is not swept; where a law's name is swept, only what is written of its keys."""
+        flat = {}
+        for path, node in self._shape.items():
+            if isinstance(node, Section) or path in self.axes:
+                continue
+            if any(chooser in self.axes for chooser in node.choosers()):
+                value = self._values.get(path) if path in self._written else None
+            elif isinstance(node, Word):
+                value = self._values[path] if node.used(self._names) else None
+            else:
+                fields = node.fields(self._names)
+                value = self._values.get(path, fields[0].default) if fields else None
+            flat[path] = value
+        return {path: value for path, value in _derived(flat).items() if path not in self.axes}
+
+    @cached_property
+    def _factors(self) -> tuple[Factor, ...]:
+        """The factors of the product: one for each section whose law names are swept, one for each other axis."""
+        groups: dict[str, list[str]] = {}
+        for path in self.axes:
+            node = self._shape[path]
+            swept = [chooser for chooser in node.choosers() if chooser in self.axes]
+            together = path if isinstance(node, Word) else swept[0] if swept else None
+            groups.setdefault(together.rpartition(".")[0] if together else path, []).append(path)
+        return tuple(self._factor(paths) for paths in groups.values())
+
+    def _factor(self, paths: list[str]) -> Factor:
+        """Return the blocks of axes that belong together, each combination of law names that differs once."""
+        words = [path for path in paths if isinstance(self._shape[path], Word)]
+        blocks = {}
+        for choice in product(*(self.axes[path] for path in words)):
+            names = self._names | {path: {word} for path, word in zip(words, choice, strict=True)}
+            chosen = {
+                path: word if self._shape[path].used(names) else None for path, word in zip(words, choice, strict=True)
+            }
+            used = tuple(path for path in paths if path not in chosen and self._shape[path].fields(names))
+            blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(self.axes[path]) for path in used))
+        return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
+
+    def _nested(self, flat: dict) -> dict:
+        """Return a dict of dicts from dotted paths."""
+        tree: dict = {}
+        for path, value in flat.items():
+            *above, key = path.split(".")
+            inside = tree
+            for part in above:
+                inside = inside.setdefault(part, {})
+            inside[key] = value
+        masses = tree.get("mechanism", {}).get("masses")
+        if masses:
+            tree["mechanism"]["masses"] = [masses[key] for key in sorted(masses)]
+        return tree
+
+
+def identity(case: dict) -> str:
+    """Return the name of a resolved case: 16 hexadecimal characters from all of it but `save`."""
+    content = {key: case[key] for key in ("mechanism", "drive", "joints", "simulate") if key in case}
+    text = json.dumps(
+        content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False
+    )
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _derived(flat: dict) -> dict:
+    """Return a copy without what is absent (None) and with the defaults that follow from other values."""
+    values = {path: value for path, value in flat.items() if value is not None}
+    for body in ("mechanism.crank", "mechanism.rod"):
+        if f"{body}.length" in values:
+            values.setdefault(f"{body}.center", values[f"{body}.length"] / 2.0)
+    if "simulate.revolutions" in values:
+        values.setdefault("simulate.discard", 2.0 if values["simulate.revolutions"] > 2.0 else 0.0)
+        values.setdefault("save.revolutions", min(2.0, values["simulate.revolutions"]))
+    for path in [path for path in values if path.endswith(".wear.coefficient")]:
+        both = values.pop(path)
+        for body in ("bearing_coefficient", "journal_coefficient"):
+            values.setdefault(f"{path.removesuffix('coefficient')}{body}", both)
+    return values

@@ -1,0 +1,225 @@
+"""Where a step meets an event: contact onset, separation, clipped force, or a time at which to stop.
+
+Free flight is searched, not only tested at the ends of a step: the journal's path through the step is followed on the
+dense output in SPANS parts, each with its end values and end slopes, and a rise and fall in between is bounded by its
+end tangents and, where these reach the bearing, maximised.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .family import Entry, invoke, kernel
+from .joint import FREE, PRESSED
+from .method import END, SCRATCH, dense_component, dense_state
+from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, RAW, SPEED
+
+NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP = 0, 1, 2, 3, 4, 5
+SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
+MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
+ROUNDING = 4.0e-16
+
+
+class Work(NamedTuple):
+    """The arrays and constants of one integration; n numbers in the state, j joints."""
+
+    rates: Entry  # the right-hand side
+    sample: Entry  # the time histories
+    time: int  # place of the time in the state; the roots of penetration follow it
+    pace: float  # rad/s, Scene.pace
+    sigma: float  # m^0.5, Scene.sigma
+
+    y: np.ndarray  # (n,) state at the start of the step
+    end: np.ndarray  # (n,) state at its end
+    z: np.ndarray  # (n,) state of a stage or on the dense output
+    k: np.ndarray  # (16, n) rates
+    o: np.ndarray  # (16, columns) observables
+    f: np.ndarray  # (7, n) dense output
+    scale: np.ndarray  # (n,) allowed error
+    state: np.ndarray  # (j,) FREE, PRESSED or CLIPPED
+    onset: np.ndarray  # (j,) m/s, closing rate at which the present contact began, floored
+    clearance: np.ndarray  # (j,) m
+    side: np.ndarray  # (j,) Joint.side
+
+
+@kernel
+def may_clip(work, j):
+    """Return whether the force law of joint `j`, in contact, turns to traction within the step, or back."""
+    block = JOINTS + JOINT_WIDTH * j
+    if work.state[j] != PRESSED:
+        return work.o[END, block + RAW] > 0.0
+    for row in range(5, END + 1):  # the stages before are too inaccurate to tell, and close to the start
+        if work.o[row, block + RAW] < 0.0:
+            return True
+    return False
+
+
+@kernel
+def may_meet(work, h, stop):
+    """Return whether the step from `work.y` to `work.end` can hold an event; True wherever that is not excluded."""
+    if work.end[work.time] >= stop:
+        return True
+    for j in range(work.state.size):
+        block = JOINTS + JOINT_WIDTH * j
+        if work.state[j] == FREE:
+            speed = 0.0
+            for row in range(END + 1):
+                speed = max(speed, work.o[row, block + SPEED] * work.o[row, KAPPA])
+            # a path from one end to the other strays from the farther end by at most half its length
+            reach = max(work.o[0, block + DEPTH], work.o[END, block + DEPTH]) + 0.5 * MARGIN * h * speed
+            if reach >= 0.0:
+                return True
+            continue
+        start, end = work.k[0, work.time + 1 + j], work.k[END, work.time + 1 + j]
+        lowest = min(work.y[work.time + 1 + j], work.end[work.time + 1 + j])
+        if lowest <= 0.0 or (start < 0.0 < end and lowest < 0.25 * h * min(-start, end)):
+            return True
+        if may_clip(work, j):
+            return True
+    return False
+
+
+@kernel
+def evaluate(work, y, row):
+    """Put the rates of the state `y` into row `row` of `work.k` and its observables into that of `work.o`."""
+    invoke(work.rates.code, work.rates.parameters, (y, work.state, work.onset, work.k, work.o), row)
+
+
+@kernel
+def evaluate_dense(work, x):
+    """Put the rates and observables at the share `x` of the step into the SCRATCH rows, from the dense output."""
+    dense_state(x, work.y, work.f, work.z)
+    evaluate(work, work.z, SCRATCH)
+
+
+@kernel
+def approach(work, j, h, x):
+    """Return depth (m, negative in free flight) and its slope (m per unit of `x`) of joint `j` at the share `x`."""
+    evaluate_dense(work, x)
+    block = JOINTS + JOINT_WIDTH * j
+    return work.o[SCRATCH, block + DEPTH], work.o[SCRATCH, block + RATE] * work.o[SCRATCH, KAPPA] * h
+
+
+@kernel
+def excess(work, kind, j, h, stop, x):
+    """Return the function of an event at the share `x` of the step: it grows through zero where the event is."""
+    if kind == ONSET:
+        return approach(work, j, h, x)[0]
+    if kind == SEPARATION:
+        return -dense_component(x, work.time + 1 + j, work.y, work.f)
+    if kind == STOP:
+        return dense_component(x, work.time, work.y, work.f) - stop
+    evaluate_dense(work, x)
+    raw = work.o[SCRATCH, JOINTS + JOINT_WIDTH * j + RAW]
+    return raw if kind == UNCLIP else -raw
+
+
+@kernel
+def crossing(work, kind, j, h, stop, a, b):
+    """Return the share in [a, b] at which the event's function grows through zero, to rounding (Illinois)."""
+    fa, fb = excess(work, kind, j, h, stop, a), excess(work, kind, j, h, stop, b)
+    if fa >= 0.0:
+        return a
+    side = 0
+    for _ in range(100):
+        x = (a * fb - b * fa) / (fb - fa)
+        if not a < x < b:
+            x = 0.5 * (a + b)
+        fx = excess(work, kind, j, h, stop, x)
+        if fx >= 0.0:
+            b, fb = x, fx
+            if side == 1:
+                fa *= 0.5
+            side = 1
+        else:
+            a, fa = x, fx
+            if side == -1:
+                fb *= 0.5
+            side = -1
+        if b - a <= ROUNDING or fx == 0.0:
+            break
+    return b
+
+
+@kernel
+def turning(work, j, h, a, b, sign):
+    """Return the share in [a, b] at which the slope of the depth, times `sign`, turns from positive to negative."""
+    for _ in range(60):
+        x = 0.5 * (a + b)
+        depth, slope = approach(work, j, h, x)
+        if sign * slope > 0.0:
+            a = x
+        else:
+            b = x
+        if b - a <= 1e-12:
+            break
+    return b
+
+
+@kernel
+def first_onset(work, j, h):
+    """Return the share of the step at which free joint `j` first touches its bearing while closing; 2 if it does not."""
+    xa = 0.0
+    da, sa = approach(work, j, h, 0.0)
+    if da >= 0.0 and sa >= 0.0:
+        return 0.0
+    for i in range(SPANS):
+        xb = (i + 1.0) / SPANS
+        db, sb = approach(work, j, h, xb)
+        if da < 0.0 <= db:
+            return crossing(work, ONSET, j, h, 0.0, xa, xb)
+        if da >= 0.0 and db >= 0.0 and sa < 0.0 <= sb:  # leaves and comes back, or never quite left
+            x = turning(work, j, h, xa, xb, -1.0)
+            return x if approach(work, j, h, x)[0] >= 0.0 else crossing(work, ONSET, j, h, 0.0, x, xb)
+        if da < 0.0 and db < 0.0 and sa > 0.0 > sb:
+            if (da * sb - db * sa + sa * sb / SPANS) / (sb - sa) >= 0.0:  # where the two end tangents meet
+                x = turning(work, j, h, xa, xb, 1.0)
+                if approach(work, j, h, x)[0] >= 0.0:
+                    return crossing(work, ONSET, j, h, 0.0, xa, x)
+        xa, da, sa = xb, db, sb
+    return 2.0
+
+
+@kernel
+def first_separation(work, j, h):
+    """Return the share of the step at which joint `j` separates; 2 if it does not."""
+    xa = 0.0
+    for i in range(SPANS):
+        xb = (i + 1.0) / SPANS
+        if dense_component(xb, work.time + 1 + j, work.y, work.f) <= 0.0:
+            return crossing(work, SEPARATION, j, h, 0.0, xa, xb)
+        xa = xb
+    return 2.0
+
+
+@kernel
+def first_clip(work, j, h, kind):
+    """Return the share of the step at which the raw force of joint `j` changes sign; 2 if it does not."""
+    xa = 0.0
+    for i in range(SPANS):
+        xb = (i + 1.0) / SPANS
+        if excess(work, kind, j, h, 0.0, xb) > 0.0:
+            return crossing(work, kind, j, h, 0.0, xa, xb)
+        xa = xb
+    return 2.0
+
+
+@kernel
+def first_event(work, h, stop):
+    """Return (share of the step, kind, joint) of the first event in it; needs the dense output in `work.f`."""
+    best, kind, joint = 2.0, NOTHING, 0
+    if work.end[work.time] >= stop:
+        best, kind = crossing(work, STOP, 0, h, stop, 0.0, 1.0), STOP
+    for j in range(work.state.size):
+        if work.state[j] == FREE:
+            x, what = first_onset(work, j, h), ONSET
+        else:
+            x, what = first_separation(work, j, h), SEPARATION
+            if may_clip(work, j):
+                press = CLIP if work.state[j] == PRESSED else UNCLIP
+                touch = first_clip(work, j, h, press)
+                if touch < x:
+                    x, what = touch, press
+        if x < best:
+            best, kind, joint = x, what, j
+    return best, kind, joint

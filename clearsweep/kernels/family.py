@@ -1,0 +1,130 @@
+"""How the type of a value chooses the code, and how the integrator, compiled once, calls the code so chosen.
+
+A *family* is a function with one body per type of its first argument.  A scene is a NamedTuple of NamedTuples of
+floats: its types select the bodies and so decide what is compiled, its values are the parameters.  The integrator does
+not depend on the scene's type: it is handed the address of an *entry*, the compiled code of one scene type, and the
+address of the scene's parameters.  A further law therefore compiles its own terms alone, in about a second.
+"""
+
+import functools
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import carray, cfunc, types
+from numba.extending import intrinsic, overload, register_jitable
+
+#: Options of every compiled function: division by zero gives inf, no reordering of sums, and no reference counting,
+#: which costs twice the arithmetic where arrays travel in tuples (nothing here keeps an array beyond the call).
+OPTIONS = {"error_model": "numpy", "_nrt": False}
+
+
+def kernel(function):
+    """Return `function` unchanged, but callable from compiled code; from Python it runs as Python."""
+    return register_jitable(**OPTIONS)(function)
+
+
+def family(stub):
+    """Return `stub` as a function whose code is chosen by the type of its first argument.
+
+    `@stub.member(cls)` enters the code for `cls`, a NamedTuple.  In compiled code the choice costs nothing and only
+    the chosen body is compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
+    """
+    members = {}
+
+    @functools.wraps(stub)
+    def dispatch(first, *rest):
+        return members[type(first)](first, *rest)
+
+    def member(cls):
+        def enter(body):
+            members[cls] = body
+            return body
+
+        return enter
+
+    def select(first, *rest):
+        return members.get(getattr(first, "instance_class", None))
+
+    overload(dispatch, strict=False, jit_options=dict(OPTIONS))(select)
+    dispatch.member, dispatch.members = member, members
+    return dispatch
+
+
+class Entry(NamedTuple):
+    """Where the compiled code of a scene type and the parameters of a scene are; 0 where there is none."""
+
+    code: int
+    parameters: int
+
+
+def flatten(value):
+    """Return the numbers of nested tuples of floats as a (numbers,) float64 array, in the order compiled code reads."""
+    if not isinstance(value, tuple):
+        return np.array([value], dtype=np.float64)
+    return np.concatenate([flatten(part) for part in value]) if value else np.empty(0)
+
+
+_PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (function, scene)
+
+
+@functools.cache
+def _compiled(function, scene_type, arrays):
+    """Return `function` compiled for scenes of `scene_type`: a C function of pointers and one integer."""
+    return cfunc(types.void(types.CPointer(scene_type), *arrays, types.int64), cache=True, error_model="numpy")(function)
+
+
+def entry(function, scene, arrays, parameters):
+    """Return the Entry through which `invoke` calls `function(scene pointer, *arrays, integer)`.
+
+    `arrays` : tuple of numba types, the items of the arrays; `parameters` : the array that `flatten(scene)` gave, which
+    the caller keeps as long as the Entry is in use.
+    """
+    if numba.config.DISABLE_JIT:
+        _PLAIN[id(parameters)] = function, scene
+        return Entry(id(parameters), 0)
+    pointers = tuple(types.CPointer(item) for item in arrays)
+    return Entry(_compiled(function, numba.typeof(scene), pointers).address, parameters.ctypes.data)
+
+
+def invoke(code, parameters, arrays, integer):
+    """Call the code behind an Entry with a tuple of arrays and an integer."""
+    function, scene = _PLAIN[code]
+    function((scene,), *arrays, integer)
+
+
+@intrinsic
+def _call(typing_context, code, parameters, arrays, integer):
+    """Emit the call of a C function at an address that is known when the program runs."""
+
+    def emit(context, builder, signature, values):
+        address, scene, tuple_of_arrays, number = values
+        anything = ir.IntType(8).as_pointer()
+        passed = [builder.inttoptr(scene, anything)]
+        for place, array_type in enumerate(signature.args[2].types):
+            array = context.make_array(array_type)(context, builder, builder.extract_value(tuple_of_arrays, place))
+            passed.append(builder.bitcast(array.data, anything))
+        function_type = ir.FunctionType(ir.VoidType(), [anything] * len(passed) + [ir.IntType(64)])
+        builder.call(builder.inttoptr(address, function_type.as_pointer()), [*passed, number])
+        return context.get_dummy_value()
+
+    return types.void(code, parameters, arrays, integer), emit
+
+
+@overload(invoke, strict=False, jit_options=dict(OPTIONS))
+def _invoke(code, parameters, arrays, integer):
+    def compiled(code, parameters, arrays, integer):
+        _call(code, parameters, arrays, integer)
+
+    return compiled
+
+
+def shaped(array, shape):
+    """Return what an entry was passed as an array of `shape`: compiled code gets bare pointers."""
+    return array
+
+
+@overload(shaped, strict=False)
+def _shaped(array, shape):
+    return lambda array, shape: carray(array, shape)

@@ -1,0 +1,398 @@
+"""The integration loop: adaptive steps from event to event, everything that is wanted taken from them on the way."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numba.extending import register_jitable
+
+from .event import CLIP, NOTHING, ONSET, SEPARATION, STOP, Work, evaluate, first_event, may_meet
+from .family import invoke, kernel
+from .joint import CLIPPED, FREE, PRESSED
+from .method import END, ROWS, dense_coefficients, dense_component, dense_state, error_norm, stage_state
+from .motion import (
+    ACCELERATION,
+    DEPTH,
+    ERROR,
+    ERROR_RATE,
+    JOINT_WIDTH,
+    JOINTS,
+    KAPPA,
+    KINETIC,
+    NORMAL,
+    RATE,
+    TORQUE,
+)
+from .tally import (
+    ACCELERATION_MAX,
+    APPROACH,
+    CLIPS,
+    CONTACT_TIME,
+    DEPTH_MAX,
+    ERROR_MAX,
+    EVALUATIONS,
+    EVENTS,
+    FORCE_MAX,
+    KINETIC_MAX,
+    KINETIC_START,
+    LOCATING,
+    ONSET_MAX,
+    ONSETS,
+    PEAK,
+    REJECTED,
+    RESTITUTION,
+    SAMPLES,
+    SEPARATIONS,
+    STEPS,
+    TORQUE_MAX,
+    Tally,
+    add_course,
+    add_powers,
+    may_peak,
+    refined_peak,
+    stage_peak,
+)
+
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW = range(5)
+SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0  # of the step size control
+SMALLEST = 1e-14  # of the time already gone: below, a step does nothing
+ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
+SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
+LONGEST = 0.02  # of a turn of the crank, where nothing else limits a step: keeps maxima and histograms sharp
+
+
+class Control(NamedTuple):
+    """When to stop, how accurate to be, and what to keep."""
+
+    window: float  # s, where figures begin to be taken
+    end: float  # s
+    separations: int  # stop after so many; 0: never
+    step_budget: int
+    event_budget: int
+    keep_events: bool
+
+
+class Record(NamedTuple):
+    """What is written along the motion."""
+
+    times: np.ndarray  # (samples,) s, increasing
+    samples: np.ndarray  # (samples, channels)
+
+
+@kernel
+def run_stages(work, h, first, last):
+    """Fill rows `first` to `last` - 1 of rates and observables; row 0 is there already."""
+    for row in range(first, last):
+        stage_state(row, h, work.y, work.k, work.z)
+        evaluate(work, work.z, row)
+
+
+@kernel
+def finish_dense(work, h):
+    """Make the dense output of the step that has just been taken."""
+    run_stages(work, h, END + 1, ROWS)
+    dense_coefficients(h, work.y, work.end, work.k, work.f)
+
+
+@kernel
+def take_step(work, h):
+    """Put the state at the end of a step of length `h` into `work.end` and return its error over the allowed one."""
+    run_stages(work, h, 1, END)
+    stage_state(END, h, work.y, work.k, work.end)
+    return error_norm(h, work.k, work.scale)
+
+
+@kernel
+def land(work, tally, share, kind, joint, h, stop):
+    """Take the step again with the length at which the event was found, put it exactly there; return the length."""
+    h *= share
+    take_step(work, h)
+    evaluate(work, work.end, END)
+    tally.counts[EVALUATIONS] += END
+    tally.counts[LOCATING] += END
+    block = JOINTS + JOINT_WIDTH * joint
+    miss, slope = 0.0, 0.0
+    if kind == ONSET:
+        miss, slope = work.o[END, block + DEPTH], work.o[END, block + RATE] * work.o[END, KAPPA]
+    elif kind == SEPARATION:
+        miss, slope = work.end[work.time + 1 + joint], work.k[END, work.time + 1 + joint]
+    elif kind == STOP:
+        miss, slope = work.end[work.time] - stop, work.o[END, KAPPA]
+    if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
+        for i in range(work.end.size):
+            work.end[i] -= work.k[END, i] * miss / slope
+    return h
+
+
+@kernel
+def note_maxima(work, tally, h, windowed, dense):
+    """Update the largest values seen with those of this step, located on the dense output; return whether it is made."""
+    made = dense
+    for j in range(work.state.size):
+        if work.state[j] == FREE:
+            continue
+        for part in (NORMAL, DEPTH):
+            column = JOINTS + JOINT_WIDTH * j + part
+            best = max(work.o[0, column], work.o[END, column])
+            record = tally.joint[j, PEAK] if part == NORMAL else tally.joint[j, DEPTH_MAX]
+            if (part == NORMAL or windowed) and may_peak(work.o, column, 1.0):
+                seen, node = stage_peak(work.o, column, 1.0)
+                if seen > 0.9 * record:
+                    if not made:
+                        finish_dense(work, h)
+                        made = True
+                    best = max(best, refined_peak(work, column, 1.0, node))
+                    tally.counts[EVALUATIONS] += 6
+            if part == NORMAL:
+                tally.joint[j, PEAK] = max(tally.joint[j, PEAK], best)
+                if windowed:
+                    tally.joint[j, FORCE_MAX] = max(tally.joint[j, FORCE_MAX], best)
+            elif windowed:
+                tally.joint[j, DEPTH_MAX] = max(tally.joint[j, DEPTH_MAX], best)
+    if not windowed:
+        return made
+    for column, place in ((ACCELERATION, ACCELERATION_MAX), (TORQUE, TORQUE_MAX), (ERROR, ERROR_MAX)):
+        best = max(abs(work.o[0, column]), abs(work.o[END, column]))
+        sign = math.copysign(1.0, work.o[END, column])
+        if column == ERROR:
+            rise, fall = work.o[0, ERROR_RATE], work.o[END, ERROR_RATE]
+            turns = sign * rise > 0.0 > sign * fall
+            seen, node = best + 0.25 * h * work.o[0, KAPPA] * min(abs(rise), abs(fall)), 3
+        else:
+            turns = may_peak(work.o, column, sign)
+            seen, node = stage_peak(work.o, column, sign)
+        if turns and seen > tally.whole[place]:
+            if not made:
+                finish_dense(work, h)
+                made = True
+            best = max(best, refined_peak(work, column, sign, node))
+            tally.counts[EVALUATIONS] += 6
+        tally.whole[place] = max(tally.whole[place], best)
+    return made
+
+
+@kernel
+def share_at(work, time, moment):
+    """Return the share of the step at which the time is `moment` (s), which the step contains."""
+    a, b = 0.0, 1.0
+    x = (moment - work.y[time]) / (work.end[time] - work.y[time])
+    for _ in range(60):
+        miss = dense_component(x, time, work.y, work.f) - moment
+        if miss > 0.0:
+            b = x
+        else:
+            a = x
+        step = 1e-7  # the slope by a difference is good enough: only the root matters
+        slope = (dense_component(x + step, time, work.y, work.f) - miss - moment) / step
+        new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
+        if not a <= new <= b:
+            new = 0.5 * (a + b)
+        if abs(new - x) <= 1e-15:
+            return new
+        x = new
+    return x
+
+
+@kernel
+def write_sample(work, y, out):
+    """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
+    invoke(work.sample.code, work.sample.parameters, (y, work.state, work.onset, work.side, out), 0)
+
+
+@kernel
+def write_samples(work, tally, record):
+    """Write the samples that fall into the step just taken, from its dense output."""
+    time = work.time
+    i = tally.counts[SAMPLES]
+    while i < record.times.size and record.times[i] <= work.end[time]:
+        dense_state(share_at(work, time, record.times[i]), work.y, work.f, work.z)
+        work.z[time] = record.times[i]
+        write_sample(work, work.z, record.samples[i])
+        i += 1
+    tally.counts[SAMPLES] = i
+
+
+@kernel
+def begin_contact(work, tally, j, windowed):
+    """Latch the onset rate of joint `j` at `work.end` and start its root of penetration."""
+    block = JOINTS + JOINT_WIDTH * j
+    rate = max(work.o[END, block + RATE], 0.0)
+    work.state[j] = PRESSED
+    work.onset[j] = max(rate, ONSET_FLOOR)
+    depth = max(work.o[END, block + DEPTH], 0.0)
+    work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
+    tally.joint[j, PEAK], tally.joint[j, APPROACH] = 0.0, rate
+    if windowed:
+        tally.joint[j, ONSETS] += 1.0
+        tally.joint[j, ONSET_MAX] = max(tally.joint[j, ONSET_MAX], rate)
+    return rate
+
+
+@kernel
+def end_contact(work, tally, j):
+    """Release joint `j` at `work.end`; return the rate of its gap, m/s, closing positive."""
+    rate = work.o[END, JOINTS + JOINT_WIDTH * j + RATE]
+    work.state[j] = FREE
+    work.end[work.time + 1 + j] = 0.0
+    tally.counts[SEPARATIONS] += 1
+    if tally.joint[j, APPROACH] > 0.0:
+        tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
+    return rate
+
+
+@register_jitable(error_model="numpy")
+def log_event(events, count, time, joint, kind, rate, force_peak):
+    """Return the event log (rows: time, joint, 1 onset or 2 separation, rate, force peak) with one more row."""
+    if count == events.shape[0]:
+        longer = np.empty((2 * count, 5))
+        longer[:count] = events
+        events = longer
+    events[count, 0], events[count, 1], events[count, 2] = time, joint, kind
+    events[count, 3], events[count, 4] = rate, force_peak
+    return events
+
+
+@register_jitable(error_model="numpy")
+def apply_event(work, tally, kind, j, windowed, events, keep):
+    """Change what joint `j` does at `work.end`; return the event log."""
+    moment = work.end[work.time]
+    if kind == CLIP:
+        work.state[j] = CLIPPED
+        if windowed:
+            tally.joint[j, CLIPS] += 1.0
+        return events
+    if kind != ONSET and kind != SEPARATION:
+        work.state[j] = PRESSED
+        return events
+    peak = tally.joint[j, PEAK]
+    rate = begin_contact(work, tally, j, windowed) if kind == ONSET else end_contact(work, tally, j)
+    if keep:
+        events = log_event(events, tally.counts[EVENTS], moment, j, kind, rate, 0.0 if kind == ONSET else peak)
+    tally.counts[EVENTS] += 1
+    return events
+
+
+@kernel
+def enter(work, tally, h, windowed, record, dense):
+    """Take everything that is wanted from the step of length `h` just taken."""
+    time = work.time
+    duration = work.end[time] - work.y[time]
+    tally.counts[STEPS] += 1
+    add_powers(work, tally, h, windowed)
+    made = note_maxima(work, tally, h, windowed, dense)
+    if windowed:
+        for j in range(work.state.size):
+            if work.state[j] != FREE:
+                tally.joint[j, CONTACT_TIME] += duration
+                add_course(work, tally, j, duration)
+    i = tally.counts[SAMPLES]
+    if i < record.times.size and record.times[i] <= work.end[time]:
+        if not made:
+            finish_dense(work, h)
+        write_samples(work, tally, record)
+
+
+@kernel
+def open_window(tally):
+    """Begin the figures anew; energies and the present contacts go on."""
+    tally.whole[KINETIC_MAX + 2 :] = 0.0
+    tally.joint[:, :PEAK] = 0.0
+    tally.joint[:, DEPTH_MAX] = -np.inf
+    tally.time[:] = 0.0
+    tally.ramp[:] = 0.0
+
+
+@kernel
+def first_length(work, proposals, pattern):
+    """Return a step length to begin with: the last one of the same joints in contact, else a guess."""
+    if proposals[pattern] > 0.0:
+        return proposals[pattern]
+    length = 0.01 / work.pace
+    for j in range(work.state.size):
+        if work.state[j] != FREE:  # until the penetration is a hundredth of the clearance
+            length = min(length, 0.2 * work.sigma * math.sqrt(work.clearance[j]) / work.onset[j])
+    return length
+
+
+@kernel
+def contact_pattern(state):
+    """Return the set of joints in contact as the bits of a number."""
+    pattern = 0
+    for j in range(state.size):
+        if state[j] != FREE:
+            pattern |= 1 << j
+    return pattern
+
+
+@njit(error_model="numpy", cache=True)
+def integrate(control, work, tally, record):
+    """Integrate from the state in `work.y` to the end that `control` sets.
+
+    Returns
+    -------
+    status : int, OK or the reason why it ended early
+    events : (events, 5) float64, rows of time (s), joint, 1 onset or 2 separation, rate (m/s), force peak (N)
+
+    The figures are in `tally`, the samples in `record`.  Never raises; a failure is a status.
+    """
+    time = work.time
+    events = np.empty((64 if control.keep_events else 0, 5))
+    proposals = np.zeros(1 << work.state.size)
+    windowed = control.window <= 0.0
+    stop = control.end if windowed else control.window
+    evaluate(work, work.y, 0)
+    tally.whole[KINETIC_START] = work.o[0, KINETIC]
+    if windowed:
+        open_window(tally)
+    while tally.counts[SAMPLES] < record.times.size and record.times[tally.counts[SAMPLES]] <= work.y[time]:
+        write_sample(work, work.y, record.samples[tally.counts[SAMPLES]])
+        tally.counts[SAMPLES] += 1
+    h = first_length(work, proposals, contact_pattern(work.state))
+    grow = GROW
+    while tally.counts[STEPS] + tally.counts[REJECTED] < control.step_budget:
+        h = min(h, LONGEST * 2.0 * math.pi / (work.pace * work.o[0, KAPPA]))
+        error = take_step(work, h)
+        tally.counts[EVALUATIONS] += END - 1
+        if not error < 1.0:
+            tally.counts[REJECTED] += 1
+            h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
+            grow = 1.0
+            if h * work.o[0, KAPPA] < SMALLEST * max(work.y[time], 1e-3 / work.pace):
+                return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: tally.counts[EVENTS]]
+            continue
+        evaluate(work, work.end, END)
+        tally.counts[EVALUATIONS] += 1
+        pattern = contact_pattern(work.state)
+        proposals[pattern] = h * min(grow, SAFETY * max(error, 1e-10) ** -0.125)
+        kind, joint, dense, taken = NOTHING, 0, False, h
+        if may_meet(work, h, stop):
+            finish_dense(work, h)
+            share, kind, joint = first_event(work, h, stop)
+            tally.counts[EVALUATIONS] += ROWS - END - 1
+            tally.counts[LOCATING] += ROWS - END - 1
+            dense = kind == NOTHING
+            if kind != NOTHING:
+                taken = land(work, tally, share, kind, joint, h, stop)
+        enter(work, tally, taken, windowed, record, dense)
+        if kind == NOTHING:
+            h, grow = proposals[pattern], GROW
+            work.y[:], work.k[0], work.o[0] = work.end, work.k[END], work.o[END]
+            continue
+        if kind == STOP:
+            work.end[time] = stop
+            if windowed:
+                return OK, events[: tally.counts[EVENTS]]
+            windowed, stop = True, control.end
+            open_window(tally)
+        else:
+            events = apply_event(work, tally, kind, joint, windowed, events, control.keep_events)
+            if control.separations > 0 and tally.counts[SEPARATIONS] >= control.separations:
+                return OK, events[: tally.counts[EVENTS]]
+            if tally.counts[EVENTS] >= control.event_budget:
+                return EVENT_BUDGET, events[: tally.counts[EVENTS]]
+        work.y[:] = work.end
+        evaluate(work, work.y, 0)
+        tally.counts[EVALUATIONS] += 1
+        h, grow = first_length(work, proposals, contact_pattern(work.state)), GROW
+    return STEP_BUDGET, events[: tally.counts[EVENTS]]

@@ -1,0 +1,172 @@
+"""The right-hand side: rates of the state, and what the motion does on the way (observables).
+
+State, a vector of n numbers: coordinates q, their rates v, time t, and one s per joint, the square root of the
+penetration while the joint is in contact.  The independent variable is not time but tau, with
+
+    dt/dtau = kappa,   1/kappa = sigma * sum over joints in contact of 1/s,   kappa = 1 without contact,
+
+and ds/dtau = kappa (rate + relaxation) / (2 s).  A Hertzian contact is singular in time: its force goes with t^1.5 at
+both ends, which costs any high-order method its order there.  In tau it is smooth: the force is K s^3 and s passes
+through zero like a straight line, so that entry and separation are ordinary points and the separation is a simple root.
+The relaxation keeps s^2 and the penetration of the coordinates together (Baumgarte 1972, one integration constant).
+"""
+
+from typing import NamedTuple
+
+from numba import types
+from numba.extending import overload
+
+from .family import OPTIONS, Entry, entry, kernel, shaped
+from .joint import FREE, joint_load
+from .mechanism import describe, energy_and_gravity_power, gaps, misplacement, motion, pose
+from .method import END, ROWS
+
+# Columns of the observables, then a block of JOINT_WIDTH for every joint.
+KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, JOINTS = 0, 1, 2, 3, 4, 5, 6, 7, 8
+NORMAL, STORED, LOST, RUBBED, SPEED, RAW, DEPTH, RATE, JOINT_WIDTH = 0, 1, 2, 3, 4, 5, 6, 7, 8
+
+MOST_CHANNELS = 30  # of a slider-crank with three joints
+
+
+class Scene(NamedTuple):
+    """A mechanism and its clearance joints; its type chooses the compiled code, its values are the parameters."""
+
+    mechanism: tuple  # one of mechanism.COORDINATES
+    joints: tuple  # one Joint per open joint, in the order A, B, C
+    coordinates: tuple  # as many zeros as there are coordinates: their number is part of the type
+    pace: float  # rad/s, the scale of time: crank speed, or approach speed over clearance
+    sigma: float  # m^0.5, sets the unit of tau; any positive number
+
+
+def loads_of(joints, relative, y, first, state, onset, j):
+    """Return one Load per joint of the tuple `joints`; `first` is where the roots of penetration begin in `y`."""
+    if len(joints) == 0:
+        return ()
+    root = y[first + j]
+    load = joint_load(joints[0], relative[0], state[j], root * root, onset[j])
+    return (load, *loads_of(joints[1:], relative[1:], y, first, state, onset, j + 1))
+
+
+@overload(loads_of, strict=False, jit_options=dict(OPTIONS))
+def _loads_of(joints, relative, y, first, state, onset, j):
+    if len(joints) == 1:
+
+        def last(joints, relative, y, first, state, onset, j):
+            root = y[first + j]
+            return (joint_load(joints[0], relative[0], state[j], root * root, onset[j]),)
+
+        return last
+
+    def more(joints, relative, y, first, state, onset, j):
+        root = y[first + j]
+        load = joint_load(joints[0], relative[0], state[j], root * root, onset[j])
+        return (load,) + loads_of(joints[1:], relative[1:], y, first, state, onset, j + 1)
+
+    return more
+
+
+@kernel
+def look(scene, y, state, onset):
+    """Return the Pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
+    p = pose(scene.mechanism, y)
+    relative = gaps(scene.mechanism, p)
+    loads = loads_of(scene.joints, relative, y, 2 * len(scene.coordinates) + 1, state, onset, 0)
+    return p, relative, loads, motion(scene.mechanism, p, loads)
+
+
+@kernel
+def clock(scene, y, state):
+    """Return kappa = dt/dtau at the state `y`, s."""
+    first = 2 * len(scene.coordinates) + 1
+    if len(scene.joints) == 1:
+        return y[first] / scene.sigma if state[0] != FREE else 1.0
+    slowness = 0.0
+    for j in range(len(scene.joints)):
+        if state[j] != FREE:
+            slowness += 1.0 / y[first + j]
+    return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
+
+
+@kernel
+def rates(scene, y, state, onset, k, o, row):
+    """Put the rates of `y` with respect to tau into `k[row]` and the observables into `o[row]`.
+
+    y : (n,) state; k : (16, n); o : (16, JOINTS + JOINT_WIDTH * joints); state, onset : (joints,) what each joint does and the rate (m/s) at which its contact began.
+    """
+    n = len(scene.coordinates)
+    time = 2 * n
+    first = time + 1
+    p, relative, loads, acceleration = look(scene, y, state, onset)
+    kinetic, gravity_power = energy_and_gravity_power(scene.mechanism, p)
+
+    kappa = clock(scene, y, state)
+    for i in range(n):
+        k[row, i] = kappa * y[n + i]
+        k[row, n + i] = kappa * acceleration[i]
+    k[row, time] = kappa
+    o[row, KAPPA] = kappa
+    o[row, DRIVE] = acceleration.torque * scene.pace
+    o[row, GRAVITY] = gravity_power
+    o[row, ACCELERATION] = acceleration[1]
+    o[row, TORQUE] = acceleration.torque
+    if row == 0 or row >= END:  # wanted where the state is accurate, at the ends of a step and on the interpolant
+        o[row, KINETIC] = kinetic
+        o[row, ERROR], o[row, ERROR_RATE] = misplacement(scene.mechanism, p)
+    for j in range(len(scene.joints)):
+        load = loads[j]
+        root = y[first + j]
+        block = JOINTS + JOINT_WIDTH * j
+        closing = 0.0
+        if state[j] != FREE:
+            closing = 0.5 * (load.rate + scene.pace * (load.depth - root * root))
+            closing *= 1.0 / scene.sigma if len(scene.joints) == 1 else kappa / root  # kappa / s, also at s = 0
+        k[row, first + j] = closing
+        o[row, block + NORMAL] = load.normal
+        o[row, block + STORED] = load.elastic * load.rate
+        o[row, block + LOST] = (load.normal - load.elastic) * load.rate
+        o[row, block + RUBBED] = -load.tangential * load.slip
+        o[row, block + SPEED] = load.slip
+        o[row, block + RAW] = load.raw
+        o[row, block + DEPTH] = load.depth
+        o[row, block + RATE] = load.rate
+
+
+def rates_entry(scene, y, state, onset, k, o, row):
+    """Evaluate `rates` with arrays from bare pointers; `scene` points at the Scene."""
+    here = scene[0]
+    joints = len(here.joints)
+    n = 2 * len(here.coordinates) + 1 + joints
+    columns = JOINTS + JOINT_WIDTH * joints
+    rates(here, shaped(y, (n,)), shaped(state, (joints,)), shaped(onset, (joints,)),
+          shaped(k, (ROWS, n)), shaped(o, (ROWS, columns)), row)  # fmt: skip
+
+
+def sample_entry(scene, y, state, onset, side, out, row):
+    """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
+    here = scene[0]
+    joints = len(here.joints)
+    time = 2 * len(here.coordinates)
+    values = shaped(out, (MOST_CHANNELS,))
+    state, side = shaped(state, (joints,)), shaped(side, (joints,))
+    y = shaped(y, (time + 1 + joints,))
+    p, relative, loads, acceleration = look(here, y, state, shaped(onset, (joints,)))
+    column = describe(here.mechanism, p, acceleration, y[0], y[time], values)
+    for j in range(joints):
+        gap, load = relative[j], loads[j]
+        values[column], values[column + 1] = side[j] * gap.x, side[j] * gap.y
+        values[column + 2], values[column + 3] = side[j] * gap.vx, side[j] * gap.vy
+        values[column + 4], values[column + 5] = load.normal, load.tangential
+        column += 6
+
+
+_STATE = (types.float64, types.int64, types.float64)  # y, state, onset
+
+
+def rates_of(scene, parameters) -> Entry:
+    """Return the Entry that evaluates the right-hand side of `scene`."""
+    return entry(rates_entry, scene, (*_STATE, types.float64, types.float64), parameters)
+
+
+def samples_of(scene, parameters) -> Entry:
+    """Return the Entry that evaluates the time histories' values of `scene`."""
+    return entry(sample_entry, scene, (*_STATE, types.float64, types.float64), parameters)

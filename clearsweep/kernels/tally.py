@@ -1,0 +1,225 @@
+"""What is summed, counted and maximised along the motion; all of it from the steps themselves, none from samples."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .event import evaluate_dense
+from .family import kernel
+from .joint import FREE
+from .method import END, SCRATCH, WEIGHTS
+from .motion import (
+    ACCELERATION,
+    DRIVE,
+    GRAVITY,
+    JOINT_WIDTH,
+    JOINTS,
+    KAPPA,
+    KINETIC,
+    LOST,
+    NORMAL,
+    RUBBED,
+    STORED,
+)
+
+# Columns of Tally.whole: five integrals of power since the start (J), the balance they make, figures of the window.
+WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
+ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX, WHOLE = range(8, 13)
+# Columns of Tally.joint: figures of the window, then PEAK (N) and APPROACH (m/s) of the present contact.
+FORCE_SQUARE, CONTACT_TIME, FORCE_MAX, DEPTH_MAX, ONSET_MAX, ONSETS, CLIPS, RESTITUTION, PEAK, APPROACH, JOINT = range(11)
+# Counters in Tally.counts
+STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
+
+# Histogram of the normal force over time: bins of equal ratio within a factor of two of being so, from the bits of the
+# number: BIN_BITS of the mantissa, so a bin is at most 2^-BIN_BITS wide relative to its lower edge.
+BIN_BITS = 8
+LOWEST = -20  # exponent of 2 of the lowest force told apart, N
+BINS = 62 << BIN_BITS
+SPANS = 8  # parts of a step into which the course of the force is divided for the histogram and for wear
+NODES = np.array([0, 6, 5, 9, 8, 10, 12])  # rows of o whose stages lie at the distinct times SHARES
+SHARES = np.array([0.0, 0.25, 1.0 / 3.0, 0.6, 0.6512820512820513, 0.8571428571428571, 1.0])
+
+
+def _lagrange(nodes, points):
+    """Return the (points, nodes) matrix that interpolates values at `nodes` to `points` by the polynomial through them."""
+    matrix = np.ones((points.size, nodes.size))
+    for i in range(nodes.size):
+        for m in range(nodes.size):
+            if m != i:
+                matrix[:, i] *= (points - nodes[m]) / (nodes[i] - nodes[m])
+    return matrix
+
+
+COURSE = _lagrange(SHARES, np.arange(SPANS + 1) / SPANS)
+
+
+class Tally(NamedTuple):
+    """Sums and maxima of one integration."""
+
+    whole: np.ndarray  # (WHOLE,) of the mechanism
+    joint: np.ndarray  # (joints, JOINT)
+    counts: np.ndarray  # (COUNTS,) int64
+    time: np.ndarray  # (joints, BINS) s, time at a force within each bin, from the ends of ramps
+    ramp: np.ndarray  # (joints, BINS) s/N, changes of the time per force, from ramps that cross a whole bin
+    course: np.ndarray  # (2, SPANS + 1) scratch
+
+
+@kernel
+def force_bin(force):
+    """Return the histogram bin of `force` (N)."""
+    mantissa, exponent = math.frexp(force)  # force = mantissa 2^exponent, mantissa in [0.5, 1)
+    place = ((exponent - LOWEST) << BIN_BITS) + int((mantissa - 0.5) * (2 << BIN_BITS))
+    return min(max(place, 0), BINS - 1)
+
+
+@kernel
+def bin_edge(place):
+    """Return the lower edge (N) of the histogram bin `place`."""
+    exponent = (place >> BIN_BITS) + LOWEST
+    return math.ldexp(0.5 + (place & ((1 << BIN_BITS) - 1)) / (2 << BIN_BITS), exponent)
+
+
+@kernel
+def fill_ramp(time, ramp, a, b, duration):
+    """Enter a force that goes from `a` to `b` (N) at an even rate during `duration` (s)."""
+    low, high = max(min(a, b), 0.0), max(a, b, 0.0)
+    i, k = force_bin(low), force_bin(high)
+    if i == k:
+        time[i] += duration
+        return
+    density = duration / (high - low)
+    time[i] += density * (bin_edge(i + 1) - low)
+    time[k] += density * (high - bin_edge(k))
+    ramp[i + 1] += density
+    ramp[k] -= density
+
+
+@kernel
+def force_exceeded(time, ramp, duration):
+    """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that."""
+    density = 0.0
+    for place in range(BINS):  # turn ramps into the time in each bin
+        density += ramp[place]
+        ramp[place] = 0.0
+        time[place] += density * (bin_edge(place + 1) - bin_edge(place))
+    above = 0.0
+    for place in range(BINS - 1, -1, -1):
+        if above + time[place] >= duration:
+            share = (above + time[place] - duration) / time[place]
+            return bin_edge(place) + share * (bin_edge(place + 1) - bin_edge(place))
+        above += time[place]
+    return 0.0
+
+
+@kernel
+def add_powers(work, tally, h, windowed):
+    """Integrate powers and squares over the step of length `h` by the weights of the method, order 8 as the motion."""
+    o, whole = work.o, tally.whole
+    for row in range(END):
+        share = h * WEIGHTS[row] * o[row, KAPPA]
+        if share == 0.0:
+            continue
+        whole[WORK_DRIVE] += share * o[row, DRIVE]
+        whole[WORK_GRAVITY] += share * o[row, GRAVITY]
+        if windowed:
+            whole[ACCELERATION_SQUARE] += share * o[row, ACCELERATION] ** 2
+        for j in range(work.state.size):
+            if work.state[j] != FREE:
+                block = JOINTS + JOINT_WIDTH * j
+                whole[ENERGY_STORED] += share * o[row, block + STORED]
+                whole[ENERGY_LOST] += share * o[row, block + LOST]
+                whole[ENERGY_RUBBED] += share * o[row, block + RUBBED]
+                if windowed:
+                    tally.joint[j, FORCE_SQUARE] += share * o[row, block + NORMAL] ** 2
+    kinetic = o[END, KINETIC]
+    gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
+    whole[RESIDUAL] = max(whole[RESIDUAL], abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain))
+    whole[KINETIC_MAX] = max(whole[KINETIC_MAX], kinetic)
+
+
+@kernel
+def add_course(work, tally, j, duration):
+    """Enter the course of joint `j`'s force over a step that lasts `duration` (s) into its histogram.
+
+    The force at SPANS + 1 even places of the step comes from the polynomial through its values at the stages.
+    """
+    block = JOINTS + JOINT_WIDTH * j
+    total = 0.0
+    for i in range(SPANS + 1):
+        force, kappa = 0.0, 0.0
+        for m in range(NODES.size):
+            force += COURSE[i, m] * work.o[NODES[m], block + NORMAL]
+            kappa += COURSE[i, m] * work.o[NODES[m], KAPPA]
+        tally.course[0, i], tally.course[1, i] = force, max(kappa, 0.0)
+        total += tally.course[1, i]
+    total -= 0.5 * (tally.course[1, 0] + tally.course[1, SPANS])
+    for i in range(SPANS):
+        part = 0.5 * (tally.course[1, i] + tally.course[1, i + 1]) / total
+        fill_ramp(tally.time[j], tally.ramp[j], tally.course[0, i], tally.course[0, i + 1], part * duration)
+
+
+@kernel
+def may_peak(o, column, sign):
+    """Return whether the observable, times `sign`, rises at the start of the step and falls at its end, or nearly so.
+
+    Slopes of the parabolas through three stages at either end, a tenth of the step outside: a peak close to an end
+    counts in both steps that meet there.
+    """
+    rise = START[0] * o[0, column] + START[1] * o[3, column] + START[2] * o[6, column]
+    fall = FINISH[0] * o[8, column] + FINISH[1] * o[10, column] + FINISH[2] * o[END, column]
+    return sign * rise > 0.0 and sign * fall < 0.0
+
+
+def _slope(nodes, point):
+    """Return the weights that give the slope at `point` of the parabola through values at three `nodes`."""
+    a, b, c = nodes
+    return np.array([(2 * point - b - c) / ((a - b) * (a - c)), (2 * point - a - c) / ((b - a) * (b - c)),
+                     (2 * point - a - b) / ((c - a) * (c - b))])
+
+
+START = _slope((0.0, 0.11835034190722739, 0.25), -0.1)
+FINISH = _slope((0.6512820512820513, 0.8571428571428571, 1.0), 1.1)
+
+
+@kernel
+def stage_peak(o, column, sign):
+    """Return the largest value of the observable, times `sign`, at the distinct stages, and the node where it is."""
+    best = 0
+    for m in range(1, NODES.size):
+        if sign * o[NODES[m], column] > sign * o[NODES[best], column]:
+            best = m
+    return sign * o[NODES[best], column], best
+
+
+@kernel
+def observe(work, x, column):
+    """Return the observable at the share `x` of the step, from the dense output in `work.f`."""
+    evaluate_dense(work, x)
+    return work.o[SCRATCH, column]
+
+
+@kernel
+def refined_peak(work, column, sign, node):
+    """Return the largest value of the observable, times `sign`, near the stage `node`: successive parabolas."""
+    m = min(max(node, 1), NODES.size - 2)
+    a, b, c = SHARES[m - 1], SHARES[m], SHARES[m + 1]
+    fa = sign * observe(work, a, column)
+    fb = sign * observe(work, b, column)
+    fc = sign * observe(work, c, column)
+    best = max(fa, fb, fc)
+    for _ in range(3):
+        bend = (fa - fb) / (a - b) - (fb - fc) / (b - c)
+        if bend * (a - c) >= 0.0:  # not concave: the peak is at an end
+            break
+        x = 0.5 * (a + b) - 0.5 * (a - c) * (fa - fb) / ((a - b) * bend)
+        x = min(max(x, 0.0), 1.0)
+        if x == a or x == b or x == c:
+            break
+        fx = sign * observe(work, x, column)
+        best = max(best, fx)
+        if abs(x - a) > abs(x - c):  # drop the farther end
+            a, fa, b, fb, c, fc = b, fb, x, fx, c, fc
+        else:
+            a, fa, b, fb, c, fc = a, fa, x, fx, b, fb
+    return best

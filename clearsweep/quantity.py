@@ -1,0 +1,184 @@
+"""Reads what a user writes for a physical quantity, `0.5 mm` or `0.0005`, as a float in SI; the only reader of units.
+
+The unit table is this program's own: `Hz` counts turns (3 Hz of a shaft is 3 turns a second, not 3 rad/s), an angle is
+a dimension (1/s is not a shaft speed), and no letter stands for a chemist's unit.  Arithmetic is exact until the last
+rounding, so that `0.5 mm`, `500 um` and `5e-4` give the same bits, and with them the same case.
+"""
+
+import re
+from difflib import get_close_matches
+from fractions import Fraction
+from functools import cache
+
+from .errors import InputError
+
+_UNITS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = u- = µ- = μ-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+metre = [length] = m = meter
+kilogram = [mass] = kg
+second = [time] = s
+radian = [angle] = rad
+gram = 1e-3 kilogram = g
+tonne = 1e3 kilogram = t
+minute = 60 second = min
+hour = 3600 second = h
+inch = 0.0254 metre = in
+degree = turn / 360 = deg = °
+turn = 6.28318530717958647692528676655900576839433879875 radian = turn = rev = revolution
+hertz = turn / second = Hz
+rpm = turn / minute
+newton = kilogram * metre / second^2 = N
+pascal = newton / metre^2 = Pa
+bar = 1e5 pascal
+joule = newton * metre = J
+watt = joule / second = W
+"""
+_COMMON = (
+    "m mm um nm cm inch kg g mg t s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN Pa kPa MPa GPa bar J mJ kJ W"
+)
+_WORDS = (
+    "metre meter millimetre millimeter micrometre micrometer kilogram gram second minute hour radian degree "
+    "revolution hertz newton kilonewton pascal megapascal gigapascal joule watt"
+)
+_EXAMPLES = {
+    "1": "0.9 or 90 %",
+    "m": "0.5 mm, 20 um or 0.0005",
+    "kg": "0.3 kg, 140 g or 0.3",
+    "kg*m^2": "1e-4 kg*m^2 or 0.0001",
+    "s": "2 ms or 0.002",
+    "rad": "30 deg or 0.52",
+    "rad/s": "5000 rpm, 80 Hz (turns per second) or 523.6 rad/s",
+    "m/s": "1 mm/s or 0.001",
+    "m/s^2": "9.81 m/s^2 or 9.81",
+    "N": "5 kN or 5000",
+    "N/m": "1e6 N/m or 1e6",
+    "N*s/m": "100 N*s/m or 100",
+    "Pa": "207 GPa or 2.07e11",
+    "m^2/N": "2e-14 m^2/N or 2e-5 mm^3/(N*m)",
+}
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+_POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
+_UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
+_LONGEST = 200  # characters; a quantity has no use for more
+
+
+def read(value, unit: str) -> float:
+    """Return `value`, text such as `0.5 mm` or a bare number in SI, as a float in the SI `unit` ('1' for none).
+
+    An InputError says what was found and what is expected.  Zero has no sign: -0.0 gives 0.0.
+    """
+    number = exact(value, unit)
+    try:
+        return float(number)
+    except OverflowError:
+        raise InputError(_infinite(value, unit)) from None
+
+
+def exact(value, unit: str) -> Fraction:
+    """Return `value` in the SI `unit` without rounding; a float counts as the shortest decimal that gives it."""
+    if isinstance(value, str):
+        return _from_text(value, unit)
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        raise InputError(f"found {shown(value)}; {expected(unit)}")
+    try:
+        return Fraction(repr(float(value)))
+    except (OverflowError, ValueError):
+        raise InputError(_infinite(value, unit)) from None
+
+
+def expected(unit: str) -> str:
+    """Return what to write for a quantity of this SI unit, with examples: the second half of a message."""
+    if unit == "1":
+        return f"expected a number without unit, such as {_EXAMPLES[unit]}"
+    return f"expected a quantity in {unit}, such as {_EXAMPLES.get(unit, f'1e9 {unit} or 1e9')}"
+
+
+def exponent_of(unit: str, exponent: float) -> str:
+    """Return the unit whose power is written as the word `exponent`, with the number in its place: `N/m^1.5`."""
+    return unit.replace("^exponent", "" if exponent == 1 else f"^{exponent:.15g}")
+
+
+def _from_text(text: str, unit: str) -> Fraction:
+    """Return the quantity in `text` in SI, exactly."""
+    if text.strip().lower().lstrip("+-.") in ("inf", "infinity", "nan"):
+        raise InputError(_infinite(text, unit))
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    if not match:
+        raise InputError(f"found {shown(text)}, which does not begin with a number; {expected(unit)}")
+    digits, written = match.groups()
+    if written.startswith(","):
+        raise InputError(f"found {shown(text)}; write a decimal point, not a comma ({expected(unit)})")
+    if not written:
+        scale = Fraction(1)
+    elif written == "%" and unit == "1":
+        scale = Fraction(1, 100)
+    else:
+        scale, dimension = _unit(written, text)
+        if dimension != _unit(unit, unit)[1]:
+            raise InputError(f"found {shown(text)}, whose unit {written} has another dimension; {expected(unit)}")
+    rough = float(digits)  # tells 0 and infinity, whose exact digits (1e-999999999) could fill the memory
+    if rough - rough != 0.0:
+        raise InputError(_infinite(text, unit))
+    return Fraction(digits) * scale if rough else Fraction(0)
+
+
+def _infinite(value, unit: str) -> str:
+    """Return the message for a number that no float can hold."""
+    return f"found {shown(value)}, which is not a finite number; {expected(unit)}"
+
+
+@cache
+def _table():
+    """Return the unit table; building it imports pint, which takes 0.2 s and is not needed for bare numbers."""
+    import pint
+
+    return pint.UnitRegistry(_UNITS.strip().splitlines(), non_int_type=Fraction, cache_folder=None)
+
+
+def _unit(written: str, text: str) -> tuple[Fraction, tuple]:
+    """Return the exact size of a unit in SI and its dimension; `text` is the quantity it was found in."""
+    found = _measure(written)
+    if isinstance(found, str):
+        raise InputError(f"found {shown(text)}; {found}")
+    return found
+
+
+@cache
+def _measure(written: str) -> tuple[Fraction, tuple] | str:
+    """Return size and dimension of a unit, or the sentence that says why it cannot be read."""
+    if written == "1":
+        return Fraction(1), ()
+    if written == "%":
+        return "% belongs to quantities without a unit"
+    if not _UNIT.fullmatch(written):
+        return f"'{written}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
+    for name in re.findall(r"[^\W\d_]+|°", written):
+        if name not in _table():
+            return f"unknown unit '{name}'{nearest(name, f'{_COMMON} {_WORDS}'.split())} (known: {_COMMON}, N*s/m, m^2)"
+    try:
+        size = _table().Quantity(_table().parse_expression(written)).to_base_units()
+        return Fraction(size.magnitude), tuple(sorted(size.dimensionality.items()))
+    except Exception:  # the parser's own errors are of many types and speak of Python syntax
+        return f"'{written}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
+
+
+def nearest(word: str, known) -> str:
+    """Return `; did you mean 'hertz'?` for the known word most like `word`, or nothing."""
+    same = [other for other in known if other.lower() == word.lower()]
+    near = same or get_close_matches(word, list(known), 1, 0.7)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+def shown(value) -> str:
+    """Return a value as a message shows it: short, text in quotes."""
+    if isinstance(value, (dict, list)):
+        return "a section" if isinstance(value, dict) else "a list"
+    words = {True: "true", False: "false", None: "nothing"}
+    shown = words[value] if value is None or isinstance(value, bool) else repr(value)
+    return shown if len(shown) <= 60 else f"{shown[:57]}..."

@@ -1,0 +1,199 @@
+"""What a run says, in figures and sentences: the hardest case, what drives the forces, where the model ends."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from clearsweep.report import wording
+from clearsweep.report.study import RATIO, Axis, Joint, Study, position
+
+ELASTIC_ONSET = 0.05  # m/s; steel stays elastic below about 1e-5 sqrt(E/rho) (Love), E = 207 GPa, rho = 7850 kg/m^3
+ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)
+CLEAR_EFFECT = 0.02  # share of the variation below which an axis is said to have no clear effect
+
+
+class Effect(NamedTuple):
+    """The main effect of one axis on one figure, other axes spread over all their values."""
+
+    axis: Axis
+    column: str
+    medians: np.ndarray  # (values,) SI; NaN where no case finished
+    low: np.ndarray  # (values,) 10th percentile
+    high: np.ndarray  # (values,) 90th percentile
+    share: float  # share of the variance of the logarithm of the figure between the values, 0 to 1; NaN: undefined
+
+    def extremes(self) -> tuple[int, int]:
+        """Return the places of the smallest and the largest median."""
+        return int(np.nanargmin(self.medians)), int(np.nanargmax(self.medians))
+
+    def factor(self) -> float:
+        """Return the largest over the smallest median; NaN where that is zero or undefined."""
+        if not np.isfinite(self.medians).any():
+            return np.nan
+        smallest, largest = (self.medians[place] for place in self.extremes())
+        return largest / smallest if smallest > 0.0 else np.nan
+
+
+def percent(share: float) -> str:
+    """Return a share in whole per cent."""
+    if np.isnan(share):
+        return "–"
+    return f"{100.0 * share:.0f}\u00a0%" if share >= 0.01 else "under 1\u00a0%"
+
+
+def effect(study: Study, axis: Axis, column: str) -> Effect:
+    """Return the main effect of an axis on a figure over the finished cases."""
+    values = study.cases[column].to_numpy(float)
+    places = position(axis, study.cases[axis.path])
+    groups = [values[(places == place) & np.isfinite(values)] for place in range(len(axis.values))]
+    quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
+    return Effect(axis, column, *quantiles.T, _explained([np.log(group[group > 0.0]) for group in groups]))
+
+
+def effects(study: Study, column: str) -> list[Effect]:
+    """Return the main effects of all swept axes on a figure, the strongest first."""
+    found = [effect(study, axis, column) for axis in study.swept()]
+    return sorted(found, key=lambda one: -np.nan_to_num(one.share, nan=-1.0))
+
+
+def _explained(groups: list[np.ndarray]) -> float:
+    """Return the share of the variance of all values that lies between the groups' means (eta squared)."""
+    filled = [group for group in groups if len(group)]
+    if len(filled) < 2:
+        return np.nan
+    everything = np.concatenate(filled)
+    total = float(((everything - everything.mean()) ** 2).sum())
+    between = float(sum(len(group) * (group.mean() - everything.mean()) ** 2 for group in filled))
+    return between / total if total > 0.0 else np.nan
+
+
+def headline(study: Study) -> list[str]:
+    """Return what a designer should know first, one sentence or two per entry."""
+    if study.cases.empty:
+        return [f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."]
+    joint = study.hardest_joint()
+    return [
+        *_hardest(study, joint),
+        *(_drivers(study, joint) if study.swept() else []),
+        *_slider(study),
+        *_wear(study),
+        *_restitution(study),
+        *elastic_range(study),
+        *_chaos(study, joint),
+    ]
+
+
+def _hardest(study: Study, joint: Joint) -> list[str]:
+    column = joint.column("force_p99")
+    if not study.has(column):
+        return ["No contact force was recorded in any case."]
+    worst, mildest = study.cases[column].idxmax(), study.cases[column].idxmin()
+    at = f" at {study.setting(worst)}" if study.swept() else ""
+    where = f" in joint {joint.title}" if len(study.joints) > 1 else ""
+    beside = ""
+    if np.isfinite(study.cases.get(joint.column(RATIO), pd.Series({worst: np.nan}))[worst]):
+        ideal = study.text(worst, joint.column("force_peak_ideal"))
+        beside = f", {study.text(worst, joint.column(RATIO))} times the largest reaction of the ideal joint ({ideal})"
+    peak = study.text(worst, joint.column("force_peak"))
+    hardest = (f"Largest force{where}: {study.text(worst, column)} is exceeded during 1 % of the time (p99){at}"
+               f"{beside}; the single largest peak of that case is {peak}.")
+    if worst == mildest:
+        return [hardest]
+    return [hardest, f"Smallest p99{where}: {study.text(mildest, column)} at {study.setting(mildest)}."]
+
+
+def _drivers(study: Study, joint: Joint) -> list[str]:
+    strong, weak = [], []
+    for one in effects(study, joint.column("force_p99")):
+        (strong if np.isfinite(one.factor()) and np.nan_to_num(one.share) >= CLEAR_EFFECT else weak).append(one)
+    if not strong:
+        return ["None of the swept values moves the force p99 clearly: the scatter between cases hides their effect."]
+    said = [f"{one.axis.name} ({_span(one, study)})" for one in strong]
+    found = [f"What drives the force p99, strongest first: {wording.sentence_list(said)}."]
+    if weak:
+        found.append(f"No clear effect on it: {wording.sentence_list([one.axis.name for one in weak])}.")
+    rms = effects(study, joint.column("force_rms"))[0]
+    found.append(f"The force rms is driven most by {rms.axis.name} ({_span(rms, study)}).")
+    return [" ".join(found), *_beside_ideal(study, joint)]
+
+
+def _beside_ideal(study: Study, joint: Joint) -> list[str]:
+    """Return what drives the force once the ideal mechanism's own reaction is taken out; only where that varies."""
+    if not study.has(joint.column(RATIO)) or study.cases[joint.column("force_peak_ideal")].nunique() < 2:
+        return []
+    strongest = effects(study, joint.column(RATIO))[0]
+    if np.nan_to_num(strongest.share) < CLEAR_EFFECT:
+        return []
+    said = ("Measured against the largest reaction of the ideal joint, which itself depends on the swept values, the p99 "
+            f"is driven most by {strongest.axis.name} (ratio: {_span(strongest, study)}).")
+    return [said]
+
+
+def _span(one: Effect, study: Study) -> str:
+    smallest, largest = one.extremes()
+    unit = study.units.get(one.column, "1")
+    low, high = sorted((smallest, largest))
+    change = (f"median {wording.text(one.medians[low], unit)} at {one.axis.text(one.axis.values[low])}, "
+              f"{wording.text(one.medians[high], unit)} at {one.axis.text(one.axis.values[high])}")
+    return f"{change}, {percent(one.share)} of the variation"
+
+
+def _slider(study: Study) -> list[str]:
+    if not study.has("slider_error_max"):
+        return []
+    worst, best = study.cases["slider_error_max"].idxmax(), study.cases["slider_error_max"].idxmin()
+    sizes = (f"up to {study.text(worst, 'slider_error_max')}" if worst == best else
+             f"{study.text(best, 'slider_error_max')} to {study.text(worst, 'slider_error_max')}")
+    hardest = study.cases["slider_acceleration_peak"].max()
+    said = f"The slider is off its ideal place by {sizes}; its acceleration reaches {wording.text(hardest, 'm/s^2')}."
+    return [said]
+
+
+def _wear(study: Study) -> list[str]:
+    said = []
+    for joint in study.joints:
+        column = joint.column("wear_depth_max")
+        if joint.wears and study.has(column):
+            worst = study.cases[column].idxmax()
+            at = f" at {study.setting(worst)}" if study.swept() else ""
+            said.append(f"Deepest wear in joint {joint.title}: {study.text(worst, column)} in the window, growing by "
+                        f"{study.text(worst, joint.column('wear_rate_max'))}{at}.")
+    return said
+
+
+def _restitution(study: Study) -> list[str]:
+    if not study.has("pair_restitution"):
+        return []
+    got = study.cases["pair_restitution"]
+    figures = f"{wording.plain(got.min(), 4)} to {wording.plain(got.max(), 4)}"
+    return [f"Measured restitution (rebound over approach speed): {figures}."]
+
+
+def _chaos(study: Study, joint: Joint) -> list[str]:
+    if study.mechanism == "impact-pair":
+        return []
+    ratio = study.cases[joint.column("force_peak")] / study.cases[joint.column("force_p99")]
+    ratio = ratio[np.isfinite(ratio)]
+    figures = (f" (here the peak is {wording.plain(ratio.min(), 2)} to {wording.plain(ratio.max(), 2)} times the p99)"
+               if len(ratio) > 1 else "")
+    said = ("Motion with clearance is chaotic: a single peak changes with the smallest disturbance. Compare designs by "
+            f"p99 and rms, which are taken over the whole window, not by single peaks{figures}.")
+    return [said]
+
+
+def elastic_range(study: Study) -> list[str]:
+    """Return the sentence on impacts too fast for an elastic contact law, if there are any."""
+    columns = [joint.column("onset_rate_max") for joint in study.joints]
+    fastest = study.cases[columns].max(axis=1)
+    beyond = int((fastest > ELASTIC_ONSET).sum())
+    if not beyond:
+        return []
+    top = fastest.max()
+    everywhere = f"In all {wording.count(beyond, 'case')}" if beyond > 1 else "Here"
+    of_all = everywhere if beyond == len(fastest) else f"In {beyond} of {wording.count(len(fastest), 'case')}"
+    said = (f"{of_all} contacts begin faster than about {ELASTIC_TEXT}, up to which steel stays "
+            f"elastic (10⁻⁵ √(E/ρ)); the fastest begins at {wording.text(top, 'm/s')}, "
+            f"{wording.plain(top / ELASTIC_ONSET, 2)} times that. Yield and plastic flow are possible there: the elastic "
+            "forces are an upper bound, the penetrations and losses a lower one.")
+    return [said]

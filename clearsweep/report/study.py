@@ -1,0 +1,159 @@
+"""A run prepared for reading: its axes in units for people, its finished and failed cases, its joints."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from clearsweep.report import wording
+from clearsweep.report.wording import Scale
+
+BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json keeps the values that make a case
+RATIO = "p99_over_ideal"  # figure of a joint that is made here: force p99 over the peak of the ideal joint
+
+
+class Axis(NamedTuple):
+    """One swept path and its values, in the order of the grid."""
+
+    path: str
+    name: str  # in words
+    scale: Scale
+    values: tuple  # SI floats or strings
+
+    @property
+    def numeric(self) -> bool:
+        """Tell whether the values are numbers, not names."""
+        return not any(isinstance(value, str) for value in self.values)
+
+    def number(self, value) -> str:
+        """Return a value without its unit, as short as six digits allow."""
+        return value if isinstance(value, str) else self.scale.given_number(value)
+
+    def text(self, value) -> str:
+        """Return a value with its unit."""
+        return value if isinstance(value, str) else self.scale.given(value)
+
+    def label(self) -> str:
+        """Return name and unit, for the edge of a figure."""
+        return f"{self.name} [{self.scale.unit}]" if self.scale.unit else self.name
+
+
+class Joint(NamedTuple):
+    """One clearance joint as it is named in columns, in paths and in words."""
+
+    name: str  # 'rod_slider'
+    title: str  # 'rod-slider'
+    wears: bool
+
+    def column(self, figure: str) -> str:
+        """Return the summary column of a figure of this joint."""
+        return f"{self.name}_{figure}"
+
+
+class Study(NamedTuple):
+    """A run prepared for reading.
+
+    `cases` holds the finished cases (index: case_id; figures as float64, NaN where nothing was computed), hardest
+    loaded first; `failed` the others. `base` is the resolved case in SI before the sweep's values.
+    """
+
+    run: object
+    axes: tuple[Axis, ...]
+    joints: tuple[Joint, ...]
+    mechanism: str
+    cases: pd.DataFrame
+    failed: pd.DataFrame
+    units: dict
+    base: dict
+
+    def swept(self) -> tuple[Axis, ...]:
+        """Return the axes that have more than one value."""
+        return tuple(axis for axis in self.axes if len(axis.values) > 1)
+
+    def setting(self, case_id: str) -> str:
+        """Return the swept values of a case in words, '' without sweep."""
+        row = self._row(case_id)
+        return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.swept())
+
+    def value(self, case_id: str, path: str):
+        """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
+        if any(axis.path == path for axis in self.axes):
+            return self._row(case_id)[path]
+        return dig(self.base, path)
+
+    def hardest_joint(self) -> Joint:
+        """Return the joint with the largest 99th percentile of the force over all finished cases."""
+        return max(self.joints, key=lambda joint: _peak(self.cases, joint.column("force_p99")))
+
+    def scale(self, column: str) -> Scale:
+        """Return the scale that suits a column of the finished cases."""
+        return wording.scale(self.units.get(column, "1"), self.cases[column])
+
+    def text(self, case_id: str, column: str) -> str:
+        """Return one figure of one case with its unit."""
+        return wording.text(self.cases.at[case_id, column], self.units.get(column, "1"))
+
+    def has(self, column: str) -> bool:
+        """Tell whether any finished case has this figure."""
+        return column in self.cases and bool(self.cases[column].notna().any())
+
+    def _row(self, case_id: str):
+        return (self.cases if case_id in self.cases.index else self.failed).loc[case_id]
+
+
+def prepare(run) -> Study:
+    """Return a run (of the store) prepared for reading."""
+    summary, layout, record = run.summary, run.layout, run.grid
+    units = dict(summary.attrs.get("units", {}))
+    swept = record.get("sweep") or {}
+    base = {key: record[key] for key in BASE if key in record}
+    axes = tuple(_axis(path, tuple(values), units.get(path, "1"), len(layout.joints)) for path, values in swept.items())
+    joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
+    summary = summary.set_index("case_id")
+    finished = (summary["status"] == "ok").to_numpy(dtype=bool)
+    texts = {"status", "message", *(axis.path for axis in axes if not axis.numeric)}
+    figures = [column for column in summary.columns if column not in texts]
+    cases = summary[finished].copy()
+    cases[figures] = cases[figures].astype("float64")
+    for joint in joints:
+        if joint.column("force_peak_ideal") in cases:
+            ideal = cases[joint.column("force_peak_ideal")]
+            cases[joint.column(RATIO)] = cases[joint.column("force_p99")] / ideal.where(ideal > 0.0)
+            units[joint.column(RATIO)] = "1"
+    loads = cases[[joint.column("force_p99") for joint in joints]].max(axis=1)
+    cases = cases.loc[loads.sort_values(ascending=False, kind="stable").index]
+    return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base)
+
+
+def spread(cases: pd.DataFrame, column: str, by: list[str], statistic="median"):
+    """Return a statistic of a figure for every combination of the values of the axes `by`."""
+    return cases.groupby(by, sort=False, observed=True)[column].agg(statistic)
+
+
+def position(axis: Axis, values: pd.Series) -> np.ndarray:
+    """Return the place of each value on its axis (0, 1, ...), -1 where it is not on it."""
+    if not axis.numeric:
+        return values.map({value: place for place, value in enumerate(axis.values)}).fillna(-1).to_numpy(int)
+    known = np.asarray(axis.values, float)
+    given = values.to_numpy(float)
+    nearest = np.abs(given[:, None] - known[None, :]).argmin(axis=1)
+    return np.where(np.isclose(known[nearest], given, rtol=1e-9, atol=0.0), nearest, -1)
+
+
+def dig(tree: dict, path: str):
+    """Return the value at a dotted path of a nested dict, None where there is none."""
+    for key in path.split("."):
+        if not isinstance(tree, dict) or key not in tree:
+            return None
+        tree = tree[key]
+    return tree
+
+
+def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
+    numbers = [value for value in values if not isinstance(value, str)]
+    shown = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else Scale(1.0, "")
+    return Axis(path, wording.axis_name(path, joints), shown, values)
+
+
+def _peak(cases: pd.DataFrame, column: str) -> float:
+    return float(cases[column].max()) if len(cases) and cases[column].notna().any() else 0.0

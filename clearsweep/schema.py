@@ -1,0 +1,344 @@
+"""What a grid file may contain: every key with its unit, range, default and meaning; the JSON Schema made of them."""
+
+from math import inf
+from typing import NamedTuple
+
+from . import quantity
+from .catalogue import Catalogue, Field, Law
+
+Condition = tuple[str, frozenset[str]]  # path of a law's name, and the names with which a key is in use
+
+
+class Use(NamedTuple):
+    """One way in which a key is in use: what it means there, and the law names that all have to be chosen."""
+
+    field: Field
+    when: tuple[Condition, ...] = ()
+
+
+class Number(NamedTuple):
+    """A key that holds a quantity."""
+
+    uses: tuple[Use, ...]
+    sweep: bool = True
+
+    def fields(self, names) -> tuple[Field, ...]:
+        """Return what the key means with the law names in play, `names` (path -> set); () if it is not in use."""
+        return tuple(dict.fromkeys(use.field for use in self.uses if _met(use.when, names)))
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return the paths of the law names that decide whether and how the key is in use."""
+        return tuple(dict.fromkeys(path for use in self.uses for path, _ in use.when))
+
+
+class Word(NamedTuple):
+    """A key that holds one of a few words; only the names of laws can be swept."""
+
+    options: tuple[str, ...]
+    text: str
+    default: str | None = None
+    law: bool = False
+    when: tuple[Condition, ...] = ()
+
+    @property
+    def sweep(self) -> bool:
+        """Whether the key can be swept."""
+        return self.law
+
+    def used(self, names) -> bool:
+        """Return whether the key is in use with the law names in play, `names` (path -> set)."""
+        return _met(self.when, names)
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return the paths of the law names that decide whether the key is in use."""
+        return tuple(path for path, _ in self.when)
+
+
+def _met(when: tuple[Condition, ...], names) -> bool:
+    """Return whether every condition allows one of the names in play."""
+    return all(not wanted.isdisjoint(names[path]) for path, wanted in when)
+
+
+class Section(NamedTuple):
+    """A key that holds further keys."""
+
+    text: str
+    need: str = "required"  # 'required', 'optional', or 'implied': there even if it is not written
+    pair: bool = False  # written as a list of two quantities
+
+
+Shape = dict[str, Section | Word | Number]
+
+MECHANISMS = ("slider-crank", "impact-pair")
+JOINTS = {"ground-crank": ("crank", "ground"), "crank-rod": ("rod", "crank"), "rod-slider": ("rod", "slider")}
+_LENGTH = Field("length", "m", "distance between its pins")
+_CENTER = Field(
+    "center",
+    "m",
+    "distance of the centre of mass from the pin nearer the drive; default: half the length",
+    -inf,
+    optional=True,
+)
+_CRANK = (
+    _LENGTH,
+    Field("mass", "kg", "mass", low_open=False),
+    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
+    _CENTER,
+)
+_ROD = (
+    _LENGTH,
+    Field("mass", "kg", "mass"),
+    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass"),
+    _CENTER,
+)
+_COEFFICIENT = Field(
+    "coefficient",
+    "m^2/N",
+    "wear coefficient of both bodies, depth per pressure and sliding distance",
+    low_open=False,
+    optional=True,
+)
+_WEAR = (
+    _COEFFICIENT,
+    _COEFFICIENT._replace(name="bearing_coefficient", text="wear coefficient of the bearing; overrides `coefficient`"),
+    _COEFFICIENT._replace(name="journal_coefficient", text="wear coefficient of the journal; overrides `coefficient`"),
+    Field(
+        "hardness", "Pa", "hardness of the softer body; only checks that the coefficient is plausible", optional=True
+    ),
+)
+_MATERIAL = (
+    Field("young", "Pa", "Young's modulus of both bodies"),
+    Field("poisson", "1", "Poisson's ratio of both bodies", -1.0, 0.5, high_open=False),
+)
+_TOLERANCE = Field("tolerance", "1", "relative local tolerance", 1e-13, 1e-2, False, False, 1e-8)
+_BUDGETS = (
+    Field(
+        "step_budget",
+        "1",
+        "steps per revolution after which a case is given up",
+        1,
+        inf,
+        False,
+        True,
+        1_000_000,
+        whole=True,
+    ),
+    Field(
+        "event_budget",
+        "1",
+        "contact events per revolution after which a case is given up",
+        1,
+        inf,
+        False,
+        True,
+        100_000,
+        whole=True,
+    ),
+)
+_SIMULATE = (
+    Field("revolutions", "1", "crank revolutions, `discard` included", default=10.0),
+    Field(
+        "discard",
+        "1",
+        "revolutions before statistics and wear begin; default 2, or 0 where there are no more than 2",
+        low_open=False,
+        optional=True,
+    ),
+    _TOLERANCE,
+)
+_IMPACTS = Field("impacts", "1", "impacts after which the run ends", 1, inf, False, True, 10, whole=True)
+_SAMPLES = Field("samples", "1", "samples per revolution (impact-pair: in all)", 1, 1e7, False, False, 720, whole=True)
+_SAVED = Field(
+    "revolutions", "1", "the last revolutions that `last` saves; default 2, or all where there are fewer", optional=True
+)
+_ORBITS = Word(("none", "last", "all"), "which time histories are saved", "last")
+
+
+def shape(mechanism: str, catalogue: Catalogue) -> Shape:
+    """Return every dotted path that a grid of this mechanism may contain, sections before what they hold."""
+    tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(MECHANISMS, "which mechanism")}
+    if mechanism == "impact-pair":
+        tree["mechanism.masses"] = Section("masses of the two bodies", pair=True)
+        _numbers(
+            tree,
+            "mechanism.masses",
+            (Field("0", "kg", "mass of the first body"), Field("1", "kg", "mass of the second body")),
+        )
+        _numbers(tree, "mechanism", (Field("speed", "m/s", "speed at which the bodies approach each other"),))
+        tree["joints"], tree["joints.pair"] = Section("the joint"), Section("the gap between the bodies")
+        _numbers(tree, "joints.pair", (Field("clearance", "m", "half the gap in all"),))
+        _contact(tree, "joints.pair", catalogue)
+        tree["simulate"] = Section("how long and how exactly", "implied")
+        _numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
+        tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
+        _numbers(tree, "save", (_SAMPLES,), sweep=False)
+        return tree
+    for body, fields in (("crank", _CRANK), ("rod", _ROD), ("slider", (Field("mass", "kg", "mass"),))):
+        tree[f"mechanism.{body}"] = Section(f"the {body}")
+        _numbers(tree, f"mechanism.{body}", fields)
+    _numbers(tree, "mechanism", (Field("gravity", "m/s^2", "gravity, along -y", -inf, default=0.0),))
+    tree["drive"] = Section("the drive", "implied")
+    _numbers(tree, "drive", (Field("speed", "rad/s", "constant crank speed"),))
+    tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
+    for joint, bodies in JOINTS.items():
+        _joint(tree, f"joints.{joint}", bodies, catalogue)
+    tree["simulate"] = Section("how long, how exactly and from where", "implied")
+    _numbers(tree, "simulate", _SIMULATE)
+    tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
+    _numbers(tree, "simulate", _BUDGETS)
+    tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
+    _numbers(tree, "save", (_SAVED, _SAMPLES), sweep=False)
+    return tree
+
+
+def _numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
+    """Enter keys that are in use whatever laws are chosen."""
+    for field in fields:
+        tree[f"{path}.{field.name}"] = Number((Use(field),), sweep)
+
+
+def _joint(tree: Shape, path: str, bodies: tuple[str, str], catalogue: Catalogue) -> None:
+    """Enter a revolute joint with clearance; the journal sits on the first of its two bodies unless it is said."""
+    tree[path] = Section("a revolute joint with clearance", "optional")
+    _numbers(
+        tree,
+        path,
+        (
+            Field("clearance", "m", "radial clearance"),
+            Field("bearing_radius", "m", "radius of the bearing; the journal's is smaller by the clearance"),
+            Field("length", "m", "length along the pin; wear needs it", optional=True),
+        ),
+    )
+    tree[f"{path}.journal"] = Word(bodies, "the body that the journal sits on", bodies[0])
+    _contact(tree, path, catalogue)
+    contact = f"{path}.contact"
+    tree[f"{contact}.material"] = Section(
+        "the material of both bodies; gives the stiffness where none is written", "optional"
+    )
+    for field in _MATERIAL:
+        tree[f"{contact}.material.{field.name}"] = Number((Use(field, tree[f"{contact}.elastic"].when),))
+    tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
+    tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", law=True)
+    _laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
+    wear = f"{path}.wear"
+    tree[wear] = Section("wear; left out: none is computed", "optional")
+    tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", law=True)
+    _numbers(tree, wear, _WEAR)
+    _numbers(
+        tree,
+        wear,
+        (Field("bins", "1", "angular bins round each body", 8, 1e6, False, False, 360, whole=True),),
+        sweep=False,
+    )
+    tree[f"{wear}.pressure"] = Word(
+        catalogue.names("pressure"), "the pressure over the contact arc", "hertz-line", law=True
+    )
+    _laws(tree, wear, "law", catalogue.of("wear"))
+    _laws(tree, wear, "pressure", catalogue.of("pressure"))
+
+
+def _contact(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter the normal force of a joint: its law, its elastic part, and the keys of both."""
+    contact = f"{path}.contact"
+    elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
+    tree[contact] = Section("the normal force")
+    tree[f"{contact}.law"] = Word(catalogue.names("law"), "the hysteresis law", law=True)
+    tree[f"{contact}.elastic"] = Word(catalogue.names("elastic"), "the stiffness law", "power", law=True, when=elastic)
+    _laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
+    _laws(tree, contact, "law", catalogue.of("law"))
+
+
+def _laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
+    """Enter the keys of laws among which `key` chooses; a key that several have means what the chosen one says."""
+    for law in laws:
+        for field in law.fields:
+            use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
+            known = tree.get(f"{path}.{field.name}")
+            if known is None or any(other.when for other in known.uses):
+                tree[f"{path}.{field.name}"] = Number((*(known.uses if known else ()), use))
+
+
+def schema(catalogue: Catalogue) -> dict:
+    """Return the JSON Schema (2020-12) of a grid file, for editors: keys, words, units and meanings."""
+    sweep = {
+        "description": "dotted path -> values; the cases are the product",
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": {"$ref": "#/$defs/axis"},
+    }
+    schemas = []
+    for mechanism in MECHANISMS:
+        tree = shape(mechanism, catalogue)
+        top = _object(tree, "")
+        top["properties"] |= {
+            "name": {"type": "string", "description": "name of the run; results/<name> by default"},
+            "sweep": sweep,
+        }
+        top["properties"]["mechanism"]["properties"]["type"] = {"const": mechanism}
+        schemas.append(top)
+    chosen = {
+        "required": ["mechanism"],
+        "properties": {"mechanism": {"required": ["type"], "properties": {"type": {"const": "impact-pair"}}}},
+    }
+    quantities = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
+    spaced = {"type": "array", "minItems": 3, "maxItems": 4}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "clearsweep grid",
+        "type": "object",
+        "if": chosen,
+        "then": schemas[1],
+        "else": schemas[0],
+        "$defs": {
+            "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]},
+            "pair": quantities,
+            "axis": {
+                "anyOf": [
+                    {"type": "array", "minItems": 1},
+                    *(
+                        {
+                            "type": "object",
+                            "required": [name],
+                            "additionalProperties": False,
+                            "properties": {name: spaced},
+                        }
+                        for name in ("linspace", "geomspace", "logspace")
+                    ),
+                ]
+            },
+        },
+    }
+
+
+def _object(tree: Shape, path: str) -> dict:
+    """Return the schema of the section at `path`, '' for the whole."""
+    properties, required = {}, []
+    for inner, node in tree.items():
+        parent, _, key = inner.rpartition(".")
+        if parent != path:
+            continue
+        if isinstance(node, Section):
+            pair = {"description": f"{node.text}: two quantities (kg)", "$ref": "#/$defs/pair"}
+            properties[key] = pair if node.pair else {"description": node.text, **_object(tree, inner)}
+        elif isinstance(node, Word):
+            properties[key] = {"description": node.text, "enum": list(node.options)} | (
+                {"default": node.default} if node.default else {}
+            )
+        else:
+            properties[key] = {"description": _described(node), "$ref": "#/$defs/quantity"}
+        if isinstance(node, Section) and node.need == "required":
+            required.append(key)
+    return {"type": "object", "additionalProperties": False, "properties": properties} | (
+        {"required": required} if required else {}
+    )
+
+
+def _described(node: Number) -> str:
+    """Return what a quantity is, law by law where that differs, with range, default and an example."""
+    lines = []
+    for field, when in node.uses:
+        laws = f"{', '.join(sorted(when[-1][1]))}: " if when else ""
+        default = "" if field.default is None else f"; default {field.default:.15g}"
+        unit = quantity.exponent_of(field.unit, 1.5)
+        lines.append(f"{laws}{field.text}; {field.allowed()}{default}; {quantity.expected(unit)}")
+    return "\n".join(dict.fromkeys(lines))

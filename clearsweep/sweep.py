@@ -1,0 +1,205 @@
+"""The order of work of a sweep: check, lock, see what is missing, compile once, fan out, merge."""
+
+import sys
+import time
+from concurrent.futures import BrokenExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from clearsweep import pool, progress, stopping
+from clearsweep.drive import Batches, Driver
+from clearsweep.errors import InputError
+from clearsweep.worker import Job, Physics, compile_all
+
+SAMPLED_CASES = 200  # cases looked at for derived values and warnings
+MOST_WARNINGS = 5
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run came to; the results themselves are in `directory`.
+
+    Counts of cases: `cases` of the grid, `ran` this time, `reused` from before, then `ok`, `failed` and `missing` of the
+    grid's cases as they are now. `seconds` is the run's wall time, `case_seconds` the sum over the cases that ran.
+    """
+
+    directory: Path
+    cases: int
+    ran: int
+    reused: int
+    ok: int
+    failed: int
+    missing: int
+    seconds: float
+    case_seconds: float
+    derived: dict  # name -> {"unit", "min", "max"}
+    warnings: tuple[str, ...]
+
+    @property
+    def exit_code(self) -> int:
+        """Return 3 where cases failed or were left, else 0."""
+        return 3 if self.failed or self.missing else 0
+
+    def open(self):
+        """Return the results as clearsweep.open would."""
+        from clearsweep import store
+
+        return store.open(self.directory)
+
+
+def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, case_timeout=None, max_failures=None,
+          show_progress=True, physics=Physics) -> RunResult:
+    """Run the cases of a grid (path, dict or Grid) that `out` does not hold yet, and merge all of them; return the counts.
+
+    Parameters
+    ----------
+    out : directory; default results/<name of the grid>.
+    jobs : number of worker processes; default the number of cores this process may use.
+    executor : 'local' (processes) or 'serial' (this process).
+    retry_failed : run cases again that failed before.
+    case_timeout : s a case may take; a longer one gets the status 'timeout'.
+    max_failures : int, or text such as '5%' of the cases to run: stop when more than that have failed.
+    show_progress : tell stderr how far it is.
+    """
+    begin = time.monotonic()
+    _check(executor, jobs, case_timeout)
+    grid = load(source, physics)
+    derived, warnings = facts(grid, physics)
+    with stopping.catching():
+        from clearsweep import store
+
+        form = store.Form.of(grid)
+        with directory(grid, out).open_for(grid) as held:
+            start = store.now()
+            for sentence in held.recover():
+                print(sentence, file=sys.stderr)
+            ids = case_ids(grid)
+            pending = missing(grid, ids, held.rows(), retry_failed)
+            ran, case_seconds = 0, 0.0
+            if len(pending):
+                job = Job(held.directory, form, physics, case_timeout)
+                display = progress.of(len(pending), show_progress)
+                workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), physics)
+                try:
+                    warm(workers, grid, pending, physics, display)
+                    batches = Batches(grid, pending, lambda i: store.id_text(int(ids[i])), workers.jobs, case_bytes(grid))
+                    driver = Driver(workers, held, job, batches, _most(max_failures, len(pending)), display)
+                    driver.run()
+                    ran, case_seconds = driver.ran, driver.case_seconds
+                finally:
+                    display.close()
+                    workers.close(at_once=True)
+            rows = held.rows()
+            rows = rows[np.isin(rows["id"], ids)]
+            store.merge(held, form, rows)
+            failed = int(np.count_nonzero(rows["failed"]))
+            counts = {"cases": len(ids), "ran": ran, "reused": len(ids) - len(pending), "ok": len(rows) - failed,
+                      "failed": failed, "missing": len(ids) - len(rows)}
+            held.write_record(grid, start=start, end=store.now(), counts=counts, derived=derived, warnings=warnings)
+    return RunResult(held.directory, **counts, seconds=time.monotonic() - begin, case_seconds=case_seconds,
+                     derived=derived, warnings=tuple(warnings))
+
+
+def load(source, physics=Physics):
+    """Return the grid in `source`, which may be one already."""
+    from clearsweep import grid as grids
+
+    return source if isinstance(source, grids.Grid) else grids.load(source, physics.catalogue())
+
+
+def directory(grid, out=None):
+    """Return the store of the results of `grid`."""
+    from clearsweep import store
+
+    return store.Store(Path(out) if out else Path("results") / grid.name)
+
+
+def facts(grid, physics) -> tuple[dict, list[str]]:
+    """Return the ranges of what is derived (name -> unit, min, max) and the warnings, over a sample of the cases."""
+    ranges, sentences = {}, {}
+    for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
+        case = grid.case(index)
+        for name, (value, unit) in physics.derived(case).items():
+            before = ranges.get(name, {"min": value, "max": value})
+            ranges[name] = {"unit": unit, "min": min(before["min"], value), "max": max(before["max"], value)}
+        sentences.update(dict.fromkeys(physics.warnings(case)))
+    return ranges, list(sentences)[:MOST_WARNINGS]
+
+
+def case_ids(grid) -> np.ndarray:
+    """Return the identities of all cases as numbers, uint64, by index."""
+    return np.fromiter((int(grid.case_id(index), 16) for index in range(len(grid))), "u8", len(grid))
+
+
+def missing(grid, ids: np.ndarray, rows: np.ndarray, retry_failed: bool) -> np.ndarray:
+    """Return the indices of the cases that are to run, each identity once."""
+    if retry_failed:
+        rows = rows[~rows["failed"]]
+    _, first = np.unique(ids, return_index=True)
+    first.sort()
+    return first[~np.isin(ids[first], rows["id"])]
+
+
+def case_bytes(grid) -> float:
+    """Return the bytes of history that one case stores, without events."""
+    from clearsweep import outcome
+
+    case = grid.case(0)
+    save = case["save"]
+    turns = {"none": 0, "last": save.get("revolutions", 1), "all": case["simulate"].get("revolutions", 1)}[save["orbits"]]
+    return 8.0 * turns * save.get("samples", 0) * len(outcome.channels(grid.layout()))
+
+
+def kinds(grid, pending: np.ndarray, physics) -> list[dict]:
+    """Return one pending case for each kind of scene; only names of laws can change the kind."""
+    named = [path for path, values in grid.axes.items() if isinstance(values[0], str)]
+    if not named:
+        return [grid.case(int(pending[0]))]
+    firsts = {}
+    for index in pending.tolist():
+        point = grid.point(index)
+        firsts.setdefault(tuple(point[path] for path in named), index)
+    cases = [grid.case(index) for index in firsts.values()]
+    return list({physics.signature(case): case for case in cases}.values())
+
+
+def warm(workers, grid, pending: np.ndarray, physics, display) -> None:
+    """Compile each kind of scene once, in one worker; what fails there fails again as a case, where it is recorded."""
+    cases = kinds(grid, pending, physics)
+    future = workers.submit(compile_all, physics, cases)
+    if wait([future], timeout=2.0).not_done:
+        display.say(f"compiling {len(cases)} kind{'s' if len(cases) > 1 else ''} of scene (kept for later runs)")
+    try:
+        future.result()
+    except BrokenExecutor:
+        workers.restart()
+    except Exception as error:
+        display.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
+
+
+def _check(executor: str, jobs, case_timeout) -> None:
+    if executor not in pool.EXECUTORS:
+        raise InputError(f"executor: found {executor!r}; expected one of {', '.join(pool.EXECUTORS)}")
+    if jobs is not None and jobs < 1:
+        raise InputError(f"jobs: found {jobs}; expected a whole number of at least 1")
+    if case_timeout is not None and not case_timeout > 0.0:
+        raise InputError(f"case timeout: found {case_timeout:g} s; expected more than 0 s")
+    if case_timeout and executor == "serial":
+        raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
+
+
+def _most(max_failures, cases: int) -> int | None:
+    """Return how many cases may fail, from a number or a percentage."""
+    if max_failures is None:
+        return None
+    text = str(max_failures).strip()
+    share = cases / 100.0 if text.endswith("%") else 1.0
+    try:
+        most = int(float(text.removesuffix("%")) * share)
+    except ValueError:
+        most = -1
+    if most < 0:
+        raise InputError(f"max failures: found {max_failures!r}; expected a number of cases such as 20, or a share such as 5%")
+    return most

@@ -1,0 +1,176 @@
+"""What a worker process does: it takes a batch of cases, computes them one by one and commits them; a manifest goes back."""
+
+import ctypes
+import importlib
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+from clearsweep import stopping
+from clearsweep.outcome import Trajectory
+
+_PR_SET_PDEATHSIG = 1
+
+
+class Physics:
+    """All that a sweep knows of mechanics; the modules are loaded when they are first needed."""
+
+    @staticmethod
+    def prepare() -> None:
+        """Point the compiler to its cache; before anything imports the compiler."""
+        importlib.import_module("clearsweep.kernels.cache").prepare()
+
+    @staticmethod
+    def catalogue():
+        """Return all laws there are, for reading a grid."""
+        Physics.prepare()
+        return importlib.import_module("clearsweep.scene").catalogue()
+
+    @staticmethod
+    def signature(case: dict):
+        """Return a hashable that is equal for cases that share their compiled code."""
+        return importlib.import_module("clearsweep.scene").signature(case)
+
+    @staticmethod
+    def compile(case: dict) -> None:
+        """Compile the code of a case, or load it from the cache."""
+        importlib.import_module("clearsweep.simulate").compile_for(case)
+
+    @staticmethod
+    def solve(case: dict) -> Trajectory:
+        """Return the result of a case."""
+        scene = importlib.import_module("clearsweep.scene").build(case)
+        return importlib.import_module("clearsweep.simulate").simulate(scene)
+
+    @staticmethod
+    def derived(case: dict) -> dict:
+        """Return name -> (value, unit) of what was derived from other values."""
+        return importlib.import_module("clearsweep.scene").derived(case)
+
+    @staticmethod
+    def warnings(case: dict) -> list[str]:
+        """Return sentences about values that may not be what was meant."""
+        return importlib.import_module("clearsweep.scene").warnings(case)
+
+
+class Case(NamedTuple):
+    """One case on its way to a worker."""
+
+    case_id: str
+    point: dict  # swept path -> value in SI
+    values: dict  # the resolved case
+
+
+class Batch(NamedTuple):
+    """Cases that are computed and committed together."""
+
+    name: str  # of its shard and part
+    cases: tuple[Case, ...]
+    tried: int = 0  # times it was lost with its worker
+
+
+class Job(NamedTuple):
+    """What all batches of a run share."""
+
+    directory: Path
+    form: object  # store.Form
+    physics: type[Physics]
+    case_timeout: float | None  # s
+
+    def note(self, batch: Batch) -> Path:
+        """Return the file in which a worker says which case it is at."""
+        return self.directory / "tmp" / f"{batch.name}.note"
+
+
+class Manifest(NamedTuple):
+    """What a batch came to; the results themselves are in the store."""
+
+    part: str | None  # None where nothing was committed
+    done: int
+    failed: int
+    seconds: float  # spent on its cases
+
+
+def enter(parent: int, physics: type[Physics]) -> None:
+    """Prepare a worker process: it dies with its parent, heeds signals between cases, and has its modules loaded."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)  # the parent went before it could be tied to
+    stopping.in_worker()
+    physics.prepare()
+    import pyarrow
+
+    import clearsweep.store  # noqa: F401 - loaded here, while the parent still plans
+
+    pyarrow.set_cpu_count(1)
+
+
+def compile_all(physics: type[Physics], cases: list[dict]) -> None:
+    """Compile what these cases need, so that every other process finds it in the cache."""
+    for case in cases:
+        physics.compile(case)
+
+
+def time_case(physics: type[Physics], case: dict) -> tuple[float, int]:
+    """Return the time (s) that a case takes and the number of its events."""
+    begin = time.perf_counter()
+    trajectory = physics.solve(case)
+    return time.perf_counter() - begin, len(trajectory.events)
+
+
+def run_batch(job: Job, batch: Batch) -> Manifest:
+    """Compute the cases of a batch and commit them; asked to stop, commit those that are done."""
+    from clearsweep import store
+
+    rows, begin = [], time.perf_counter()
+    with stopping.patience():
+        note = _note(job, batch)
+        try:
+            for index, case in enumerate(batch.cases):
+                if stopping.requested():
+                    break
+                os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
+                rows.append(store.Row(case.case_id, case.point, _solve(job, case.values)))
+            seconds = time.perf_counter() - begin
+            part = store.commit(job.directory, job.form, batch.name, rows) if rows else None
+        finally:
+            os.close(note)
+    return Manifest(part, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+
+
+def _note(job: Job, batch: Batch) -> int:
+    from clearsweep.store import durable
+
+    with durable.storing(job.note(batch)):
+        return os.open(job.note(batch), os.O_WRONLY | os.O_CREAT, 0o666)
+
+
+def read_note(job: Job, batch: Batch) -> tuple[int, int] | None:
+    """Return the process and the index of the case a batch is at, None where no worker has begun it."""
+    try:
+        pid, index = job.note(batch).read_text().split()
+    except (OSError, ValueError):
+        return None
+    return int(pid), int(index)
+
+
+def _solve(job: Job, case: dict) -> Trajectory:
+    """Return the result of one case; whatever goes wrong in it becomes its status."""
+    if job.case_timeout:  # the default action ends the process, even inside compiled code
+        signal.setitimer(signal.ITIMER_REAL, job.case_timeout)
+    try:
+        return job.physics.solve(case)
+    except Exception as error:
+        return failure("crashed", f"{type(error).__name__}: {error}")
+    finally:
+        if job.case_timeout:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def failure(status: str, message: str) -> Trajectory:
+    """Return the result of a case that has none."""
+    return Trajectory(status, message, {})

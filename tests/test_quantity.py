@@ -1,0 +1,156 @@
+"""Claims about reading quantities: what parses to what, exactly, and what a mistake is told."""
+
+import math
+import subprocess
+import sys
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clearsweep import quantity
+from clearsweep.errors import InputError
+
+READS = [
+    ("0.5 mm", "m", 0.0005),
+    ("0.5mm", "m", 0.0005),
+    (" 20 um ", "m", 20e-6),
+    ("20 µm", "m", 20e-6),
+    ("1 in", "m", 0.0254),
+    ("6.61e10 N/m^1.5", "N/m^1.5", 6.61e10),
+    ("1e6 N/mm", "N/m", 1e9),
+    ("2e-14 m^2/N", "m^2/N", 2e-14),
+    ("5.05e-4 mm^3/(N*m)", "m^2/N", 5.05e-13),
+    ("1e-4 kg*m^2", "kg*m^2", 1e-4),
+    ("1e-4 kg m^2", "kg*m^2", 1e-4),
+    ("1 kg·m²", "kg*m^2", 1.0),
+    ("207 GPa", "Pa", 2.07e11),
+    ("100 N*s/m", "N*s/m", 100.0),
+    ("100 N s m^-1", "N*s/m", 100.0),
+    ("9.81 m/s^2", "m/s^2", 9.81),
+    ("9.81 m/s**2", "m/s^2", 9.81),
+    ("140 g", "kg", 0.14),
+    ("0.2 t", "kg", 200.0),
+    ("90 %", "1", 0.9),
+    ("180 deg", "rad", math.pi),
+    ("5 kN", "N", 5000.0),
+    ("+1e3", "m", 1000.0),
+    (".5", "m", 0.5),
+    ("5.", "m", 5.0),
+    (5, "m", 5.0),
+    (0.25, "1", 0.25),
+]
+
+
+@pytest.mark.parametrize(("text", "unit", "value"), READS)
+def test_a_quantity_reads_as_the_nearest_float_in_si(text, unit, value):
+    assert quantity.read(text, unit) == value
+
+
+def test_hz_of_a_shaft_means_turns_per_second():
+    assert quantity.read("3 Hz", "rad/s") == pytest.approx(6 * math.pi, rel=1e-15)
+    assert quantity.read("3 Hz", "rad/s") == quantity.read("180 rpm", "rad/s") == quantity.read("3 turn/s", "rad/s")
+    assert quantity.read("0.003 kHz", "rad/s") == quantity.read("1080 deg/s", "rad/s")
+
+
+@pytest.mark.parametrize("rpm", [1, 1000, 3000, 5000, 12345.6])
+def test_rpm_is_a_sixtieth_of_a_turn_per_second(rpm):
+    assert quantity.read(f"{rpm} rpm", "rad/s") == pytest.approx(rpm * 2 * math.pi / 60, rel=3e-16)
+
+
+@given(st.decimals(min_value="0.001", max_value="100000", places=6))
+def test_the_spelling_of_the_unit_does_not_change_a_bit(number):
+    mm = quantity.read(f"{number} mm", "m")
+    assert mm == quantity.read(f"{number * 1000} um", "m") == quantity.read(f"{number / 1000}", "m")
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_bare_number_comes_back_as_it_is_whether_number_or_text(number):
+    assert quantity.read(number, "m") == number == quantity.read(repr(number), "m") == quantity.read(f"{number!r} m", "m")
+
+
+@pytest.mark.parametrize("zero", [-0.0, "-0.0", "-0 mm", "-1e-999 m", 0])
+def test_zero_has_no_sign(zero):
+    assert math.copysign(1.0, quantity.read(zero, "m")) == 1.0
+
+
+BAD = [
+    ("0.5 kg", "m", ["'0.5 kg'", "another dimension", "expected a quantity in m", "0.5 mm"]),
+    ("500 1/s", "rad/s", ["another dimension", "5000 rpm", "80 Hz (turns per second)"]),
+    ("3 rad", "1", ["another dimension", "without unit", "90 %"]),
+    ("5 N/m", "N/m^1.5", ["another dimension", "1e9 N/m^1.5"]),
+    ("50 %", "m", ["% belongs to quantities without a unit"]),
+    ("0.5 M", "m", ["unknown unit 'M'", "did you mean 'm'?"]),
+    ("5 RPM", "rad/s", ["unknown unit 'RPM'", "did you mean 'rpm'?"]),
+    ("5 milimetre", "m", ["unknown unit 'milimetre'", "did you mean 'millimetre'?"]),
+    ("5 Ns/m", "N*s/m", ["unknown unit 'Ns'", "N*s/m"]),
+    ("0,5 mm", "m", ["decimal point, not a comma"]),
+    ("mm", "m", ["does not begin with a number"]),
+    ("", "m", ["does not begin with a number"]),
+    ("five", "m", ["'five'"]),
+    ("1 m^", "m", ["cannot be read as a unit"]),
+    ("1 (m", "m", ["cannot be read as a unit"]),
+    ("1 m^99999999", "m", ["cannot be read as a unit"]),
+    ("1_000 m", "m", ["cannot be read as a unit"]),
+    ("1 m; import os", "m", ["cannot be read as a unit"]),
+    ("0x10", "m", ["cannot be read as a unit"]),
+    ("1e999", "m", ["not a finite number"]),
+    ("1e308 km", "m", ["not a finite number"]),
+    (".inf", "m", ["not a finite number"]),
+    (".nan", "m", ["not a finite number"]),
+    ("-inf", "m", ["not a finite number"]),
+    (math.inf, "m", ["not a finite number"]),
+    (math.nan, "m", ["not a finite number"]),
+    (10**400, "m", ["not a finite number"]),
+    (True, "m", ["found true"]),
+    (None, "m", ["found nothing"]),
+    ({}, "m", ["found a section"]),
+    ([1], "m", ["found a list"]),
+    ("1" * 1000, "m", ["does not begin with a number", "..."]),
+]
+
+
+@pytest.mark.parametrize(("value", "unit", "words"), BAD, ids=[str(bad[0])[:20] for bad in BAD])
+def test_a_mistake_says_what_was_found_and_what_is_expected(value, unit, words):
+    with pytest.raises(InputError) as caught:
+        quantity.read(value, unit)
+    for word in (*words, "found"):
+        assert word in str(caught.value)
+    assert len(caught.value.problems) == 1
+    assert "\n" not in str(caught.value)
+
+
+@given(st.text(max_size=30))
+def test_any_text_gives_a_finite_number_or_an_input_error(text):
+    try:
+        assert math.isfinite(quantity.read(text, "m"))
+    except InputError:
+        pass
+
+
+@given(st.text(alphabet="mksNPa*/^()1. -²%°", max_size=12))
+def test_any_unit_gives_a_finite_number_or_an_input_error(text):
+    try:
+        assert math.isfinite(quantity.read(f"1 {text}", "m"))
+    except InputError:
+        pass
+
+
+def test_a_monstrous_exponent_costs_no_time():
+    began = time.perf_counter()
+    assert quantity.read("1e-999999999 mm", "m") == 0.0
+    with pytest.raises(InputError, match="not a finite number"):
+        quantity.read("1e999999999 mm", "m")
+    assert time.perf_counter() - began < 1.0
+
+
+def test_the_exponent_in_a_unit_is_written_as_a_user_would():
+    assert quantity.exponent_of("N/m^exponent", 1.5) == "N/m^1.5"
+    assert quantity.exponent_of("N/m^exponent", 1.0) == "N/m"
+    assert quantity.exponent_of("N/m", 1.5) == "N/m"
+
+
+def test_bare_numbers_need_no_unit_table():
+    code = "import sys; from clearsweep import quantity; quantity.read('5e-4', 'm'); sys.exit('pint' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
