@@ -12,7 +12,7 @@ MODEL_VERSION = "1"
 
 _HOMES = {
     "load_case": "scene",
-    "simulate": "simulate",
+    "simulate": "simulation",
     "sweep": "sweep",
     "open": "store",
     "Trajectory": "outcome",

@@ -67,7 +67,7 @@ def _wear(read: Draft, joint: str) -> None:
 
 
 def _pressure(read: Draft, joint: str) -> None:
-    """Check that Young's modulus is known, which the pressure of wear needs: from the material, or Hertz's stiffness."""
+    """Check that Young's modulus, which the pressure of wear needs, follows from the material or the stiffness."""
     contact = f"{joint}.contact"
     law, elastic = f"{contact}.law", f"{contact}.elastic"
     if f"{contact}.material" in read.shape or elastic not in read.shape or not read.unsure.isdisjoint((law, elastic)):

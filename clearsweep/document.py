@@ -1,5 +1,6 @@
 """Reads a YAML 1.2 file or a dict into entries that know where they were written, and collects what is wrong."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from typing import Any
@@ -9,6 +10,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 
 from .errors import InputError
+from .quantity import shown
 
 _TAG = "tag:yaml.org,2002:"
 
@@ -85,21 +87,31 @@ def entry_of(value, origin: str) -> Entry:
 
 def override(root: Entry, path: str, value, problems: Problems) -> Entry:
     """Return `root` with `value` put at dotted `path`; None takes away what is there."""
-    if not isinstance(root.value, dict):
-        problems.add(Entry(None, "overrides"), path, f"leads into the value {root.value!r}, not into a section")
-        return root
-    key, _, rest = path.partition(".")
-    inside = dict(root.value)
+    return _put(
+        root,
+        path.split("."),
+        value,
+        lambda found: problems.add(
+            Entry(None, "overrides"), path, f"leads into the value {shown(found)}, not into a section"
+        ),
+    )
+
+
+def _put(entry: Entry, keys: list[str], value, refuse: Callable) -> Entry:
+    """Return `entry` with `value` put where `keys` lead; `refuse` is told of a value on the way."""
+    inside = dict(enumerate(entry.value)) if isinstance(entry.value, list) else entry.value
+    if not isinstance(inside, dict):
+        refuse(entry.value)
+        return entry
+    inside = {str(key): item for key, item in inside.items()}
+    key, *rest = keys
     if rest:
-        below = inside.get(key, Entry({}, "overrides"))
-        if isinstance(below.value, list):
-            below = Entry({str(k): item for k, item in enumerate(below.value)}, below.origin, below.line, below.column)
-        inside[key] = override(below, rest, value, problems)
+        inside[key] = _put(inside.get(key, Entry({}, "overrides")), rest, value, refuse)
     elif value is None:
         inside.pop(key, None)
     else:
         inside[key] = entry_of(value, "overrides")
-    return Entry(inside, root.origin, root.line, root.column, root.keys)
+    return Entry(inside, entry.origin, entry.line, entry.column, entry.keys)
 
 
 def _from_node(node: Node, origin: str, path: str, problems: Problems, done: dict) -> Entry:
@@ -130,7 +142,9 @@ def _mapping(node: MappingNode, at: tuple, path: str, problems: Problems, done: 
         if key in values:
             problems.add(here, inner, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
             continue
-        values[key], keys[key] = _from_node(value_node, at[0], inner, problems, done), here
+        value = _from_node(value_node, at[0], inner, problems, done)
+        blank = value.value is None and not value_node.value  # a blank has no place of its own
+        values[key], keys[key] = here if blank else value, here
     return Entry(values, *at, keys)
 
 

@@ -28,8 +28,8 @@ MOST_RESTARTS = 3  # of the pool without a batch finished in between
 class Batches:
     """Pending cases, cut into batches of about TARGET seconds; lost ones come first."""
 
-    def __init__(self, grid, pending, name_of, jobs: int, bytes_per_case: float):
-        self.grid, self.pending, self.name_of, self.jobs = grid, pending, name_of, jobs
+    def __init__(self, pending, ids, jobs: int, bytes_per_case: float):
+        self.pending, self.ids, self.jobs = pending, ids, jobs
         self.most = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
         self.taken, self.largest = 0, 1
         self.done, self.seconds = 0, 0.0
@@ -49,9 +49,9 @@ class Batches:
         size = min(self._size(), len(self.pending) - self.taken)
         if not size:
             return None
-        indices = self.pending[self.taken:self.taken + size]
+        indices = self.pending[self.taken:self.taken + size].tolist()
         self.taken += size
-        return fresh(tuple(Case(self.name_of(i), self.grid.point(i), self.grid.case(i)) for i in map(int, indices)))
+        return fresh(tuple(Case(f"{self.ids[index]:016x}", index) for index in indices))
 
     def _size(self) -> int:
         if not self.done:
@@ -90,8 +90,8 @@ class Driver:
                 for future in done or self._orphaned():
                     self._settle(future)
             self._drain()
-            raise stopping.Stopped(stopping.requested(), f"stopped: {self.ran:,} of {len(self.batches.pending):,} cases were "
-                                   "finished and are kept; run the same command again to go on")
+            raise stopping.Stopped(stopping.requested(), f"stopped: {self.ran:,} of {len(self.batches.pending):,} "
+                                   "cases were finished and are kept; run the same command again to go on")
 
     def _too_many(self) -> bool:
         return self.most_failures is not None and self.failed > self.most_failures
@@ -167,7 +167,7 @@ class Driver:
         if others:
             self.batches.again.append(fresh(others))
         if timed_out:
-            self._give_up(culprit, "timeout", f"did not finish within the {self.job.case_timeout:g} s of --case-timeout")
+            self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
         elif others or not batch.tried:
             self.batches.again.append(fresh((culprit,), 1))
         else:
@@ -178,8 +178,8 @@ class Driver:
         from clearsweep import store
 
         batch = fresh((case,))
-        part = store.commit(self.job.directory, self.job.form, batch.name,
-                            [store.Row(case.case_id, case.point, failure(status, message))])
+        row = store.Row(case.case_id, self.job.grid.point(case.index), failure(status, message))
+        part = store.commit(self.job.directory, store.Form.of(self.job.grid), batch.name, [row])
         self._take(batch, Manifest(part, 1, 1, 0.0))
 
     def _restart(self) -> None:

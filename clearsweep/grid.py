@@ -19,7 +19,7 @@ from .errors import InputError
 from .quantity import shown
 from .schema import JOINTS, Number, Section, Shape, Word, schema
 
-__all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "load", "schema", "starter"]
+__all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "identity", "load", "schema", "starter"]
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 1
@@ -157,8 +157,12 @@ class Grid:
     def resolved(self) -> dict:
         """Return the grid in SI as a dict of the shape of its file, from which `load` gives the same cases."""
         sweep = {"sweep": {path: list(values) for path, values in self.axes.items()}} if self.axes else {}
-        sections = {path: {} for path, node in self._shape.items() if isinstance(node, Section) and not node.pair}
-        return {"name": self.name} | self._nested(sections | self._base) | sweep
+        sections = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
+        pairs = tuple(
+            f"{path}." for path in sections if self._shape[path].pair
+        )  # a list has no gap: any value fills it
+        fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
+        return {"name": self.name} | self._nested(sections | self._base | fillers) | sweep
 
     def layout(self):
         """Return the outcome.Layout that all cases share."""

@@ -51,7 +51,7 @@ class Local:
         self._pool = self._started()
 
     def _started(self) -> ProcessPool:
-        pool = ProcessPool(self.jobs, initializer=worker.enter, initargs=(os.getpid(), self.physics), context=_Context())
+        pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(), self.physics), _Context())
         with stopping.shielded():
             assert pool.active  # asking starts the workers
         return pool

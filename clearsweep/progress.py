@@ -59,8 +59,8 @@ class Lines(Silent):
         self.interval = min(1.5 * self.interval, 60.0)
         self.due = now + self.interval
         spent = now - self.begin
-        left = spent * (self.total - self.done) / self.done
-        self.say(f"{self.done:,} of {self.total:,} cases, {failed:,} failed, {clock(spent)} spent, about {clock(left)} left")
+        left = clock(spent * (self.total - self.done) / self.done)
+        self.say(f"{self.done:,} of {self.total:,} cases, {failed:,} failed, {clock(spent)} spent, about {left} left")
 
     def say(self, sentence):
         print(sentence, file=sys.stderr, flush=True)

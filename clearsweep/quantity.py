@@ -156,16 +156,18 @@ def _measure(written: str) -> tuple[Fraction, tuple] | str:
         return Fraction(1), ()
     if written == "%":
         return "% belongs to quantities without a unit"
+    unreadable = f"'{written}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
     if not _UNIT.fullmatch(written):
-        return f"'{written}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
-    for name in re.findall(r"[^\W\d_]+|°", written):
-        if name not in _table():
-            return f"unknown unit '{name}'{nearest(name, f'{_COMMON} {_WORDS}'.split())} (known: {_COMMON}, N*s/m, m^2)"
+        return unreadable
     try:
+        for name in re.findall(r"[^\W\d_]+|°", written):
+            if name not in _table():
+                near = nearest(name, f"{_COMMON} {_WORDS}".split())
+                return f"unknown unit '{name}'{near} (known: {_COMMON}, N*s/m, m^2)"
         size = _table().Quantity(_table().parse_expression(written)).to_base_units()
         return Fraction(size.magnitude), tuple(sorted(size.dimensionality.items()))
     except Exception:  # the parser's own errors are of many types and speak of Python syntax
-        return f"'{written}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
+        return unreadable
 
 
 def nearest(word: str, known) -> str:

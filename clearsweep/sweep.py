@@ -21,7 +21,7 @@ MOST_WARNINGS = 5
 class RunResult:
     """What a run came to; the results themselves are in `directory`.
 
-    Counts of cases: `cases` of the grid, `ran` this time, `reused` from before, then `ok`, `failed` and `missing` of the
+    Counts of cases: `cases` of the grid, `ran` this time, `reused` from before; `ok`, `failed` and `missing` of the
     grid's cases as they are now. `seconds` is the run's wall time, `case_seconds` the sum over the cases that ran.
     """
 
@@ -51,7 +51,7 @@ class RunResult:
 
 def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, case_timeout=None, max_failures=None,
           show_progress=True, physics=Physics) -> RunResult:
-    """Run the cases of a grid (path, dict or Grid) that `out` does not hold yet, and merge all of them; return the counts.
+    """Run the cases of a grid (path, dict or Grid) that `out` does not hold yet, merge all of them, return the counts.
 
     Parameters
     ----------
@@ -65,39 +65,38 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
     """
     begin = time.monotonic()
     _check(executor, jobs, case_timeout)
+    _most(max_failures, 0)
     grid = load(source, physics)
     derived, warnings = facts(grid, physics)
-    with stopping.catching():
+    with stopping.catching(), directory(grid, out).open_for(grid) as held:
         from clearsweep import store
 
-        form = store.Form.of(grid)
-        with directory(grid, out).open_for(grid) as held:
-            start = store.now()
-            for sentence in held.recover():
-                print(sentence, file=sys.stderr)
-            ids = case_ids(grid)
-            pending = missing(grid, ids, held.rows(), retry_failed)
-            ran, case_seconds = 0, 0.0
-            if len(pending):
-                job = Job(held.directory, form, physics, case_timeout)
-                display = progress.of(len(pending), show_progress)
-                workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), physics)
-                try:
-                    warm(workers, grid, pending, physics, display)
-                    batches = Batches(grid, pending, lambda i: store.id_text(int(ids[i])), workers.jobs, case_bytes(grid))
-                    driver = Driver(workers, held, job, batches, _most(max_failures, len(pending)), display)
-                    driver.run()
-                    ran, case_seconds = driver.ran, driver.case_seconds
-                finally:
-                    display.close()
-                    workers.close(at_once=True)
-            rows = held.rows()
-            rows = rows[np.isin(rows["id"], ids)]
-            store.merge(held, form, rows)
-            failed = int(np.count_nonzero(rows["failed"]))
-            counts = {"cases": len(ids), "ran": ran, "reused": len(ids) - len(pending), "ok": len(rows) - failed,
-                      "failed": failed, "missing": len(ids) - len(rows)}
-            held.write_record(grid, start=start, end=store.now(), counts=counts, derived=derived, warnings=warnings)
+        start = store.now()
+        for sentence in held.recover():
+            print(sentence, file=sys.stderr)
+        ids = case_ids(grid)
+        pending = missing(grid, ids, held.rows(), retry_failed)
+        ran, case_seconds = 0, 0.0
+        if len(pending):
+            job = Job(held.directory, grid, physics, case_timeout)
+            display = progress.of(len(pending), show_progress)
+            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), physics)
+            try:
+                warm(workers, grid, pending, physics, display)
+                batches = Batches(pending, ids, workers.jobs, case_bytes(grid))
+                driver = Driver(workers, held, job, batches, _most(max_failures, len(pending)), display)
+                driver.run()
+                ran, case_seconds = driver.ran, driver.case_seconds
+            finally:
+                display.close()
+                workers.close(at_once=True)
+        rows = held.rows()
+        rows = rows[np.isin(rows["id"], ids)]
+        store.merge(held, store.Form.of(grid), rows)
+        failed = int(np.count_nonzero(rows["failed"]))
+        counts = {"cases": len(ids), "ran": ran, "reused": len(ids) - len(pending), "ok": len(rows) - failed,
+                  "failed": failed, "missing": len(ids) - len(rows)}
+        held.write_record(grid, start=start, end=store.now(), counts=counts, derived=derived, warnings=warnings)
     return RunResult(held.directory, **counts, seconds=time.monotonic() - begin, case_seconds=case_seconds,
                      derived=derived, warnings=tuple(warnings))
 
@@ -148,8 +147,8 @@ def case_bytes(grid) -> float:
 
     case = grid.case(0)
     save = case["save"]
-    turns = {"none": 0, "last": save.get("revolutions", 1), "all": case["simulate"].get("revolutions", 1)}[save["orbits"]]
-    return 8.0 * turns * save.get("samples", 0) * len(outcome.channels(grid.layout()))
+    turns = {"none": 0, "last": save.get("revolutions", 1), "all": case["simulate"].get("revolutions", 1)}
+    return 8.0 * turns[save["orbits"]] * save.get("samples", 0) * len(outcome.channels(grid.layout()))
 
 
 def kinds(grid, pending: np.ndarray, physics) -> list[dict]:
@@ -201,5 +200,5 @@ def _most(max_failures, cases: int) -> int | None:
     except ValueError:
         most = -1
     if most < 0:
-        raise InputError(f"max failures: found {max_failures!r}; expected a number of cases such as 20, or a share such as 5%")
+        raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")
     return most

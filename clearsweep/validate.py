@@ -23,6 +23,7 @@ class Draft:
     swept: dict[str, Entry] = field(default_factory=dict)
     names: dict[str, frozenset] = field(default_factory=dict)  # path of a law's name -> the names in play
     unsure: set[str] = field(default_factory=set)  # paths of law names that could not be read
+    broken: set[str] = field(default_factory=set)  # paths of sections that could not be read
     values: dict[str, float | int | str] = field(default_factory=dict)  # SI; defaults of words included
     axes: dict[str, tuple] = field(default_factory=dict)
 
@@ -77,16 +78,20 @@ def _walk(read: Draft, entry: Entry, path: str, whole: Shape) -> None:
     read.sections[path] = entry
     content = entry.value
     if path in whole and whole[path].pair:
+        if isinstance(content, dict):  # an override of one of the two
+            content = list(content.values())
         if not isinstance(content, list) or len(content) != 2:
             read.problems.add(
                 entry, path, f"found {shown(content)}; expected a list of two quantities, such as [0.2 kg, 0.2 kg]"
             )
+            read.broken.add(path)
             return
         content = {str(k): item for k, item in enumerate(content)}
     if content is None and path in whole and whole[path].need == "implied":
         content = {}
     if not isinstance(content, dict):
         read.problems.add(entry, path, f"found {shown(content)}; expected a section with the keys {', '.join(known)}")
+        read.broken.add(path)
         return
     for key, below in content.items():
         inner = f"{path}.{key}" if path else key
@@ -112,7 +117,7 @@ def _activate(read: Draft, whole: Shape) -> None:
     for path, node in whole.items():
         parent = path.rpartition(".")[0]
         there = not isinstance(node, Section) or path in read.sections or node.need == "implied"
-        if there and (not parent or parent in read.shape):
+        if there and path not in read.broken and (not parent or parent in read.shape):
             read.shape[path] = node
             if isinstance(node, Section):
                 read.sections.setdefault(path, read.sections[parent])
@@ -149,7 +154,7 @@ def _find_axes(read: Draft, root: Entry, whole: Shape) -> None:
                 "cannot be swept; write it outside `sweep`, and a grid for each of its values",
             )
         elif path in whole:
-            missing = next(above for above in _above(path) if above not in read.shape)
+            missing = next(section for section in _sections(path) if section not in read.shape)
             read.problems.add(
                 key, f"sweep.{path}", f"there is no section '{missing}'; write it before a value in it is swept"
             )
@@ -159,10 +164,10 @@ def _find_axes(read: Draft, root: Entry, whole: Shape) -> None:
             read.problems.add(key, f"sweep.{path}", f"names nothing{nearest(path, free)}{there}")
 
 
-def _above(path: str) -> list[str]:
-    """Return the sections that `path` lies in, outermost first."""
+def _sections(path: str) -> list[str]:
+    """Return the paths that lead to `path`, outermost first, itself last."""
     parts = path.split(".")
-    return [".".join(parts[:k]) for k in range(1, len(parts))]
+    return [".".join(parts[: k + 1]) for k in range(len(parts))]
 
 
 def _word(read: Draft, path: str, node: Word) -> None:
@@ -213,6 +218,12 @@ def _number(read: Draft, path: str, node: Number) -> None:
         read.problems.add(read.place(path), path, sentence)
         return
     meanings = [(one, _units(read, path, one)) for one in fields or (node.uses[0].field,)]
+    if _doubtful(read, node):  # which meaning holds is not known: one that fits will do
+        quiet = Draft(Problems())
+        entry = read.written.get(path)
+        if path in read.swept or any(_read(quiet, path, entry, [meaning]) is not None for meaning in meanings if entry):
+            return
+        meanings = meanings[:1]
     if path in read.swept:
         _enter_axis(read, path, lambda entry: _read(read, path, entry, meanings), meanings[0][1][0])
     if path in read.written:

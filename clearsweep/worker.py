@@ -1,4 +1,4 @@
-"""What a worker process does: it takes a batch of cases, computes them one by one and commits them; a manifest goes back."""
+"""What a worker process does: it computes a batch of cases one by one and commits them; a manifest goes back."""
 
 import ctypes
 import importlib
@@ -30,6 +30,12 @@ class Physics:
         return importlib.import_module("clearsweep.scene").catalogue()
 
     @staticmethod
+    def laws_text(name: str | None) -> str:
+        """Return what there is to say of one law, or of all."""
+        Physics.prepare()
+        return importlib.import_module("clearsweep.scene").laws_text(name)
+
+    @staticmethod
     def signature(case: dict):
         """Return a hashable that is equal for cases that share their compiled code."""
         return importlib.import_module("clearsweep.scene").signature(case)
@@ -57,11 +63,10 @@ class Physics:
 
 
 class Case(NamedTuple):
-    """One case on its way to a worker."""
+    """One case on its way to a worker, which makes its values itself: the parent stays light."""
 
     case_id: str
-    point: dict  # swept path -> value in SI
-    values: dict  # the resolved case
+    index: int  # in the grid
 
 
 class Batch(NamedTuple):
@@ -76,7 +81,7 @@ class Job(NamedTuple):
     """What all batches of a run share."""
 
     directory: Path
-    form: object  # store.Form
+    grid: object  # grid.Grid
     physics: type[Physics]
     case_timeout: float | None  # s
 
@@ -102,11 +107,9 @@ def enter(parent: int, physics: type[Physics]) -> None:
         os._exit(1)  # the parent went before it could be tied to
     stopping.in_worker()
     physics.prepare()
-    import pyarrow
+    from clearsweep import store  # loaded here, while the parent still plans
 
-    import clearsweep.store  # noqa: F401 - loaded here, while the parent still plans
-
-    pyarrow.set_cpu_count(1)
+    store.use_one_thread()
 
 
 def compile_all(physics: type[Physics], cases: list[dict]) -> None:
@@ -134,9 +137,9 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
                 if stopping.requested():
                     break
                 os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
-                rows.append(store.Row(case.case_id, case.point, _solve(job, case.values)))
+                rows.append(store.Row(case.case_id, job.grid.point(case.index), _solve(job, job.grid.case(case.index))))
             seconds = time.perf_counter() - begin
-            part = store.commit(job.directory, job.form, batch.name, rows) if rows else None
+            part = store.commit(job.directory, store.Form.of(job.grid), batch.name, rows) if rows else None
         finally:
             os.close(note)
     return Manifest(part, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)

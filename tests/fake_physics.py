@@ -82,7 +82,7 @@ class Fake(Physics):
         if gravity == HANGS:
             time.sleep(1e4)
         if gravity == FAILS:
-            return outcome.Trajectory("step-budget", "the step budget was used up", {"rod_slider_force_peak": float("nan")})
+            return outcome.Trajectory("step-budget", "the step budget was used up", {"rod_slider_force_peak": np.nan})
         time.sleep(gravity)
         return trajectory(case)
 

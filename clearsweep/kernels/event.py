@@ -25,9 +25,11 @@ class Work(NamedTuple):
 
     rates: Entry  # the right-hand side
     sample: Entry  # the time histories
+    wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration follow it
     pace: float  # rad/s, Scene.pace
     sigma: float  # m^0.5, Scene.sigma
+    longest: float  # s, a step spans no more
 
     y: np.ndarray  # (n,) state at the start of the step
     end: np.ndarray  # (n,) state at its end
@@ -146,7 +148,7 @@ def turning(work, j, h, a, b, sign):
     """Return the share in [a, b] at which the slope of the depth, times `sign`, turns from positive to negative."""
     for _ in range(60):
         x = 0.5 * (a + b)
-        depth, slope = approach(work, j, h, x)
+        _, slope = approach(work, j, h, x)
         if sign * slope > 0.0:
             a = x
         else:
@@ -171,11 +173,11 @@ def first_onset(work, j, h):
         if da >= 0.0 and db >= 0.0 and sa < 0.0 <= sb:  # leaves and comes back, or never quite left
             x = turning(work, j, h, xa, xb, -1.0)
             return x if approach(work, j, h, x)[0] >= 0.0 else crossing(work, ONSET, j, h, 0.0, x, xb)
-        if da < 0.0 and db < 0.0 and sa > 0.0 > sb:
-            if (da * sb - db * sa + sa * sb / SPANS) / (sb - sa) >= 0.0:  # where the two end tangents meet
-                x = turning(work, j, h, xa, xb, 1.0)
-                if approach(work, j, h, x)[0] >= 0.0:
-                    return crossing(work, ONSET, j, h, 0.0, xa, x)
+        peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb
+        if peaks and (da * sb - db * sa + sa * sb / SPANS) / (sb - sa) >= 0.0:  # where the two end tangents meet
+            x = turning(work, j, h, xa, xb, 1.0)
+            if approach(work, j, h, x)[0] >= 0.0:
+                return crossing(work, ONSET, j, h, 0.0, xa, x)
         xa, da, sa = xb, db, sb
     return 2.0
 

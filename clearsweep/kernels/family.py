@@ -59,6 +59,9 @@ class Entry(NamedTuple):
     parameters: int
 
 
+NO_ENTRY = Entry(0, 0)
+
+
 def flatten(value):
     """Return the numbers of nested tuples of floats as a (numbers,) float64 array, in the order compiled code reads."""
     if not isinstance(value, tuple):
@@ -82,8 +85,9 @@ def entry(function, scene, arrays, parameters):
     the caller keeps as long as the Entry is in use.
     """
     if numba.config.DISABLE_JIT:
-        _PLAIN[id(parameters)] = function, scene
-        return Entry(id(parameters), 0)
+        code = hash((function, id(parameters)))
+        _PLAIN[code] = function, scene
+        return Entry(code, 0)
     pointers = tuple(types.CPointer(item) for item in arrays)
     return Entry(_compiled(function, numba.typeof(scene), pointers).address, parameters.ctypes.data)
 

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
-from .event import CLIP, NOTHING, ONSET, SEPARATION, STOP, Work, evaluate, first_event, may_meet
+from .event import CLIP, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
 from .family import invoke, kernel
 from .joint import CLIPPED, FREE, PRESSED
 from .method import END, ROWS, dense_coefficients, dense_component, dense_state, error_norm, stage_state
@@ -34,19 +34,20 @@ from .tally import (
     EVALUATIONS,
     EVENTS,
     FORCE_MAX,
-    KINETIC_MAX,
     KINETIC_START,
     LOCATING,
     ONSET_MAX,
     ONSETS,
     PEAK,
+    REBOUNDS,
     REJECTED,
+    RESIDUAL,
     RESTITUTION,
     SAMPLES,
     SEPARATIONS,
     STEPS,
     TORQUE_MAX,
-    Tally,
+    WHOLE,
     add_course,
     add_powers,
     may_peak,
@@ -55,11 +56,10 @@ from .tally import (
 )
 
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW = range(5)
-SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0  # of the step size control
+SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic, so grow with care
 SMALLEST = 1e-14  # of the time already gone: below, a step does nothing
 ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
-LONGEST = 0.02  # of a turn of the crank, where nothing else limits a step: keeps maxima and histograms sharp
 
 
 class Control(NamedTuple):
@@ -122,6 +122,8 @@ def land(work, tally, share, kind, joint, h, stop):
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[END, i] * miss / slope
+    if kind == STOP:
+        work.end[work.time] = stop
     return h
 
 
@@ -236,8 +238,9 @@ def end_contact(work, tally, j):
     work.state[j] = FREE
     work.end[work.time + 1 + j] = 0.0
     tally.counts[SEPARATIONS] += 1
-    if tally.joint[j, APPROACH] > 0.0:
+    if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
         tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
+        tally.joint[j, REBOUNDS] += 1.0
     return rate
 
 
@@ -246,7 +249,9 @@ def log_event(events, count, time, joint, kind, rate, force_peak):
     """Return the event log (rows: time, joint, 1 onset or 2 separation, rate, force peak) with one more row."""
     if count == events.shape[0]:
         longer = np.empty((2 * count, 5))
-        longer[:count] = events
+        for row in range(count):
+            for column in range(5):
+                longer[row, column] = events[row, column]
         events = longer
     events[count, 0], events[count, 1], events[count, 2] = time, joint, kind
     events[count, 3], events[count, 4] = rate, force_peak
@@ -286,6 +291,10 @@ def enter(work, tally, h, windowed, record, dense):
             if work.state[j] != FREE:
                 tally.joint[j, CONTACT_TIME] += duration
                 add_course(work, tally, j, duration)
+        if work.wear.code != 0:
+            tally.length[0] = h
+            arrays = (work.y, work.end, work.state, tally.course, tally.length, tally.wear, tally.account)
+            invoke(work.wear.code, work.wear.parameters, arrays, tally.wear.size // (2 * work.state.size))
     i = tally.counts[SAMPLES]
     if i < record.times.size and record.times[i] <= work.end[time]:
         if not made:
@@ -296,11 +305,29 @@ def enter(work, tally, h, windowed, record, dense):
 @kernel
 def open_window(tally):
     """Begin the figures anew; energies and the present contacts go on."""
-    tally.whole[KINETIC_MAX + 2 :] = 0.0
-    tally.joint[:, :PEAK] = 0.0
-    tally.joint[:, DEPTH_MAX] = -np.inf
-    tally.time[:] = 0.0
-    tally.ramp[:] = 0.0
+    for column in range(RESIDUAL + 1, WHOLE):
+        tally.whole[column] = 0.0
+    for j in range(tally.joint.shape[0]):
+        for column in range(PEAK):
+            tally.joint[j, column] = 0.0
+        tally.joint[j, DEPTH_MAX] = -math.inf
+
+
+@kernel
+def go_on(work):
+    """Make the end of a step the start of the next."""
+    for i in range(work.y.size):
+        work.y[i], work.k[0, i] = work.end[i], work.k[END, i]
+    for column in range(work.o.shape[1]):
+        work.o[0, column] = work.o[END, column]
+
+
+@kernel
+def restart(work):
+    """Begin a step at `work.end`, where something has changed."""
+    for i in range(work.y.size):
+        work.y[i] = work.end[i]
+    evaluate(work, work.y, 0)
 
 
 @kernel
@@ -351,7 +378,7 @@ def integrate(control, work, tally, record):
     h = first_length(work, proposals, contact_pattern(work.state))
     grow = GROW
     while tally.counts[STEPS] + tally.counts[REJECTED] < control.step_budget:
-        h = min(h, LONGEST * 2.0 * math.pi / (work.pace * work.o[0, KAPPA]))
+        h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(work, h)
         tally.counts[EVALUATIONS] += END - 1
         if not error < 1.0:
@@ -377,10 +404,9 @@ def integrate(control, work, tally, record):
         enter(work, tally, taken, windowed, record, dense)
         if kind == NOTHING:
             h, grow = proposals[pattern], GROW
-            work.y[:], work.k[0], work.o[0] = work.end, work.k[END], work.o[END]
+            go_on(work)
             continue
         if kind == STOP:
-            work.end[time] = stop
             if windowed:
                 return OK, events[: tally.counts[EVENTS]]
             windowed, stop = True, control.end
@@ -391,8 +417,7 @@ def integrate(control, work, tally, record):
                 return OK, events[: tally.counts[EVENTS]]
             if tally.counts[EVENTS] >= control.event_budget:
                 return EVENT_BUDGET, events[: tally.counts[EVENTS]]
-        work.y[:] = work.end
-        evaluate(work, work.y, 0)
+        restart(work)
         tally.counts[EVALUATIONS] += 1
         h, grow = first_length(work, proposals, contact_pattern(work.state)), GROW
     return STEP_BUDGET, events[: tally.counts[EVENTS]]

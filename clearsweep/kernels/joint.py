@@ -72,8 +72,8 @@ def joint_load(joint, gap, state, pen, onset_rate):
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
         rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
         return Load(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, speed, rate, eccentricity - joint.clearance, 0.0, 0.0)
-    nx = joint.side * gap.x / eccentricity
-    ny = joint.side * gap.y / eccentricity
+    inverse = joint.side / eccentricity
+    nx, ny = gap.x * inverse, gap.y * inverse
     rate = joint.side * (gap.vx * nx + gap.vy * ny)
     raw, elastic = contact_force(joint.law, joint.elastic, pen, rate, onset_rate)
     normal = raw if state == PRESSED else 0.0

@@ -156,6 +156,11 @@ def describe(mechanism, p, acceleration, angle, moment, out):
     """Put the time histories of the bodies into `out`, in the order of their channels; return how many there are."""
 
 
+@family
+def body_angles(mechanism, y):
+    """Return the angles (rad) of the proximal and the distal body of every open joint."""
+
+
 # ---------------------------------------------------------------------------------------------- poses
 
 
@@ -493,3 +498,48 @@ def _pair_misplacement(mechanism, p):
 @energy_and_gravity_power.member(Pair)
 def _pair_energy(mechanism, p):
     return 0.5 * mechanism.mass * p.v * p.v, 0.0
+
+
+# ---------------------------------------------------------------------------------------------- angles of the bodies
+
+
+@body_angles.member(OpenA)
+def _angles_a(mechanism, y):
+    return ((0.0, mechanism.links.speed * y[4]),)
+
+
+@body_angles.member(OpenB)
+def _angles_b(mechanism, y):
+    return ((mechanism.links.speed * y[4], y[0]),)
+
+
+@body_angles.member(OpenC)
+def _angles_c(mechanism, y):
+    return ((y[0], 0.0),)
+
+
+@body_angles.member(OpenAB)
+def _angles_ab(mechanism, y):
+    crank = mechanism.links.speed * y[8]
+    return ((0.0, crank), (crank, y[0]))
+
+
+@body_angles.member(OpenAC)
+def _angles_ac(mechanism, y):
+    return ((0.0, mechanism.links.speed * y[8]), (y[0], 0.0))
+
+
+@body_angles.member(OpenBC)
+def _angles_bc(mechanism, y):
+    return ((mechanism.links.speed * y[8], y[0]), (y[0], 0.0))
+
+
+@body_angles.member(OpenABC)
+def _angles_abc(mechanism, y):
+    crank = mechanism.links.speed * y[12]
+    return ((0.0, crank), (crank, y[0]), (y[0], 0.0))
+
+
+@body_angles.member(Pair)
+def _angles_pair(mechanism, y):
+    return ((0.0, 0.0),)

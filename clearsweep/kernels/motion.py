@@ -96,7 +96,7 @@ def rates(scene, y, state, onset, k, o, row):
     n = len(scene.coordinates)
     time = 2 * n
     first = time + 1
-    p, relative, loads, acceleration = look(scene, y, state, onset)
+    p, _, loads, acceleration = look(scene, y, state, onset)
     kinetic, gravity_power = energy_and_gravity_power(scene.mechanism, p)
 
     kappa = clock(scene, y, state)

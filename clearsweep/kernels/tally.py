@@ -1,6 +1,5 @@
 """What is summed, counted and maximised along the motion; all of it from the steps themselves, none from samples."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from .motion import (
     LOST,
     NORMAL,
     RUBBED,
+    SPEED,
     STORED,
 )
 
@@ -27,7 +27,9 @@ from .motion import (
 WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
 ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX, WHOLE = range(8, 13)
 # Columns of Tally.joint: figures of the window, then PEAK (N) and APPROACH (m/s) of the present contact.
-FORCE_SQUARE, CONTACT_TIME, FORCE_MAX, DEPTH_MAX, ONSET_MAX, ONSETS, CLIPS, RESTITUTION, PEAK, APPROACH, JOINT = range(11)
+FORCE_SQUARE, CONTACT_TIME, FORCE_MAX, DEPTH_MAX, ONSET_MAX, ONSETS, CLIPS, RESTITUTION, REBOUNDS, PEAK, APPROACH, JOINT = (
+    range(12)
+)
 # Counters in Tally.counts
 STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
 
@@ -36,7 +38,9 @@ STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = r
 BIN_BITS = 8
 LOWEST = -20  # exponent of 2 of the lowest force told apart, N
 BINS = 62 << BIN_BITS
-SPANS = 8  # parts of a step into which the course of the force is divided for the histogram and for wear
+FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
+PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
+FORCE, KAPPA_COURSE, SLIP = 0, 1, 2  # rows of Tally.course
 NODES = np.array([0, 6, 5, 9, 8, 10, 12])  # rows of o whose stages lie at the distinct times SHARES
 SHARES = np.array([0.0, 0.25, 1.0 / 3.0, 0.6, 0.6512820512820513, 0.8571428571428571, 1.0])
 
@@ -51,7 +55,7 @@ def _lagrange(nodes, points):
     return matrix
 
 
-COURSE = _lagrange(SHARES, np.arange(SPANS + 1) / SPANS)
+COURSE = _lagrange(SHARES, np.arange(PARTS + 1) / PARTS)
 
 
 class Tally(NamedTuple):
@@ -62,22 +66,23 @@ class Tally(NamedTuple):
     counts: np.ndarray  # (COUNTS,) int64
     time: np.ndarray  # (joints, BINS) s, time at a force within each bin, from the ends of ramps
     ramp: np.ndarray  # (joints, BINS) s/N, changes of the time per force, from ramps that cross a whole bin
-    course: np.ndarray  # (2, SPANS + 1) scratch
+    course: np.ndarray  # (joints, 3, PARTS + 1) force, dt/dtau and slip at even places of the step in hand
+    length: np.ndarray  # (1,) its length
+    wear: np.ndarray  # (2 joints bins,) m, wear depth of bearing and journal of every joint
+    account: np.ndarray  # (joints, 2) see wear.ACCOUNT
 
 
 @kernel
 def force_bin(force):
-    """Return the histogram bin of `force` (N)."""
-    mantissa, exponent = math.frexp(force)  # force = mantissa 2^exponent, mantissa in [0.5, 1)
-    place = ((exponent - LOWEST) << BIN_BITS) + int((mantissa - 0.5) * (2 << BIN_BITS))
+    """Return the histogram bin of `force` (N): the leading bits of the number, exponent and mantissa, from LOWEST on."""
+    place = (np.float64(force).view(np.int64) >> (52 - BIN_BITS)) - FIRST_BIN
     return min(max(place, 0), BINS - 1)
 
 
 @kernel
 def bin_edge(place):
     """Return the lower edge (N) of the histogram bin `place`."""
-    exponent = (place >> BIN_BITS) + LOWEST
-    return math.ldexp(0.5 + (place & ((1 << BIN_BITS) - 1)) / (2 << BIN_BITS), exponent)
+    return np.int64((place + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)
 
 
 @kernel
@@ -142,21 +147,23 @@ def add_powers(work, tally, h, windowed):
 def add_course(work, tally, j, duration):
     """Enter the course of joint `j`'s force over a step that lasts `duration` (s) into its histogram.
 
-    The force at SPANS + 1 even places of the step comes from the polynomial through its values at the stages.
+    The force at PARTS + 1 even places of the step comes from the polynomial through its values at the stages.
     """
     block = JOINTS + JOINT_WIDTH * j
+    course = tally.course[j]
     total = 0.0
-    for i in range(SPANS + 1):
-        force, kappa = 0.0, 0.0
+    for i in range(PARTS + 1):
+        force, kappa, slip = 0.0, 0.0, 0.0
         for m in range(NODES.size):
             force += COURSE[i, m] * work.o[NODES[m], block + NORMAL]
             kappa += COURSE[i, m] * work.o[NODES[m], KAPPA]
-        tally.course[0, i], tally.course[1, i] = force, max(kappa, 0.0)
-        total += tally.course[1, i]
-    total -= 0.5 * (tally.course[1, 0] + tally.course[1, SPANS])
-    for i in range(SPANS):
-        part = 0.5 * (tally.course[1, i] + tally.course[1, i + 1]) / total
-        fill_ramp(tally.time[j], tally.ramp[j], tally.course[0, i], tally.course[0, i + 1], part * duration)
+            slip += COURSE[i, m] * work.o[NODES[m], block + SPEED]
+        course[FORCE, i], course[KAPPA_COURSE, i], course[SLIP, i] = force, max(kappa, 0.0), slip
+        total += course[KAPPA_COURSE, i]
+    total -= 0.5 * (course[KAPPA_COURSE, 0] + course[KAPPA_COURSE, PARTS])
+    for i in range(PARTS):
+        part = 0.5 * (course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]) / total
+        fill_ramp(tally.time[j], tally.ramp[j], course[FORCE, i], course[FORCE, i + 1], part * duration)
 
 
 @kernel
@@ -219,7 +226,7 @@ def refined_peak(work, column, sign, node):
         fx = sign * observe(work, x, column)
         best = max(best, fx)
         if abs(x - a) > abs(x - c):  # drop the farther end
-            a, fa, b, fb, c, fc = b, fb, x, fx, c, fc
+            a, fa, b, fb = b, fb, x, fx
         else:
-            a, fa, b, fb, c, fc = a, fa, x, fx, b, fb
+            b, fb, c, fc = x, fx, b, fb
     return best

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearsweep import ideal
 from clearsweep.report import draw, findings, wording
 from clearsweep.report.figures import Canvas, Picture
 from clearsweep.report.study import Joint, Study
@@ -72,15 +73,15 @@ def panels(study: Study, case_id: str, path: Mapping) -> list[Panel]:
     angle = np.asarray(path["crank_angle"], float)
     angle = angle - TURN * np.floor(angle[0] / TURN + 1e-9)
     found = [panel for joint in study.joints for panel in _joint(study, case_id, joint, path, angle)]
-    ideal = _ideal(study, case_id, path)
+    wanted = _ideal(study, case_id, path)
     acceleration = np.asarray(path["slider/a"], float)
     biggest = wording.text(float(np.abs(acceleration).max()), "m/s^2")
-    versus = "" if ideal is None else f"; the ideal mechanism reaches {wording.text(float(np.abs(ideal[2]).max()), 'm/s^2')}"
+    versus = "" if wanted is None else f"; the ideal mechanism reaches {wording.text(float(np.abs(wanted[2]).max()), 'm/s^2')}"
     found.append(Panel("Slider acceleration against the ideal mechanism", "", f"Slider acceleration, at most {biggest}{versus}.",
-                       lambda ax: draw.against_ideal(ax, angle, acceleration, None if ideal is None else ideal[2],
+                       lambda ax: draw.against_ideal(ax, angle, acceleration, None if wanted is None else wanted[2],
                                                      "m/s^2", "slider acceleration")))
-    if ideal is not None:
-        error = np.asarray(path["slider/x"], float) - ideal[0]
+    if wanted is not None:
+        error = np.asarray(path["slider/x"], float) - wanted[0]
         found.append(Panel("Slider position error", "Slider position less that of the ideal mechanism.",
                            f"Slider error, at most {wording.text(float(np.abs(error).max()), 'm')}.",
                            lambda ax: draw.against_ideal(ax, angle, error, None, "m", "slider error")))
@@ -137,25 +138,24 @@ def impacts(study: Study, case_id: str, events) -> Panel | None:
                  lambda ax: draw.events(ax, angle, rate, findings.ELASTIC_ONSET))
 
 
+def impacts_name(study: Study) -> str:
+    """Return what the column `impacts_per_rev` counts."""
+    return "impacts" if study.mechanism == "impact-pair" else "impacts per rev."
+
+
 def _ideal(study: Study, case_id: str, path: Mapping) -> tuple | None:
     """Return position, velocity and acceleration of the ideal slider (m, m/s, m/s^2) at the samples of a case."""
     names = ("mechanism.crank.length", "mechanism.rod.length", "drive.speed")
     crank, rod, speed = (study.value(case_id, name) for name in names)
     if None in (crank, rod, speed):
         return None
-    return _slider(float(crank), float(rod), np.asarray(path["crank_angle"], float), float(speed))
-
-
-def _slider(l1: float, l2: float, angle: np.ndarray, speed: float) -> tuple:
-    s = np.sqrt(l2**2 - (l1 * np.sin(angle)) ** 2)
-    return (l1 * np.cos(angle) + s, -speed * l1 * np.sin(angle) * (1.0 + l1 * np.cos(angle) / s),
-            -(speed**2) * l1 * (np.cos(angle) + l1 * np.cos(2 * angle) / s + l1**3 * np.sin(2 * angle) ** 2 / (4 * s**3)))
+    return ideal.slider(float(crank), float(rod), np.asarray(path["crank_angle"], float), float(speed))
 
 
 def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
     joint = study.hardest_joint()
     wanted = [("p99", joint.column("force_p99")), ("rms", joint.column("force_rms")), ("peak", joint.column("force_peak")),
-              ("ideal peak", joint.column("force_peak_ideal")), ("impacts per rev.", joint.column("impacts_per_rev")),
+              ("ideal peak", joint.column("force_peak_ideal")), (impacts_name(study), joint.column("impacts_per_rev")),
               ("time in contact", joint.column("contact_fraction")), ("fastest onset", joint.column("onset_rate_max")),
               ("slider error", "slider_error_max")]
     return [(name, study.text(case_id, column)) for name, column in wanted if column in study.cases]

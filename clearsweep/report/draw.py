@@ -17,10 +17,11 @@ from clearsweep.report.wording import Scale
 BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"  # Okabe and Ito 2008
 INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
 JOINT_COLOURS = (BLUE, RED, GREEN)
-CELLS_WRITTEN = 64  # heat maps with more cells than this carry no numbers
-CELLS_VECTOR = 1024  # and with more than this are drawn as pixels
+WRITTEN = (9, 8)  # rows and columns of a heat map up to which its cells carry numbers
+CELLS_VECTOR = 150  # and with more than this are drawn as pixels
 POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
 TICKS_NAMED = 9  # axes with more values than this name only some of them
+WIDTH = 36  # characters that fit beside each other below a figure
 DECADES = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
 
 
@@ -117,20 +118,23 @@ def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str,
     places, spaced = _places(axis)
     for word, colour, band, one in curves:
         if band:
-            ax.fill_between(places, one.low / scale.factor, one.high / scale.factor, color=colour, alpha=0.15,
+            ax.fill_between(places, one.low / scale.factor, one.high / scale.factor, color=colour, alpha=0.15 if len(curves) < 3 else 0.06,
                             linewidth=0)
         ax.plot(places, one.medians / scale.factor, color=colour, linewidth=1.5, linestyle="-" if band else "--",
                 marker="o" if len(places) <= TICKS_NAMED else None, markersize=4, label=word)
     ax.set(xlabel=axis.label(), ylabel=_with_unit(name, scale))
     if spaced == "log":
         ax.set_xscale("log")
-    _name_values(ax.xaxis, axis, places)
+    if spaced == "name" or len(places) <= TICKS_NAMED:
+        _name_values(ax.xaxis, axis, places)
+    elif spaced == "log":
+        _logarithmic(ax, "x")
     if limits[0] > 0.0 and limits[1] > DECADES * limits[0]:
         _logarithmic(ax, "y")
     ax.set_ylim(limits[0] / scale.factor * 0.9, limits[1] / scale.factor * 1.1)
     _quiet(ax)
     if len(curves) > 1:
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
+        ax.legend(loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncols=3, columnspacing=1.0, handlelength=1.6, frameon=False, borderaxespad=0.2)
 
 
 def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name: str) -> None:
@@ -143,7 +147,7 @@ def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name
     edges = [np.arange(size + 1) - 0.5 for size in shown.shape[::-1]]
     mesh = ax.pcolormesh(*edges, np.ma.masked_invalid(shown), norm=norm, cmap="viridis",
                          rasterized=shown.size > CELLS_VECTOR, edgecolors="face", linewidth=0.3)
-    if shown.size <= CELLS_WRITTEN:
+    if all(size <= most for size, most in zip(shown.shape, WRITTEN, strict=True)):
         for (row, column), value in np.ndenumerate(shown):
             ax.text(column, row, wording.plain(value, 3) if np.isfinite(value) else "–", ha="center", va="center",
                     fontsize=8, color="white" if np.isfinite(value) and norm(value) < 0.55 else "black")
@@ -177,7 +181,7 @@ def cloud(ax: Axes, x: np.ndarray, y: np.ndarray, colour: tuple[np.ndarray, Axis
 
 def _over_crank(ax: Axes, angle: np.ndarray, legend: bool) -> None:
     """Set up the crank angle as abscissa."""
-    degrees = np.degrees(angle)
+    degrees = np.round(np.degrees(angle), 3)  # so that whole turns end on a tick
     turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
     ax.xaxis.set_major_locator(MultipleLocator(90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, turns // 8)))
     if len(degrees):
@@ -193,12 +197,14 @@ def _places(axis: Axis) -> tuple[np.ndarray, str]:
     if not axis.numeric:
         return np.arange(len(axis.values), dtype=float), "name"
     places = np.asarray(axis.values, float) / axis.scale.factor
-    return places, "log" if places.min() > 0.0 and places.max() > 12.0 * places.min() else "linear"
+    return places, "log" if places.min() > 0.0 and places.max() >= 8.0 * places.min() else "linear"
 
 
 def _name_values(side, axis: Axis, places: np.ndarray) -> None:
     """Write the values of a grid axis at their places; only some of them where they are many."""
-    step = max(1, -(-len(places) // TICKS_NAMED))
+    longest = max(len(_short(axis, value)) for value in axis.values)
+    room = TICKS_NAMED if side.axis_name == "y" else max(2, WIDTH // (longest + 2))
+    step = max(1, -(-len(places) // room))
     side.set_major_locator(NullLocator())
     side.set_minor_locator(NullLocator())
     side.set_ticks(places[::step], [_short(axis, value) for value in axis.values[::step]])

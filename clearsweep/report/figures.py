@@ -59,8 +59,14 @@ def inline(figure: Figure, key: str, alt: str) -> str:
     text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg"):], flags=re.DOTALL)
     text = re.sub(r'\bid="([^"]+)"', rf'id="{key}-\1"', text)
     text = re.sub(r'(href="#|url\(#)', rf"\1{key}-", text)
+    text = re.sub(r' (?:d|x|y)="[^"]+"', _rounded, text)
     text = re.sub(r"\s*\n\s*", "\n", text)
     return text.replace("<svg ", f'<svg role="img" aria-label="{html.escape(alt)}" ', 1)
+
+
+def _rounded(attribute: re.Match) -> str:
+    """Return coordinates rounded to a hundredth of a point."""
+    return re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), attribute[0])
 
 
 def drivers(study: Study, canvas: Canvas) -> list[Picture]:
@@ -81,7 +87,8 @@ def _drivers(study: Study, canvas: Canvas, figures: tuple, name: str) -> list[Pi
         for figure, word, band in figures:
             colour = draw.JOINT_COLOURS[place % 3] if several or band else draw.RED
             for axis in ranked if study.has(joint.column(figure)) else ():
-                curves[axis].append((f"{word} {joint.title}" if several else word, colour, band,
+                named = joint.title if band else ""  # solid and dashed are told apart above the figures
+                curves[axis].append((named if several else word, colour, band,
                                      findings.effect(study, axis, joint.column(figure))))
     edges = [edge for drawn in curves.values() for _, _, band, one in drawn
              for edge in ((one.low, one.high) if band else (one.medians,))]
@@ -90,13 +97,15 @@ def _drivers(study: Study, canvas: Canvas, figures: tuple, name: str) -> list[Pi
 
 def _driver(study: Study, canvas: Canvas, curves: list, name: str, limits: tuple[float, float]) -> Picture:
     one = curves[0][3]
-    unit, axis = study.units.get(one.column, "1"), one.axis
+    unit, axis, joint = study.units.get(one.column, "1"), one.axis, study.joints[0]
+    what = ("p99" if one.column == joint.column("force_p99") else "p99 / ideal") + (
+        f", joint {joint.title}" if len(study.joints) > 1 else "")
     steps = [f"{axis.text(value)}: {wording.text(median, unit)}"
              for value, median in zip(axis.values, one.medians, strict=True)] if len(axis.values) <= 9 else []
-    caption = "" if np.isnan(one.share) else f"{findings.percent(one.share)} of the variation of {curves[0][0]}"
+    caption = "" if np.isnan(one.share) else f"{findings.percent(one.share)} of the variation of {what}"
     return canvas.picture(lambda ax: draw.effect(ax, curves, unit, limits, name),
                           f"{_title(name)} over {axis.name}", caption,
-                          f"Median of {curves[0][0]} over {axis.name}. {'; '.join(steps)}", size=(3.3, 2.8))
+                          f"Median of {what} over {axis.name}. {'; '.join(steps)}", size=(3.3, 2.8))
 
 
 def maps(study: Study, joint: Joint, canvas: Canvas) -> list[Picture]:
@@ -128,10 +137,12 @@ def _map(study: Study, canvas: Canvas, name: str, column: str, pair: tuple[Axis,
 
 def medians(study: Study, values: np.ndarray, across: Axis, up: Axis) -> np.ndarray:
     """Return the median of one value per finished case in every cell (up, across); NaN where there is none."""
-    cell = position(up, study.cases[up.path]) * len(across.values) + position(across, study.cases[across.path])
+    row, column = position(up, study.cases[up.path]), position(across, study.cases[across.path])
+    cell = row * len(across.values) + column
     table = np.full(len(up.values) * len(across.values), np.nan)
-    for place in np.unique(cell[np.isfinite(values)]):
-        table[place] = np.median(values[(cell == place) & np.isfinite(values)])
+    filled = np.isfinite(values) & (row >= 0) & (column >= 0)
+    for place in np.unique(cell[filled]):
+        table[place] = np.median(values[filled & (cell == place)])
     return table.reshape(len(up.values), len(across.values))
 
 
@@ -155,7 +166,8 @@ def tradeoffs(study: Study, canvas: Canvas) -> list[Picture]:
 
 def _cloud(study: Study, canvas: Canvas, axes: list[Axis], title: str, x_name: str, x: str, y_name: str, y: str,
            caption: str) -> Picture:
-    colour = (position(axes[0], study.cases[axes[0].path]), axes[0]) if axes else None
+    places = position(axes[0], study.cases[axes[0].path]) if axes else None
+    colour = (np.where(places < 0, np.nan, places), axes[0]) if axes else None
     scales = (study.scale(x), study.scale(y))
     return canvas.picture(
         lambda ax: draw.cloud(ax, study.cases[x].to_numpy(float), study.cases[y].to_numpy(float), colour,

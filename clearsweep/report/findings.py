@@ -27,6 +27,12 @@ class Effect(NamedTuple):
         """Return the places of the smallest and the largest median."""
         return int(np.nanargmin(self.medians)), int(np.nanargmax(self.medians))
 
+    def clear(self) -> bool:
+        """Tell whether the axis moves the figure by more than the scatter; by its medians where there is no scatter."""
+        if np.isnan(self.share):
+            return bool(self.factor() >= 1.0 + CLEAR_EFFECT)
+        return bool(np.isfinite(self.factor()) and self.share >= CLEAR_EFFECT)
+
     def factor(self) -> float:
         """Return the largest over the smallest median; NaN where that is zero or undefined."""
         if not np.isfinite(self.medians).any():
@@ -58,14 +64,20 @@ def effects(study: Study, column: str) -> list[Effect]:
 
 
 def _explained(groups: list[np.ndarray]) -> float:
-    """Return the share of the variance of all values that lies between the groups' means (eta squared)."""
+    """Return the share of the variance of all values that lies between the groups, less what chance alone would give.
+
+    This is Kelley's epsilon squared; NaN where no group has two values.
+    """
     filled = [group for group in groups if len(group)]
     if len(filled) < 2:
         return np.nan
     everything = np.concatenate(filled)
+    spare = len(everything) - len(filled)
     total = float(((everything - everything.mean()) ** 2).sum())
-    between = float(sum(len(group) * (group.mean() - everything.mean()) ** 2 for group in filled))
-    return between / total if total > 0.0 else np.nan
+    if not spare or total <= 0.0:
+        return np.nan
+    within = float(sum(((group - group.mean()) ** 2).sum() for group in filled))
+    return max(0.0, 1.0 - within / total * (len(everything) - 1) / spare)
 
 
 def headline(study: Study) -> list[str]:
@@ -106,7 +118,7 @@ def _hardest(study: Study, joint: Joint) -> list[str]:
 def _drivers(study: Study, joint: Joint) -> list[str]:
     strong, weak = [], []
     for one in effects(study, joint.column("force_p99")):
-        (strong if np.isfinite(one.factor()) and np.nan_to_num(one.share) >= CLEAR_EFFECT else weak).append(one)
+        (strong if one.clear() else weak).append(one)
     if not strong:
         return ["None of the swept values moves the force p99 clearly: the scatter between cases hides their effect."]
     said = [f"{one.axis.name} ({_span(one, study)})" for one in strong]
@@ -123,7 +135,7 @@ def _beside_ideal(study: Study, joint: Joint) -> list[str]:
     if not study.has(joint.column(RATIO)) or study.cases[joint.column("force_peak_ideal")].nunique() < 2:
         return []
     strongest = effects(study, joint.column(RATIO))[0]
-    if np.nan_to_num(strongest.share) < CLEAR_EFFECT:
+    if not strongest.clear():
         return []
     said = ("Measured against the largest reaction of the ideal joint, which itself depends on the swept values, the p99 "
             f"is driven most by {strongest.axis.name} (ratio: {_span(strongest, study)}).")
@@ -134,9 +146,10 @@ def _span(one: Effect, study: Study) -> str:
     smallest, largest = one.extremes()
     unit = study.units.get(one.column, "1")
     low, high = sorted((smallest, largest))
-    change = (f"median {wording.text(one.medians[low], unit)} at {one.axis.text(one.axis.values[low])}, "
+    median = "" if np.isnan(one.share) else "median "
+    change = (f"{median}{wording.text(one.medians[low], unit)} at {one.axis.text(one.axis.values[low])}, "
               f"{wording.text(one.medians[high], unit)} at {one.axis.text(one.axis.values[high])}")
-    return f"{change}, {percent(one.share)} of the variation"
+    return change if np.isnan(one.share) else f"{change}, {percent(one.share)} of the variation"
 
 
 def _slider(study: Study) -> list[str]:
@@ -166,7 +179,7 @@ def _restitution(study: Study) -> list[str]:
     if not study.has("pair_restitution"):
         return []
     got = study.cases["pair_restitution"]
-    figures = f"{wording.plain(got.min(), 4)} to {wording.plain(got.max(), 4)}"
+    figures = " to ".join(dict.fromkeys((wording.plain(got.min(), 4), wording.plain(got.max(), 4))))
     return [f"Measured restitution (rebound over approach speed): {figures}."]
 
 
@@ -175,8 +188,8 @@ def _chaos(study: Study, joint: Joint) -> list[str]:
         return []
     ratio = study.cases[joint.column("force_peak")] / study.cases[joint.column("force_p99")]
     ratio = ratio[np.isfinite(ratio)]
-    figures = (f" (here the peak is {wording.plain(ratio.min(), 2)} to {wording.plain(ratio.max(), 2)} times the p99)"
-               if len(ratio) > 1 else "")
+    span = " to ".join(dict.fromkeys((wording.plain(ratio.min(), 2), wording.plain(ratio.max(), 2))))
+    figures = f" (here the peak is {span} times the p99)" if len(ratio) > 1 else ""
     said = ("Motion with clearance is chaotic: a single peak changes with the smallest disturbance. Compare designs by "
             f"p99 and rms, which are taken over the whole window, not by single peaks{figures}.")
     return [said]

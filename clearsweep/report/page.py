@@ -8,7 +8,7 @@ import jinja2
 from markupsafe import Markup
 
 from clearsweep.report import cases, figures, findings, tabular, wording
-from clearsweep.report.study import BASE, RATIO, Study, prepare
+from clearsweep.report.study import BASE, RATIO, Study, dig, prepare
 from clearsweep.report.tabular import SHOWN
 
 
@@ -41,6 +41,8 @@ def render(study: Study) -> str:
         failed=tabular.failed(study),
         reasons=reasons(study),
         fixed=fixed(study),
+        derived=derived(study),
+        warnings=record.get("warnings") or [],
         provenance=provenance(study),
         shown=SHOWN,
     )
@@ -96,14 +98,23 @@ def reasons(study: Study) -> list[tuple[str, int]]:
 def fixed(study: Study) -> list[tuple[str, str]]:
     """Return the values that every case shares: dotted path, value with unit."""
     swept = {axis.path for axis in study.axes}
-    return [(path, _value(path, value)) for path, value in _leaves(study.base) if path not in swept]
+    return [(path, _value(study, path, value)) for path, value in _leaves(study.base) if path not in swept]
+
+
+def derived(study: Study) -> list[tuple[str, str]]:
+    """Return what follows from the given values (such as a stiffness from a material): dotted path, range with unit."""
+    found = []
+    for path, one in (study.run.grid.get("derived") or {}).items():
+        scale = wording.scale(one["unit"], (one["min"], one["max"]))
+        ends = dict.fromkeys(scale.given(one[end], 4) for end in ("min", "max"))
+        found.append((path, " to ".join(ends)))
+    return found
 
 
 def provenance(study: Study) -> list[tuple[str, str]]:
-    """Return where the figures come from: versions, machine, times, counts, tolerance, energy residual."""
-    record = study.run.grid
-    found = [(path.replace("_", " "), str(value)) for path, value in _leaves(
-        {key: value for key, value in record.items() if key not in (*BASE, "name", "sweep", "layout", "units", "frame")})]
+    """Return where the figures come from: versions, machine, times, counts, energy residual."""
+    told = {key: value for key, value in study.run.grid.items() if key not in (*BASE, *_TOLD_ELSEWHERE) and value}
+    found = [(path.replace("_", " "), str(value)) for path, value in _leaves(told)]
     if study.has("energy_residual"):
         residual = study.cases["energy_residual"]
         found.append(("energy residual, largest", wording.plain(residual.max(), 2)))
@@ -116,6 +127,9 @@ def provenance(study: Study) -> list[tuple[str, str]]:
     return found
 
 
+_TOLD_ELSEWHERE = ("name", "sweep", "layout", "units", "frame", "derived", "warnings")
+
+
 def _leaves(tree: Mapping, path: str = "") -> list[tuple[str, object]]:
     """Return the leaves of a nested mapping: dotted path, value."""
     found = []
@@ -125,16 +139,24 @@ def _leaves(tree: Mapping, path: str = "") -> list[tuple[str, object]]:
     return found
 
 
-_UNITS = {"length": "m", "mass": "kg", "inertia": "kg*m^2", "center": "m", "gravity": "m/s^2", "clearance": "m",
-          "bearing_radius": "m", "young": "Pa", "v0": "m/s", "v1": "m/s", "velocity_scale": "m/s", "hardness": "Pa",
-          "coefficient": "1", "bearing_coefficient": "m^2/N", "journal_coefficient": "m^2/N"}
+_UNITS = {"length": "m", "mass": "kg", "masses": "kg", "inertia": "kg*m^2", "center": "m", "gravity": "m/s^2",
+          "clearance": "m", "bearing_radius": "m", "young": "Pa", "hardness": "Pa", "damping": "N*s/m", "v0": "m/s",
+          "v1": "m/s", "velocity_scale": "m/s", "bearing_coefficient": "m^2/N", "journal_coefficient": "m^2/N"}
 
 
-def _value(path: str, value) -> str:
-    leaf = path.rsplit(".", 1)[-1]
-    if isinstance(value, str) or not isinstance(value, int | float):
+def _value(study: Study, path: str, value) -> str:
+    """Return a fixed value with its unit."""
+    if isinstance(value, list):
+        return ", ".join(_value(study, path, one) for one in value)
+    if isinstance(value, str | bool) or not isinstance(value, int | float):
         return str(value)
-    if path == "drive.speed":
-        return wording.scale("rad/s", value, speed=True).given(value)
-    unit = "m/s" if path == "mechanism.speed" else "m^2/N" if path.endswith("wear.coefficient") else _UNITS.get(leaf, "1")
-    return wording.scale(unit, value).given(value)
+    parent, _, leaf = path.rpartition(".")
+    unit = study.units.get(path) or _UNITS.get(leaf, "1")
+    if path == "drive.speed" or path == "mechanism.speed":
+        unit = "rad/s" if path == "drive.speed" else "m/s"
+    elif leaf == "stiffness":
+        exponent = dig(study.base, f"{parent}.exponent")
+        unit = f"N/m^{exponent:g}" if exponent else "N/m"
+    elif leaf == "coefficient" and parent.endswith("wear"):
+        unit = "m^2/N"
+    return wording.scale(unit, value, speed=path == "drive.speed").given(value)

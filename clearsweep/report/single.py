@@ -43,7 +43,9 @@ def resolved(study: Study, case_id: str) -> dict:
         node = case
         for key in way:
             node = node.setdefault(key, {})
-        node[leaf] = study.value(case_id, axis.path)
+        value = study.value(case_id, axis.path)
+        if value is not None:  # a law that this case does not use takes none
+            node[int(leaf) if isinstance(node, list) else leaf] = value
     save = case.setdefault("save", {})
     save["samples"] = max(int(save.get("samples", 0)), SAMPLES)
     if save.get("orbits", "none") == "none":
@@ -53,8 +55,8 @@ def resolved(study: Study, case_id: str) -> dict:
 
 def simulate(case: dict):
     """Return the trajectory of a resolved case."""
-    scene = importlib.import_module("clearsweep.scene").load_case(case)
-    return importlib.import_module("clearsweep.simulate").simulate(scene)
+    solver = importlib.import_module("clearsweep.simulate")  # first: it names the compiler's cache
+    return solver.simulate(importlib.import_module("clearsweep.scene").load_case(case))
 
 
 def drawn(study: Study, case_id: str, result) -> list[cases.Panel]:

@@ -11,6 +11,8 @@ from clearsweep.report.wording import Scale
 BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json keeps the values that make a case
 RATIO = "p99_over_ideal"  # figure of a joint that is made here: force p99 over the peak of the ideal joint
 
+DIGITS = 4  # of a swept value, where these tell its values apart
+
 
 class Axis(NamedTuple):
     """One swept path and its values, in the order of the grid."""
@@ -19,6 +21,7 @@ class Axis(NamedTuple):
     name: str  # in words
     scale: Scale
     values: tuple  # SI floats or strings
+    digits: int  # that keep its values apart, at least DIGITS
 
     @property
     def numeric(self) -> bool:
@@ -26,12 +29,12 @@ class Axis(NamedTuple):
         return not any(isinstance(value, str) for value in self.values)
 
     def number(self, value) -> str:
-        """Return a value without its unit, as short as six digits allow."""
-        return value if isinstance(value, str) else self.scale.given_number(value)
+        """Return a value without its unit."""
+        return value if isinstance(value, str) else self.scale.given_number(value, self.digits)
 
     def text(self, value) -> str:
         """Return a value with its unit."""
-        return value if isinstance(value, str) else self.scale.given(value)
+        return value if isinstance(value, str) else self.scale.given(value, self.digits)
 
     def label(self) -> str:
         """Return name and unit, for the edge of a figure."""
@@ -73,12 +76,14 @@ class Study(NamedTuple):
     def setting(self, case_id: str) -> str:
         """Return the swept values of a case in words, '' without sweep."""
         row = self._row(case_id)
-        return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.swept())
+        return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.swept()
+                         if not pd.isna(row[axis.path]))
 
     def value(self, case_id: str, path: str):
         """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
         if any(axis.path == path for axis in self.axes):
-            return self._row(case_id)[path]
+            value = self._row(case_id)[path]
+            return None if pd.isna(value) else value
         return dig(self.base, path)
 
     def hardest_joint(self) -> Joint:
@@ -125,11 +130,6 @@ def prepare(run) -> Study:
     return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base)
 
 
-def spread(cases: pd.DataFrame, column: str, by: list[str], statistic="median"):
-    """Return a statistic of a figure for every combination of the values of the axes `by`."""
-    return cases.groupby(by, sort=False, observed=True)[column].agg(statistic)
-
-
 def position(axis: Axis, values: pd.Series) -> np.ndarray:
     """Return the place of each value on its axis (0, 1, ...), -1 where it is not on it."""
     if not axis.numeric:
@@ -152,7 +152,9 @@ def dig(tree: dict, path: str):
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
     numbers = [value for value in values if not isinstance(value, str)]
     shown = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else Scale(1.0, "")
-    return Axis(path, wording.axis_name(path, joints), shown, values)
+    digits = next((digits for digits in range(DIGITS, 16)
+                   if len({shown.given_number(value, digits) for value in numbers}) == len(set(numbers))), 16)
+    return Axis(path, wording.axis_name(path, joints), shown, values, digits)
 
 
 def _peak(cases: pd.DataFrame, column: str) -> float:

@@ -115,6 +115,8 @@ def every(study: Study) -> list[Table]:
 def peaks(study: Study, joint: Joint) -> Table:
     """Return forces and impacts of one joint, one row per finished case, the largest p99 first."""
     figures = [(joint.column(figure), Column(name, unit)) for figure, name, unit in PEAKS]
+    if study.mechanism == "impact-pair":
+        figures = [(column, Column("impacts") if head.name == "impacts per rev." else head) for column, head in figures]
     figures.append(("slider_error_max", Column("slider error", "m")))
     return _cases(study, f"peaks_{joint.name}", f"Forces in joint {joint.title}", figures, joint.column("force_p99"))
 
@@ -160,8 +162,8 @@ def main_effects(study: Study) -> Table:
                         Quantity(one.axis.values[place], one.axis.text(one.axis.values[place])),
                     )), one.factor(), Quantity(one.share, findings.percent(one.share))))
     note = ("Median over all finished cases that share a value; the other axes run over all their values. Share of the "
-            "variation: of the variance of the logarithm of the figure, what the axis explains by itself; what is "
-            "missing to 1 is interaction and chaos.")
+            "variation: of the variance of the logarithm of the figure, what the axis explains by itself; the rest "
+            "is interaction and chaos.")
     return Table("effects", "Main effects", note, columns, rows)
 
 

@@ -13,11 +13,11 @@ _TURNS = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
 _LADDERS = {
     "m": ((1.0, 1.0, "m"), (1e-4, 1e-3, "mm"), (1e-7, 1e-6, "µm"), (1e-10, 1e-9, "nm"), (0.0, 1e-12, "pm")),
     "N": ((1e6, 1e6, "MN"), (1e3, 1e3, "kN"), (0.1, 1.0, "N"), (1e-4, 1e-3, "mN"), (0.0, 1e-6, "µN")),
-    "m/s": ((0.01, 1.0, "m/s"), (1e-5, 1e-3, "mm/s"), (1e-8, 1e-6, "µm/s"), (1e-11, 1e-9, "nm/s"),
+    "m/s": ((0.01, 1.0, "m/s"), (1e-4, 1e-3, "mm/s"), (1e-7, 1e-6, "µm/s"), (1e-10, 1e-9, "nm/s"),
             (0.0, 1e-12, "pm/s")),
     "m/s^2": ((1e4, 1e3, "km/s²"), (0.0, 1.0, "m/s²")),
     "N*m": ((1e3, 1e3, f"kN{BLANK}m"), (0.1, 1.0, f"N{BLANK}m"), (0.0, 1e-3, f"mN{BLANK}m")),
-    "m^3": ((1e-12, 1e-9, "mm³"), (0.0, 1e-18, "µm³")),
+    "m^3": ((1e-12, 1e-9, "mm³"), (1e-16, 1e-15, f"10³{BLANK}µm³"), (0.0, 1e-18, "µm³")),
     "s": ((7200.0, 3600.0, "h"), (120.0, 60.0, "min"), (0.1, 1.0, "s"), (1e-4, 1e-3, "ms"), (0.0, 1e-6, "µs")),
     "Pa": ((1e8, 1e9, "GPa"), (1e5, 1e6, "MPa"), (0.0, 1.0, "Pa")),
     "kg": ((0.1, 1.0, "kg"), (0.0, 1e-3, "g")),
@@ -39,13 +39,13 @@ class Scale(NamedTuple):
         """Return an SI value as number and unit."""
         return self._joined(self.number(value, digits))
 
-    def given(self, value) -> str:
+    def given(self, value, digits: int = 6) -> str:
         """Return an SI value that somebody chose as number and unit, with no more digits than it needs."""
-        return self._joined(self.given_number(value))
+        return self._joined(self.given_number(value, digits))
 
-    def given_number(self, value) -> str:
+    def given_number(self, value, digits: int = 6) -> str:
         """Return the number of an SI value that somebody chose, with no more digits than it needs."""
-        return "–" if missing(value) else short(float(value) / self.factor)
+        return "–" if missing(value) else short(float(value) / self.factor, digits)
 
     def _joined(self, number: str) -> str:
         if number == "–" or not self.unit:
@@ -117,6 +117,8 @@ def axis_name(path: str, joints: int = 1) -> str:
     parts = path.split(".")
     if path == "drive.speed":
         return "crank speed"
+    if parts[-2:-1] == ["masses"]:
+        return f"mass of body {int(parts[-1]) + 1}"
     if parts[0] == "joints" and len(parts) > 2:
         words = _leaf(parts[2:])
         return words if joints == 1 else f"{words} ({joint_name(parts[1])})"

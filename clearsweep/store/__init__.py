@@ -1,13 +1,21 @@
-"""Results on disk: batches that are committed one by one, merged into one summary and one file of orbits, read again."""
+"""Results on disk: batches are committed one by one, merged into one summary and one file of orbits, read again."""
 
-from clearsweep.store.directory import Store, commit, id_text, now
+import pyarrow
+
+from clearsweep.store.directory import Store, commit, now
 from clearsweep.store.form import Axis, Form, Row
-from clearsweep.store.merge import merge
+from clearsweep.store.merging import merge
 from clearsweep.store.reading import Run, newest
 
-__all__ = ["Axis", "Form", "Row", "Run", "Store", "commit", "id_text", "merge", "newest", "now", "open"]
+__all__ = ["Axis", "Form", "Row", "Run", "Store", "commit", "merge", "newest", "now", "open", "use_one_thread"]
 
 
 def open(directory) -> Run:
     """Return the run in `directory`: its summary, orbits, events and wear."""
     return Run(directory)
+
+
+def use_one_thread() -> None:
+    """Keep the readers and writers of this process to one thread."""
+    pyarrow.set_cpu_count(1)
+    pyarrow.set_io_thread_count(1)

@@ -27,7 +27,7 @@ _OWN_NAMES = {"lock", "tmp", "shards", "parts"}  # what may be there before run.
 
 
 class Part(NamedTuple):
-    """One committed batch: its file, the shard with its orbits (None where there is nothing to keep), when it was made."""
+    """One committed batch: its file, the shard with its orbits (None where nothing is kept), when it was made."""
 
     path: Path
     shard: Path | None
@@ -54,8 +54,8 @@ class Store:
         if not self.record.exists():
             strangers = sorted({entry.name for entry in self.directory.iterdir()} - _OWN_NAMES)
             if strangers:
-                raise DirectoryError(f"{self.directory}: holds other files ({', '.join(strangers[:3])}) and no run.json; "
-                                     "choose an empty or new directory with --out")
+                raise DirectoryError(f"{self.directory}: holds other files ({', '.join(strangers[:3])}) and no "
+                                     "run.json; choose an empty or new directory with --out")
             return
         held, wanted = read_record(self.directory).get("frame", {}), _plain(grid.frame())
         differing = [path for path in sorted({*held, *wanted}) if held.get(path) != wanted.get(path)]
@@ -94,8 +94,8 @@ class Store:
         except BlockingIOError:
             lock.seek(0)
             holder = lock.read().strip() or "unknown"
-            raise DirectoryError(f"{self.directory}: another run works here ({holder}); wait for it, stop it, or choose "
-                                 "another directory with --out") from None
+            raise DirectoryError(f"{self.directory}: another run works here ({holder}); wait for it, stop it, or "
+                                 "choose another directory with --out") from None
         lock.truncate(0)
         lock.write(f"process {os.getpid()} on {platform.node()} since {now()}")
         lock.flush()
@@ -110,17 +110,22 @@ class Store:
         durable.write(self.record, json.dumps(_plain(record), indent=2).encode(), self.scratch)
 
     def recover(self) -> list[str]:
-        """Read what is committed, verify every checksum, remove what is damaged or left over; return what was damaged."""
-        self.parts, damage = [], []
-        for path in sorted(self.parts_directory.iterdir()):
-            problem = self._admit(path)
-            if problem:
-                damage.append(problem)
-                path.unlink(missing_ok=True)
+        """Take in what is committed and intact; remove what is damaged or left over; return what was damaged."""
+        damage = self.look()
+        for path in damage:
+            path.unlink(missing_ok=True)
         kept = {part.shard for part in self.parts}
         for path in self.shards.iterdir():
             if path not in kept:
                 path.unlink(missing_ok=True)  # its part was never written, or is damaged
+        return list(damage.values())
+
+    def look(self) -> dict[Path, str]:
+        """Take in every committed batch whose checksums hold; return the parts that are damaged and what is wrong."""
+        self.parts, damage = [], {}
+        for path in sorted(self.parts_directory.iterdir()) if self.parts_directory.exists() else ():
+            if problem := self._admit(path):
+                damage[path] = problem
         return damage
 
     def _admit(self, path: Path) -> str | None:
@@ -150,14 +155,14 @@ class Store:
 
     def failures_in(self, name: str) -> int:
         """Return how many cases of a part failed."""
-        table = pq.read_table(self.parts_directory / name, columns=["status"], use_threads=False)
+        table = read_part(self.parts_directory / name, ["status"])
         return sum(status != "ok" for status in table["status"].to_pylist())
 
     def rows(self) -> np.ndarray:
-        """Return where each committed case is (ROWS, ascending by id): the newest result, but one that is 'ok' first."""
+        """Return where each committed case is (ROWS, ascending by id): its newest result, an 'ok' one first."""
         found = []
         for number, part in enumerate(self.parts):
-            table = pq.read_table(part.path, columns=["case_id", "status"], use_threads=False)
+            table = read_part(part.path, ["case_id", "status"])
             rows = np.empty(len(table), ROWS)
             rows["id"] = [int(case_id, 16) for case_id in table["case_id"].to_pylist()]
             rows["part"], rows["row"] = number, np.arange(len(table))
@@ -188,6 +193,12 @@ def describe_part(path: Path, content: bytes) -> Part:
     facts = json.loads(pq.read_metadata(pa.BufferReader(content)).metadata[b"clearsweep"])
     shard = None if facts["shard"] is None else path.parent.parent / "shards" / facts["shard"]
     return Part(path, shard, facts["sha256"], facts["written"])
+
+
+def read_part(path: Path, columns: list[str]) -> pa.Table:
+    """Return columns of a part."""
+    with pq.ParquetFile(path) as file:  # lighter than pq.read_table, which loads the machinery for data sets
+        return file.read(columns, use_threads=False)
 
 
 def read_record(directory: Path) -> dict:

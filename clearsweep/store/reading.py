@@ -55,11 +55,18 @@ class Run:
     @cached_property
     def summary(self):
         """Return the summary as a DataFrame; `attrs["units"]` and `attrs["descriptions"]` hold these by column."""
-        table = pq.read_table(self.directory / "summary.parquet", use_threads=False)
+        with pq.ParquetFile(self.directory / "summary.parquet") as file:
+            table = file.read(use_threads=False)
         frame = table.replace_schema_metadata(None).to_pandas()
         for name, key in (("units", b"unit"), ("descriptions", b"description")):
             frame.attrs[name] = {field.name: field.metadata[key].decode() for field in table.schema}
         return frame
+
+    def rows(self, columns: list[str]):
+        """Yield the rows of the summary as dicts of these columns, a few thousand in memory at a time."""
+        with pq.ParquetFile(self.directory / "summary.parquet") as file:
+            for batch in file.iter_batches(batch_size=4096, columns=columns, use_threads=False):
+                yield from batch.to_pylist()
 
     def orbit(self, case_id: str):
         """Return the time histories of one case as a DataFrame, columns by channel; `attrs["units"]` by column.

@@ -12,10 +12,21 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from clearsweep.store import durable
-from clearsweep.store.directory import Store, id_text
-from clearsweep.store.form import CASE, CASE_ID, Dataset, Form, datasets, describe, offsets_of, put, summary_schema
+from clearsweep.store.directory import Store, id_text, read_part
+from clearsweep.store.form import (
+    CASE,
+    CASE_ID,
+    Dataset,
+    Form,
+    array_of,
+    datasets,
+    describe,
+    offsets_of,
+    put,
+    summary_schema,
+)
 
-GROUP_ROWS = 8192  # rows of the summary held in memory at a time
+GROUP_ROWS = 4096  # rows of the summary held in memory at a time
 CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
 CHUNKS_AT_ONCE = 32  # pieces compressed side by side before they are written
 OPEN_SHARDS = 128  # shards held open at a time
@@ -47,11 +58,15 @@ def _summary_group(store: Store, schema: pa.Schema, rows: np.ndarray) -> pa.Tabl
     tables, places = [], []
     for number in np.unique(rows["part"]):
         here = np.flatnonzero(rows["part"] == number)
-        table = pq.read_table(store.parts[number].path, columns=schema.names, use_threads=False)
-        tables.append(table.select(schema.names).take(rows["row"][here]).cast(schema))
+        table = read_part(store.parts[number].path, schema.names)
+        tables.append(table.select(schema.names).take(_indices(rows["row"][here])).cast(schema))
         places.append(here)
     order = np.argsort(np.concatenate(places))
-    return pa.concat_tables(tables).take(order).combine_chunks()
+    return pa.concat_tables(tables).take(_indices(order)).combine_chunks()
+
+
+def _indices(values: np.ndarray) -> pa.Array:
+    return array_of([None, np.ascontiguousarray(values, "i8")], pa.int64(), len(values))
 
 
 class _Shard:
@@ -125,8 +140,8 @@ def _write_dataset(file: h5py.File, dataset: Dataset, pieces, values: int, threa
     items = int(values) // dataset.width
     shape = (items,) if dataset.each != CASE else (items, dataset.width)
     rows = max(1, min(items, CHUNK_VALUES // dataset.width))
-    options = {"chunks": (rows, *shape[1:]), "shuffle": True, "compression": "gzip", "compression_opts": 1} if items else {}
-    target = file.create_dataset(dataset.path, shape, dataset.dtype, **options)
+    squeeze = {"chunks": (rows, *shape[1:]), "shuffle": True, "compression": "gzip", "compression_opts": 1}
+    target = file.create_dataset(dataset.path, shape, dataset.dtype, **(squeeze if items else {}))
     describe(target, dataset)
     size = dataset.dtype.itemsize
     place, chunks = 0, _rechunked(pieces, rows * dataset.width * size)

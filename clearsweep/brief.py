@@ -1,0 +1,133 @@
+"""The short table that a run ends with: worst cases, failures, where the files are."""
+
+import heapq
+from collections import Counter
+
+from clearsweep.progress import clock
+from clearsweep.report import wording
+
+WORST_CASES = 5
+LISTED_FAILURES = 3  # of each status
+FILES = ("summary.parquet", "orbits.h5", "run.json")
+ELASTIC_ONSET = 0.05  # m/s; steel stays elastic below about 1e-5 sqrt(E/rho) (Love's criterion)
+
+
+def of_run(result) -> dict:
+    """Return what `run` tells of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
+    run = result.open()
+    swept = list(run.grid.get("sweep", {}))
+    joints = [joint.name for joint in run.layout.joints]
+    worst, failures, statuses, fast, fastest = [], [], Counter(), 0, 0.0
+    figures = [f"{joint}_{figure}" for figure in ("force_peak", "onset_rate_max") for joint in joints]
+    for row in run.rows(["case_id", "status", "message", *swept, *figures]):
+        statuses[row["status"]] += 1
+        known = {"case_id": row["case_id"], "swept": {path: row[path] for path in swept}}
+        if row["status"] != "ok":
+            if statuses[row["status"]] <= LISTED_FAILURES:
+                failures.append(known | {"status": row["status"], "message": row["message"]})
+            continue
+        onset = max((row[f"{joint}_onset_rate_max"] or 0.0 for joint in joints), default=0.0)
+        fast, fastest = fast + (onset > ELASTIC_ONSET), max(fastest, onset)
+        peak, joint = max(((row[f"{joint}_force_peak"] or 0.0, joint) for joint in joints), default=(0.0, ""))
+        entry = (peak, row["case_id"], known | {"joint": joint, "force_peak": peak})
+        (heapq.heappush if len(worst) < WORST_CASES else heapq.heappushpop)(worst, entry)
+    return {
+        "directory": str(result.directory), "cases": result.cases, "ran": result.ran, "reused": result.reused,
+        "ok": result.ok, "failed": result.failed, "missing": result.missing, "statuses": dict(statuses),
+        "seconds": round(result.seconds, 3), "case_seconds": round(result.case_seconds, 3),
+        "derived": result.derived, "warnings": [*result.warnings, *_beyond_elastic(fast, fastest, statuses["ok"])],
+        "units": run.grid.get("units", {}), "worst": [entry for *_, entry in sorted(worst, reverse=True)],
+        "failures": failures, "files": {name: str(result.directory / name) for name in FILES},
+    }
+
+
+def _beyond_elastic(fast: int, fastest: float, cases: int) -> list[str]:
+    if not fast:
+        return []
+    return [f"Impacts leave the elastic range in {fast:,} of {cases:,} cases: the fastest closes at {fastest:.3g} m/s, "
+            f"steel may yield from about {ELASTIC_ONSET:g} m/s on; the elastic force law then overstates the peaks."]
+
+
+def run_text(facts: dict) -> str:
+    """Return the facts of a run as the lines a person reads."""
+    left = f", {facts['missing']:,} left" if facts["missing"] else ""
+    lines = [f"{facts['ran']:,} cases ran in {clock(facts['seconds'])} ({facts['reused']:,} were there before): "
+             f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
+    lines += derived_lines(facts["derived"])
+    if facts["worst"]:
+        lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]
+    if facts["failures"]:
+        lines += ["", "Failed cases: " + ", ".join(f"{count:,} {status}" for status, count in facts["statuses"].items()
+                                                  if status != "ok")]
+        lines += [f"  {entry['case_id']}  {_setting(entry['swept'], facts['units'])}: {entry['status']}: "
+                  f"{entry['message']}" for entry in facts["failures"]]
+        lines += ["  fix what is wrong and run them again with --retry-failed"]
+    lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
+    lines += ["", f"Results in {facts['directory']}: {', '.join(FILES)}",
+              f"Next: clearsweep report {facts['directory']}"]
+    return plain("\n".join(lines))
+
+
+def derived_lines(derived: dict) -> list[str]:
+    """Return one line for each derived value or range."""
+    lines = []
+    for name, value in derived.items():
+        low, high = (wording.text(value[end], value["unit"], 4) for end in ("min", "max"))
+        lines.append(f"derived: {name} = {low}" + (f" to {high}" if high != low else ""))
+    return lines
+
+
+def estimate_text(facts: dict) -> str:
+    """Return the facts of a dry run as the lines a person reads."""
+    lines = [f"{facts['cases']:,} cases, {facts['cases'] - facts['pending']:,} of them there already, "
+             f"{facts['pending']:,} to run", *derived_lines(facts["derived"])]
+    if facts["seconds"] is None:
+        lines.append("time: unknown, a timed case did not end within a minute")
+    elif facts["pending"]:
+        lines.append(f"time: about {clock(facts['seconds'])} ({facts['timed']} cases timed, "
+                     f"{wording.text(facts['case_seconds'], 's', 2)} each)")
+    lines.append(f"storage: about {size(facts['bytes'])}")
+    lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
+    return plain("\n".join(lines))
+
+
+def size(count: float) -> str:
+    """Return a number of bytes as '12 MB'."""
+    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= factor:
+            return f"{count / factor:.3g} {unit}"
+    return f"{count:.0f} B"
+
+
+def plain(text: str) -> str:
+    """Return a text with ordinary spaces, which a terminal can break and search."""
+    return text.replace("\u00a0", " ").replace("\u2009", " ")
+
+
+def _worst_rows(facts: dict) -> list[list[str]]:
+    paths = [path for path in facts["worst"][0]["swept"]]
+    head = ["case_id", *(wording.axis_name(path, _joints(paths)) for path in paths), "joint", "force peak"]
+    return [head, *([entry["case_id"], *(_value(path, entry["swept"][path], facts["units"]) for path in paths),
+                     wording.joint_name(entry["joint"]), wording.text(entry["force_peak"], "N")]
+                    for entry in facts["worst"])]
+
+
+def _joints(paths) -> int:
+    return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
+
+
+def _setting(swept: dict, units: dict) -> str:
+    return ", ".join(f"{wording.axis_name(path, _joints(swept))} {_value(path, value, units)}"
+                     for path, value in swept.items() if value is not None)
+
+
+def _value(path: str, value, units: dict) -> str:
+    if value is None or isinstance(value, str):
+        return value or "–"
+    return wording.scale(units.get(path, "1"), value, speed=path.endswith("speed")).text(value, 4)
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in rows]

@@ -1,0 +1,177 @@
+"""The command line: each verb parses, calls one function and prints; what is heavy is imported inside the verb."""
+
+import json
+import os
+import sys
+import traceback
+from pathlib import Path
+
+import click
+
+import clearsweep
+from clearsweep.errors import ClearsweepError, InputError
+
+INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
+RESULTS = Path("results")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed,
+    130 interrupted, 143 terminated."""
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="replace")  # a terminal that lacks a sign gets a question mark, not a traceback
+    sys.exit(_exit_code(arguments))
+
+
+def _exit_code(arguments: list[str] | None) -> int:
+    """Run a verb; the only place where an outcome becomes an exit code."""
+    try:
+        return verbs.main(arguments, prog_name="clearsweep", standalone_mode=False) or 0
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        return 0
+    except click.ClickException as error:
+        error.show()
+        return BAD_INPUT
+    except click.Abort as error:
+        return _interrupted(error.__cause__)
+    except KeyboardInterrupt as error:
+        return _interrupted(error)
+    except ClearsweepError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader of stdout went away
+        return INTERNAL
+    except Exception:
+        traceback.print_exc()
+        print("internal error: this is a mistake in clearsweep, please report it with the lines above", file=sys.stderr)
+        return INTERNAL
+
+
+def _interrupted(error: BaseException | None) -> int:
+    print(str(error or "") or "stopped", file=sys.stderr)
+    return getattr(error, "exit_code", INTERRUPTED)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(clearsweep.__version__, prog_name="clearsweep")
+def verbs():
+    """How much a mechanism shakes, wears and misplaces itself because its revolute joints have clearance."""
+
+
+@verbs.command()
+@click.argument("grid", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where results go; default results/<name>.")
+@click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Worker processes; default: one per core.")
+@click.option("--dry-run", is_flag=True, help="Only say how many cases there are and what they would cost.")
+@click.option("--retry-failed", is_flag=True, help="Run failed cases again too.")
+@click.option("--case-timeout", type=float, metavar="SECONDS", help="Give up a case after this time.")
+@click.option("--max-failures", metavar="N|P%", help="Stop when more cases than that have failed.")
+@click.option("--executor", default="local", metavar="local|serial", show_default=True, help="Where cases run.")
+@click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
+def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, as_json):
+    """Run the cases of a grid that DIR does not hold yet; running again resumes."""
+    from clearsweep import brief
+
+    if dry_run:
+        from clearsweep.estimate import estimate
+
+        facts = estimate(grid, out, jobs=jobs)._asdict()
+        click.echo(json.dumps(facts, indent=2) if as_json else brief.estimate_text(facts))
+        return 0
+    from clearsweep.sweep import sweep
+
+    result = sweep(grid, out, jobs=jobs, executor=executor, retry_failed=retry_failed, case_timeout=case_timeout,
+                   max_failures=max_failures)
+    facts = brief.of_run(result)
+    click.echo(json.dumps(facts, indent=2) if as_json else brief.run_text(facts))
+    return result.exit_code
+
+
+@verbs.command()
+@click.argument("directory", required=False, type=click.Path(path_type=Path), metavar="[DIR]")
+@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/report.html.")
+@click.option("--tables", type=click.Path(path_type=Path), metavar="DIR", help="Write the tables as CSV here, too.")
+@click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
+def report(directory, out, tables, as_json):
+    """Write the report of a run (default: the newest below results) as one page that needs no network."""
+    from clearsweep import report as reports
+    from clearsweep import store
+
+    held = store.open(directory or store.newest(RESULTS))
+    files = {"report": str(_written(reports.write, held, out or held.directory / "report.html"))}
+    if tables:
+        _written(reports.tables, held, tables)
+        files["tables"] = str(tables)
+    click.echo(json.dumps(files, indent=2) if as_json else "\n".join(files.values()))
+
+
+@verbs.command()
+@click.option("--quick", is_flag=True, help="Fewer problems and tolerances; ends within a minute.")
+@click.option("--json", "as_json", is_flag=True, help="Print the tables as JSON.")
+def verify(quick, as_json):
+    """Print error against run time on problems with known answers."""
+    from clearsweep import verify as verification
+
+    verification.main(json=as_json, quick=quick)
+
+
+@verbs.command()
+@click.argument("name", required=False)
+def laws(name):
+    """Print every law and mechanism, or one with formula, parameters, units and source."""
+    from clearsweep.worker import Physics
+
+    click.echo(Physics.laws_text(name))
+
+
+@verbs.command()
+@click.argument("directory", type=click.Path(path_type=Path), metavar="DIR")
+@click.argument("case_id")
+@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/CASE_ID.html.")
+def show(directory, case_id, out):
+    """Run one case again and draw its orbit, force and events."""
+    from clearsweep import report as reports
+    from clearsweep import store
+
+    held = store.open(directory)
+    click.echo(_written(reports.show, held, case_id, out or held.directory / f"{case_id}.html"))
+
+
+@verbs.command()
+@click.argument("file", required=False, type=click.Path(path_type=Path))
+def init(file):
+    """Write a commented grid to start from, or print it where no FILE is named."""
+    from clearsweep import grid
+
+    if file is None:
+        click.echo(grid.starter(), nl=False)
+        return
+    try:
+        with open(file, "x", encoding="utf-8") as target:
+            target.write(grid.starter())
+    except FileExistsError:
+        raise InputError(f"{file}: exists already and is left as it is; name a new file") from None
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written ({error.strerror}); name a file in a directory that can") from None
+    click.echo(f"{file}\nNext: clearsweep run {file} --dry-run")
+
+
+@verbs.command()
+def schema():
+    """Print the JSON Schema of grid files, for editors."""
+    from clearsweep import grid
+    from clearsweep.worker import Physics
+
+    click.echo(json.dumps(grid.schema(Physics.catalogue()), indent=2))
+
+
+def _written(write, held, *arguments):
+    """Call a function that writes a file; a place where it cannot be written is the user's to choose."""
+    try:
+        return write(held, *arguments)
+    except ClearsweepError:
+        raise
+    except (PermissionError, NotADirectoryError, FileNotFoundError, IsADirectoryError) as error:
+        raise InputError(f"{error.filename}: cannot be written ({error.strerror}); choose another place") from error

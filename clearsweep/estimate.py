@@ -1,0 +1,75 @@
+"""What a sweep would cost: a few of its cases are timed, nothing is stored."""
+
+import time
+from concurrent.futures import TimeoutError as Late
+from typing import NamedTuple
+
+import numpy as np
+
+from clearsweep import outcome, pool, progress, stopping, sweep
+from clearsweep.worker import Physics, time_case
+
+PILOT_CASES, PILOT_TIME = 8, 10.0  # timed: at most so many cases, and no further one after so many seconds
+PILOT_PATIENCE = 60.0  # s waited for one case
+START_UP = 1.0  # s until the workers are ready
+EVENT_BYTES = 26  # of one event in orbits.h5
+
+
+class Estimate(NamedTuple):
+    """What a run of a grid would do and cost."""
+
+    cases: int
+    pending: int  # cases that the directory does not hold yet
+    derived: dict  # name -> {"unit", "min", "max"}
+    warnings: list
+    timed: int  # cases timed
+    case_seconds: float | None  # s a case on average; None where a timed case did not end
+    seconds: float | None  # s of the whole run, compiled code in the cache
+    bytes: int  # in the directory: batches and merged files
+
+
+def estimate(source, out=None, *, jobs=None, physics=Physics) -> Estimate:
+    """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
+    grid = sweep.load(source, physics)
+    derived, warnings = sweep.facts(grid, physics)
+    store = sweep.directory(grid, out)
+    store.check(grid)
+    store.look()
+    pending = sweep.missing(grid, sweep.case_ids(grid), store.rows(), retry_failed=False)
+    jobs = jobs or pool.cores()
+    times, events = _pilot(grid, pending, physics) if len(pending) else ([], 0.0)
+    mean = float(np.mean(times)) if times else None
+    seconds = 0.0 if not len(pending) else None if mean is None else START_UP + mean * len(pending) / jobs
+    return Estimate(len(grid), len(pending), derived, warnings, len(times), mean, seconds,
+                    int(len(pending) * _case_bytes(grid, events)))
+
+
+def _pilot(grid, pending: np.ndarray, physics) -> tuple[list[float], float]:
+    """Return the times (s) of a few cases spread over the grid and their mean number of events."""
+    chosen = pending[np.unique(np.linspace(0, len(pending) - 1, PILOT_CASES).round().astype(int))].tolist()
+    times, events = [], []
+    with stopping.catching():
+        workers = pool.Local(1, physics)
+        try:
+            sweep.warm(workers, grid, pending, physics, progress.Lines(len(chosen)))
+            begin = time.monotonic()
+            for index in chosen:
+                if time.monotonic() - begin > PILOT_TIME:
+                    break
+                seconds, count = workers.submit(time_case, physics, grid.case(index)).result(timeout=PILOT_PATIENCE)
+                times.append(seconds)
+                events.append(count)
+        except Late:
+            return [], 0.0
+        finally:
+            workers.close(at_once=True)
+    return times, float(np.mean(events))
+
+
+def _case_bytes(grid, events: float) -> float:
+    """Return the bytes that one case takes in its batch and in the merged files together."""
+    layout = grid.layout()
+    history = sweep.case_bytes(grid)
+    wear = sum(2 * 8 * joint.wear_bins for joint in layout.joints)
+    row = 8 * (len(outcome.summary_columns(layout)) + len(grid.axes)) + 32
+    return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)

@@ -1,0 +1,40 @@
+"""Where compiled code is kept: a directory stamped with everything that the code depends on."""
+
+import hashlib
+import os
+import platform
+import sys
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+
+
+def stamp() -> str:
+    """Return a hash of all sources here and of the compiler's version: it does not notice an edit in another file."""
+    digest = hashlib.sha256(f"{platform.python_version()} {version('numba')} {version('llvmlite')}".encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def prepare() -> Path:
+    """Make the compiler keep its code in a stamped directory, and return that.
+
+    It lies in NUMBA_CACHE_DIR where that is set, else in the user's cache; in a temporary directory where neither can
+    be written.
+    """
+    mark = stamp()
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given and Path(given).name == mark:
+        return Path(given)  # inherited from the process that prepared it
+    home = Path(given or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep")
+    place = home / mark
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        place = Path(tempfile.gettempdir()) / f"clearsweep-{os.getuid()}" / mark
+        place.mkdir(parents=True, exist_ok=True)
+    os.environ["NUMBA_CACHE_DIR"] = str(place)
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.CACHE_DIR = str(place)
+    return place

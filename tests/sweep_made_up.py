@@ -1,0 +1,24 @@
+"""A program without a `__main__` guard that sweeps a made-up grid: for tests that kill it."""
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import fake_physics
+
+from clearsweep.errors import ClearsweepError
+from clearsweep.stopping import Stopped
+from clearsweep.sweep import sweep
+
+directory, source, options = sys.argv[1:]
+try:
+    result = sweep(json.loads(source), directory, physics=fake_physics.Fake, **json.loads(options))
+except (Stopped, ClearsweepError) as error:
+    print(f"{type(error).__name__}: {error}", file=sys.stderr)
+    sys.exit(error.exit_code)
+facts = {"ran": result.ran, "reused": result.reused, "failed": result.failed, "pandas": "pandas" in sys.modules,
+         "peak": max(int(line.split()[1]) for line in Path(f"/proc/{os.getpid()}/status").read_text().splitlines()
+                     if line.startswith("VmHWM")) if sys.platform == "linux" else 0}
+print(json.dumps(facts))
+sys.exit(result.exit_code)

@@ -1,0 +1,362 @@
+"""Claims about grids: which cases a file means, and what a case is called."""
+
+import copy
+import itertools
+import json
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from grid_fake import CATALOGUE, CONFIGS, CONTACT, JOINT, TEXT, ids, load, sweep
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clearsweep import grid
+from clearsweep.outcome import JointLayout, Layout
+
+
+@pytest.fixture
+def at(tmp_path, monkeypatch):
+    """Return a function that writes a text as grid.yaml and loads it from there."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(text, overrides=None):
+        Path("grid.yaml").write_text(text, encoding="utf-8")
+        return load("grid.yaml", overrides)
+
+    return write
+
+
+@pytest.fixture
+def base(at):
+    """The demo grid as a dict in SI."""
+    return at(TEXT).resolved()
+
+
+# ------------------------------------------------------------------------------------------------ the resolved case
+
+
+def test_a_case_is_in_si_with_every_default_filled_in(at):
+    demo = at(TEXT)
+    assert (demo.name, demo.source, len(demo), demo.axes) == ("demo", "grid.yaml", 1, {})
+    body = {"crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4, "center": 0.025}}
+    body["rod"] = {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06}
+    contact = {"law": "lankarani-nikravesh", "elastic": "power", "stiffness": 6.61e10, "exponent": 1.5}
+    wear = {"law": "archard", "bins": 360, "pressure": "hertz-line", "bearing_coefficient": 2e-14}
+    joint = {"clearance": 5e-4, "bearing_radius": 0.01, "length": 0.02, "journal": "rod"}
+    joint["contact"] = contact | {"restitution": 0.9}
+    joint["friction"] = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
+    joint["wear"] = wear | {"journal_coefficient": 2e-14}
+    budgets = {"step_budget": 1_000_000, "event_budget": 100_000}
+    assert demo.case(0) == {
+        "mechanism": {"type": "slider-crank", **body, "slider": {"mass": 0.14}, "gravity": 0.0},
+        "drive": {"speed": pytest.approx(5000 * math.pi / 30, rel=3e-16)},
+        "joints": {"rod-slider": joint},
+        "simulate": {"revolutions": 10.0, "discard": 2.0, "tolerance": 1e-8, "start": "centred", **budgets},
+        "save": {"orbits": "last", "revolutions": 2.0, "samples": 720},
+    }
+
+
+def test_an_impact_pair_has_two_masses_and_no_drive():
+    pair = load(CONFIGS / "impact_pair.yaml")
+    case = pair.case(0)
+    assert case["mechanism"] == {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0}
+    assert set(case) == {"mechanism", "joints", "simulate", "save"}
+    assert set(case["simulate"]) == {"impacts", "tolerance", "step_budget", "event_budget"}
+    assert case["save"] == {"orbits": "last", "samples": 720}
+    assert pair.layout() == Layout("impact-pair", (JointLayout("pair"),))
+
+
+def test_the_masses_of_an_impact_pair_can_be_swept_and_overridden():
+    axes = {"mechanism.masses.1": {"linspace": ["100 g", "300 g", 3]}}
+    pair = load(
+        load(CONFIGS / "impact_pair.yaml").resolved() | {"sweep": axes}, {"joints.pair.contact.restitution": 0.5}
+    )
+    assert [pair.case(k)["mechanism"]["masses"] for k in range(3)] == [[0.2, 0.1], [0.2, 0.2], [0.2, 0.3]]
+    assert load(pair.resolved()).frame() == pair.frame()
+    one = load(CONFIGS / "impact_pair.yaml", {"mechanism.masses.0": "1 kg", "joints.pair.contact.restitution": 0.5})
+    assert one.case(0)["mechanism"]["masses"] == [1.0, 0.2]
+
+
+def test_what_is_left_out_does_not_appear(at):
+    plain = at(TEXT, {f"{JOINT}.friction": None, f"{JOINT}.wear": None, f"{JOINT}.length": None}).case(0)
+    assert set(plain["joints"]["rod-slider"]) == {"clearance", "bearing_radius", "journal", "contact"}
+
+
+def test_defaults_that_follow_from_other_values(base):
+    cases = load(sweep(base, {"mechanism.crank.length": ["40 mm", "50 mm"]}), {"mechanism.crank.center": None})
+    assert [cases.case(k)["mechanism"]["crank"]["center"] for k in range(2)] == [0.02, 0.025]
+    short = load(base, {"simulate": {"revolutions": 1}, "save": None}).case(0)
+    assert (short["simulate"]["discard"], short["save"]["revolutions"]) == (0.0, 1.0)
+
+
+def test_material_stands_in_for_the_stiffness(base):
+    contact = load(base, {f"{CONTACT}.stiffness": None, f"{CONTACT}.material": {"young": "207 GPa", "poisson": 0.3}})
+    contact = contact.case(0)["joints"]["rod-slider"]["contact"]
+    assert "stiffness" not in contact
+    assert contact["material"] == {"young": 2.07e11, "poisson": 0.3}
+
+
+def test_each_body_may_have_its_own_wear_coefficient(base):
+    both = load(base, {f"{JOINT}.wear": {"law": "archard", "coefficient": 1e-14, "journal_coefficient": 0}}).case(0)
+    assert both["joints"]["rod-slider"]["wear"]["bearing_coefficient"] == 1e-14
+    assert both["joints"]["rod-slider"]["wear"]["journal_coefficient"] == 0.0
+
+
+def test_the_layout_lists_clearance_joints_in_the_order_of_the_mechanism(base):
+    joints = base["joints"] | {"ground-crank": copy.deepcopy(base["joints"]["rod-slider"])}
+    del joints["ground-crank"]["wear"], joints["ground-crank"]["journal"]
+    two = load(base | {"joints": joints})
+    assert two.layout() == Layout("slider-crank", (JointLayout("ground_crank"), JointLayout("rod_slider", 360)))
+    assert two.case(0)["joints"]["ground-crank"]["journal"] == "crank"
+
+
+# ------------------------------------------------------------------------------------------------------ identity
+
+
+def test_the_id_of_the_demo_case_is_pinned(at):
+    """Changes only together with MODEL_VERSION or the keys of a case: else every stored result is orphaned."""
+    assert at(TEXT).case_id(0) == "81abf9fa53ccd79f"
+
+
+SAME = {
+    "name": ("name: demo", "name: other"),
+    "save": ("save: {orbits: last, samples: 720}", "save: {orbits: all, revolutions: 3, samples: 90}"),
+    "unit": ("clearance: 0.5 mm", "clearance: 500 um"),
+    "bare": ("clearance: 0.5 mm", "clearance: 5e-4"),
+    "integer": ("revolutions: 10,", "revolutions: 10.0,"),
+    "whole": ("2e-14 m^2/N}", "2e-14 m^2/N, bins: 360.0}"),
+    "default": ("drive:", "  gravity: -0.0 m/s^2\ndrive:"),
+    "order": ("crank:  {length: 50 mm, mass: 0.30 kg,", "crank:  {mass: 0.30 kg, length: 50 mm,"),
+    "hertz": ("speed: 5000 rpm", "speed: 83.33333333333333333333 Hz"),
+    "both": ("coefficient: 2e-14 m^2/N", "bearing_coefficient: 2e-14, journal_coefficient: 2e-14"),
+    "left out": (", center: 60 mm", ""),
+    "quoted": ("restitution: 0.9", "restitution: '0.9'"),
+}
+
+
+@pytest.mark.parametrize(("old", "new"), SAME.values(), ids=SAME)
+def test_the_id_does_not_depend_on_how_a_case_is_written(at, old, new):
+    assert old in TEXT
+    assert at(TEXT.replace(old, new)).case_id(0) == at(TEXT).case_id(0)
+
+
+OTHER = [
+    ("clearance: 0.5 mm", "clearance: 0.50000000000001 mm"),
+    ("law: ambrosio, ", "law: tanh, velocity_scale: 1 mm/s, "),
+    ("revolutions: 10,", "revolutions: 11,"),
+    ("tolerance: 1e-8", "tolerance: 1e-9"),
+    ("tolerance: 1e-8", "tolerance: 1e-8, step_budget: 10"),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), OTHER)
+def test_the_id_depends_on_everything_that_is_computed_with(at, old, new):
+    text = TEXT.replace(old, new)
+    if "tanh" in new:
+        text = text.replace(", v0: 1 mm/s, v1: 10 mm/s", "")
+    assert at(text).case_id(0) != at(TEXT).case_id(0)
+
+
+def test_the_id_depends_on_the_models_version(at, monkeypatch):
+    before = at(TEXT).case_id(0)
+    monkeypatch.setattr(grid, "MODEL_VERSION", "another")
+    assert at(TEXT).case_id(0) != before
+
+
+def test_a_swept_case_has_the_id_of_the_same_case_written_out(at, base):
+    cases = at(TEXT + f"sweep:\n  {JOINT}.clearance: [0.1 mm, 0.5 mm]\n")
+    assert cases.case_id(1) == at(TEXT).case_id(0) == load(base).case_id(0)
+
+
+def test_a_resolved_grid_loads_to_the_same_cases():
+    for path in (*CONFIGS.glob("*.yaml"), Path(grid.__file__).with_name("starter.yaml")):
+        original = load(path)
+        again = load(json.loads(json.dumps(original.resolved())))
+        assert ids(again) == ids(original)
+        assert (again.frame(), again.axes, again.layout()) == (original.frame(), original.axes, original.layout())
+        assert len(set(ids(original))) == len(original)
+
+
+# ---------------------------------------------------------------------------------------------------------- axes
+
+
+def test_the_cases_are_the_product_of_the_axes(base):
+    axes = {f"{JOINT}.clearance": ["0.1 mm", "0.2 mm"], "drive.speed": [100, 200, 300], f"{CONTACT}.restitution": [0.5]}
+    cases = load(sweep(base, axes))
+    points = [cases.point(k) for k in range(len(cases))]
+    assert points == [
+        dict(zip(axes, values, strict=True)) for values in itertools.product([1e-4, 2e-4], [100, 200, 300], [0.5])
+    ]
+    assert list(cases.axes) == list(axes)
+    for k, point in enumerate(points):
+        assert cases.case(k)["joints"]["rod-slider"]["clearance"] == point[f"{JOINT}.clearance"]
+        assert cases.case(k)["drive"]["speed"] == point["drive.speed"]
+    for k in (-1, 6):
+        with pytest.raises(IndexError):
+            cases.case(k)
+
+
+def test_spaced_axes_are_those_of_numpy_and_end_exactly(base):
+    def axis(path, given):
+        return load(sweep(base, {path: given})).axes[path]
+
+    linear = axis(f"{CONTACT}.restitution", {"linspace": [0.5, 0.95, 4]})
+    assert linear == pytest.approx(np.linspace(0.5, 0.95, 4), rel=1e-15)
+    assert linear == (0.5, 0.65, 0.8, 0.95)
+    power = axis(f"{CONTACT}.stiffness", {"geomspace": ["1e9 N/m^1.5", "1e11 N/m^1.5", 5]})
+    assert power == pytest.approx(np.geomspace(1e9, 1e11, 5), rel=1e-14)
+    assert (power[0], power[-1]) == (1e9, 1e11)
+    assert axis(f"{JOINT}.clearance", {"logspace": [-5, -3.5, 4]}) == pytest.approx(np.logspace(-5, -3.5, 4), rel=1e-14)
+    assert axis(f"{JOINT}.clearance", {"logspace": [-2, 0, 3, "mm"]}) == pytest.approx([1e-5, 1e-4, 1e-3], rel=1e-15)
+    assert axis("simulate.step_budget", {"linspace": [10, 30, 3]}) == (10, 20, 30)
+    assert axis("drive.speed", np.array([1.0, 2.0])) == (1.0, 2.0)
+
+
+@given(st.integers(1, 400), st.integers(1, 400), st.integers(2, 30))
+def test_a_linear_axis_has_the_bits_of_the_values_written_out(first, step, count):
+    text = load(CONFIGS / "frictionless.yaml").resolved()
+    listed = [f"{first + k * step} nm" for k in range(count)]
+    spaced = {"linspace": [listed[0], listed[-1], count]}
+    path = f"{JOINT}.clearance"
+    assert load(sweep(text, {path: spaced})).axes == load(sweep(text, {path: listed})).axes
+
+
+def test_a_refined_axis_keeps_the_cases_it_had(base):
+    coarse, fine = (load(sweep(base, {f"{CONTACT}.restitution": {"linspace": [0.1, 0.7, n]}})) for n in (4, 7))
+    assert set(ids(coarse)) <= set(ids(fine))
+
+
+def test_laws_can_be_swept_and_only_keys_in_use_enter_a_case(at):
+    text = TEXT.replace("    wear: {law: archard, coefficient: 2e-14 m^2/N}\n", "")
+    text = text.replace("6.61e10 N/m^1.5", "6.61e10").replace(
+        "restitution: 0.9", "restitution: 0.9\n      damping: 3 N*s/m"
+    )
+    cases = at(f"{text}sweep:\n  {CONTACT}.law: [hertz, kelvin-voigt, flores]\n")
+    contacts = [cases.case(k)["joints"]["rod-slider"]["contact"] for k in range(3)]
+    assert contacts[0] == {"law": "hertz", "elastic": "power", "stiffness": 6.61e10, "exponent": 1.5}
+    assert contacts[1] == {"law": "kelvin-voigt", "stiffness": 6.61e10, "damping": 3.0}
+    assert contacts[2] == contacts[0] | {"law": "flores", "restitution": 0.9}
+    less = at(f"{text}sweep:\n  {CONTACT}.law: [flores]\n")
+    assert less.case_id(0) == cases.case_id(2)
+    assert less.frame() == cases.frame()
+    assert (cases.unit(f"{CONTACT}.law"), cases.unit("drive.speed")) == ("", "rad/s")
+
+
+def test_a_swept_key_that_a_swept_law_does_not_use_makes_no_duplicate_cases(base):
+    axes = {f"{CONTACT}.restitution": [0.5, 0.9], "drive.speed": [1, 2], f"{CONTACT}.law": ["hertz", "flores", "exact"]}
+    cases = load(sweep(base, axes))
+    assert len(cases) == (1 + 2 + 2) * 2 == len(set(ids(cases)))
+    points = [cases.point(k) for k in range(len(cases))]
+    assert {(p[f"{CONTACT}.law"], p[f"{CONTACT}.restitution"]) for p in points} == {
+        ("hertz", None), *itertools.product(("flores", "exact"), (0.5, 0.9))
+    }  # fmt: skip
+    assert all(list(point) == list(axes) for point in points)
+
+
+def test_friction_laws_can_be_swept(base):
+    cases = load(
+        sweep(base, {f"{JOINT}.friction.law": ["tanh", "ambrosio"]}), {f"{JOINT}.friction.velocity_scale": 0.1}
+    )
+    assert [set(cases.case(k)["joints"]["rod-slider"]["friction"]) for k in range(2)] == [
+        {"law", "coefficient", "velocity_scale"},
+        {"law", "coefficient", "v0", "v1"},
+    ]
+
+
+def test_the_stiffness_law_and_its_exponent_can_be_swept(base):
+    free = {f"{JOINT}.wear": None}
+    cases = load(sweep(base, {f"{CONTACT}.elastic": ["power"], f"{CONTACT}.exponent": [1, 1.5, 2]}), free)
+    assert [cases.case(k)["joints"]["rod-slider"]["contact"]["exponent"] for k in range(3)] == [1.0, 1.5, 2.0]
+    axes = {f"{CONTACT}.stiffness": [1e9, 1e10], f"{CONTACT}.exponent": [1, 1.5]}
+    assert load(sweep(base, axes), free).unit(f"{CONTACT}.stiffness") == "N/m^exponent"
+    assert load(sweep(base, {f"{CONTACT}.stiffness": [1e9, 1e10]})).unit(f"{CONTACT}.stiffness") == "N/m^1.5"
+
+
+def test_ten_million_cases_load_in_a_second_and_any_one_in_a_millisecond(base):
+    axes = {
+        f"{JOINT}.clearance": {"linspace": ["10 um", "0.5 mm", 100_000]},
+        "drive.speed": {"linspace": [100, 500, 100]},
+    }
+    began = time.perf_counter()
+    cases = load(sweep(base, axes))
+    assert len(cases) == 10**7
+    assert time.perf_counter() - began < 1.0
+    began = time.perf_counter()
+    last = [cases.case(k) for k in range(10**7 - 100, 10**7)][-1]
+    assert time.perf_counter() - began < 0.1
+    assert (last["joints"]["rod-slider"]["clearance"], last["drive"]["speed"]) == (5e-4, 500.0)
+
+
+# ------------------------------------------------------------------------------------------ which directory fits
+
+
+def test_the_frame_holds_what_is_not_swept(at):
+    text = TEXT + f"sweep:\n  drive.speed: [1000 rpm]\n  {JOINT}.clearance: [0.1 mm]\n"
+    frame = at(text).frame()
+    assert frame["swept"] == ["drive.speed", f"{JOINT}.clearance"]
+    assert (frame["model_version"], frame["schema"]) == (grid.MODEL_VERSION, grid.SCHEMA_VERSION)
+    assert frame["save.samples"] == 720
+    assert frame["mechanism.rod.center"] == 0.06
+    assert "drive.speed" not in frame
+    assert "name" not in frame
+    assert (
+        at(text.replace("[0.1 mm]", "[0.1 mm, 0.2 mm]").replace("clearance: 0.5 mm", "clearance: 0.4 mm")).frame()
+        == frame
+    )
+    assert at(text.replace(", center: 60 mm", "").replace("name: demo", "name: x")).frame() == frame
+    differing = at(text.replace("samples: 720", "samples: 90").replace("mass: 0.14 kg", "mass: 0.15 kg")).frame()
+    assert {key for key in frame if frame[key] != differing[key]} == {"save.samples", "mechanism.slider.mass"}
+
+
+# ----------------------------------------------------------------------------------------------------- overrides
+
+
+def test_an_override_replaces_a_value_or_an_axis_or_takes_a_key_away(at):
+    assert (
+        at(TEXT, {"drive.speed": "3000 rpm"}).case(0)["drive"]["speed"]
+        == at(TEXT.replace("5000", "3000")).case(0)["drive"]["speed"]
+    )
+    text = TEXT + f"sweep:\n  drive.speed: [1000 rpm]\n  {JOINT}.clearance: [0.1 mm, 0.2 mm]\n"
+    assert list(at(text, {"drive.speed": 300.0}).axes) == [f"{JOINT}.clearance"]
+    assert at(text, {"drive.speed": 300.0, f"{JOINT}.clearance": "0.1 mm"}).axes == {}
+
+
+# ------------------------------------------------------------------------------------------- what is shipped
+
+
+@pytest.mark.parametrize(
+    ("name", "cases"), [("slider_crank", 48), ("frictionless", 3), ("two_joints", 4), ("impact_pair", 8)]
+)
+def test_the_shipped_grids_load(name, cases):
+    shipped = load(CONFIGS / f"{name}.yaml")
+    assert len(shipped) == len(set(ids(shipped))) == cases
+
+
+def test_the_starter_is_a_grid_that_loads_and_explains_itself(at):
+    text = grid.starter()
+    assert len(at(text)) == 6
+    assert text.count("#") > 20
+    free = text.replace("  # joints.", "  joints.")
+    assert len(at(free)) == 6 * 5 * 4 * 2
+
+
+def test_the_schema_names_every_key_with_unit_and_range():
+    schema = grid.schema(CATALOGUE)
+    json.dumps(schema, allow_nan=False)
+    joint = schema["else"]["properties"]["joints"]["properties"]["rod-slider"]["properties"]
+    assert "(m)" in joint["clearance"]["description"]
+    assert joint["contact"]["properties"]["law"]["enum"] == list(CATALOGUE.names("law"))
+    assert "N*s/m" in joint["contact"]["properties"]["damping"]["description"]
+    assert set(schema["then"]["properties"]) == {"mechanism", "joints", "simulate", "save", "name", "sweep"}
+
+
+def test_loading_a_grid_imports_neither_numba_nor_pandas_nor_h5py():
+    code = (
+        "import sys, clearsweep.grid; sys.exit(bool({'numba', 'pandas', 'h5py', 'numpy', 'pint'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,364 @@
+"""Claims about what a mistake in a grid is told: its place, its key, what was found and what is allowed."""
+
+import time
+from pathlib import Path
+
+import pytest
+from grid_fake import CONTACT, JOINT, TEXT, load
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clearsweep.errors import InputError
+
+
+@pytest.fixture
+def at(tmp_path, monkeypatch):
+    """Return a function that writes a text as grid.yaml and loads it from there."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(text, overrides=None):
+        Path("grid.yaml").write_text(text, encoding="utf-8")
+        return load("grid.yaml", overrides)
+
+    return write
+
+
+@pytest.fixture
+def told(at):
+    """Return a function that gives the problems of a text."""
+
+    def problems(text, overrides=None):
+        with pytest.raises(InputError) as caught:
+            at(text, overrides)
+        return caught.value.problems
+
+    return problems
+
+
+@pytest.fixture
+def base(at):
+    """The demo grid as a dict in SI."""
+    return at(TEXT).resolved()
+
+
+def test_a_wrong_override_is_told_as_one(told):
+    (problem,) = told(TEXT, {f"{JOINT}.clearance": "0.5 kg"})
+    assert problem.startswith(f"overrides: {JOINT}.clearance: found '0.5 kg'")
+    (problem,) = told(TEXT, {f"{JOINT}.clearanc": "0.5 mm"})
+    assert problem.startswith(f"overrides: {JOINT}.clearanc: unknown key 'clearanc'; did you mean 'clearance'?")
+    (problem,) = told(TEXT, {"drive.speed.fast": 1})
+    assert problem == "overrides: drive.speed.fast: leads into the value '5000 rpm', not into a section"
+
+
+# ---------------------------------------------------------------------------------------------------- mistakes
+
+#: what is replaced, by what, and what the message begins with and contains
+MISTAKES = {
+    "unknown law": (
+        "law: lankarani-nikravesh",
+        "law: herz",
+        f"14:12: {CONTACT}.law: unknown law 'herz'; did you mean 'hertz'? (known: hertz, lankarani-nikravesh",
+    ),
+    "dimension": (
+        "clearance: 0.5 mm",
+        "clearance: 0.5 kg",
+        f"10:16: {JOINT}.clearance: found '0.5 kg', whose unit kg has another dimension; expected a quantity in m",
+    ),
+    "negative": (
+        "clearance: 0.5 mm",
+        "clearance: -0.5 mm",
+        f"10:16: {JOINT}.clearance: found -0.5 mm, out of range; allowed: above 0 (m)",
+    ),
+    "no clearance": ("clearance: 0.5 mm", "clearance: 0", f"10:16: {JOINT}.clearance: found 0, out of range"),
+    "null": ("clearance: 0.5 mm", "clearance:", f"10:5: {JOINT}.clearance: found nothing; expected a quantity in m"),
+    "truth": ("clearance: 0.5 mm", "clearance: true", f"10:16: {JOINT}.clearance: found true; expected"),
+    "no is a word": (
+        "clearance: 0.5 mm",
+        "clearance: no",
+        f"10:16: {JOINT}.clearance: found 'no', which does not begin",
+    ),
+    "list": ("clearance: 0.5 mm", "clearance: [1 mm]", f"10:16: {JOINT}.clearance: found a list; expected"),
+    "unknown key": (
+        "clearance: 0.5 mm",
+        "clearanse: 0.5 mm",
+        f"10:5: {JOINT}.clearanse: unknown key 'clearanse'; did you mean 'clearance'?",
+    ),
+    "missing key": (
+        "    bearing_radius: 10 mm\n",
+        "",
+        f"10:5: {JOINT}.bearing_radius: is missing (radius of the bearing",
+    ),
+    "missing section": (
+        "  slider: {mass: 0.14 kg}\n",
+        "",
+        "3:3: mechanism.slider: is missing; write the section 'slider'",
+    ),
+    "missing law": (
+        "law: lankarani-nikravesh\n",
+        "elastic: power\n",
+        f"14:7: {CONTACT}.law: is missing; write one of hertz,",
+    ),
+    "duplicate key": (
+        "    length: 20 mm\n",
+        "    length: 20 mm\n    clearance: 1 mm\n",
+        f"13:5: {JOINT}.clearance: duplicate key; it is also on line 10",
+    ),
+    "not a section": (
+        "slider: {mass: 0.14 kg}",
+        "slider: 0.14 kg",
+        "6:11: mechanism.slider: found '0.14 kg'; expected a section with the keys mass",
+    ),
+    "unknown joint": (
+        "rod-slider:",
+        "rod-slidr:",
+        "9:3: joints.rod-slidr: unknown key 'rod-slidr'; did you mean 'rod-slider'? (allowed: ground-crank, crank-rod",
+    ),
+    "unknown mechanism": (
+        "type: slider-crank",
+        "type: slidercrank",
+        "3:9: mechanism.type: unknown word 'slidercrank'; did you mean 'slider-crank'? (known: slider-crank,",
+    ),
+    "restitution 0": (
+        "restitution: 0.9",
+        "restitution: 0",
+        f"16:20: {CONTACT}.restitution: found 0, out of range; allowed: above 0 and at most 1",
+    ),
+    "restitution above 1": (
+        "restitution: 0.9",
+        "restitution: 95",
+        f"16:20: {CONTACT}.restitution: found 95, out of range",
+    ),
+    "no restitution": (
+        "      restitution: 0.9\n",
+        "",
+        f"14:7: {CONTACT}.restitution: is missing for lankarani-nikravesh",
+    ),
+    "unused key": (
+        "law: lankarani-nikravesh",
+        "law: hertz",
+        f"16:20: {CONTACT}.restitution: is not used by law 'hertz', only by exact, flores",
+    ),
+    "key of another law": (
+        "restitution: 0.9",
+        "restitution: 0.9\n      damping: 1",
+        f"17:16: {CONTACT}.damping: is not used by law 'lankarani-nikravesh', only by kelvin-voigt",
+    ),
+    "wrong exponent": (
+        "6.61e10 N/m^1.5",
+        "6.61e10 N/m",
+        f"15:18: {CONTACT}.stiffness: found '6.61e10 N/m', whose unit N/m has another dimension; expected",
+    ),
+    "no stiffness": ("      stiffness: 6.61e10 N/m^1.5\n", "", f"14:7: {CONTACT}.stiffness: is missing for power"),
+    "too wide": (
+        "clearance: 0.5 mm",
+        "clearance: 10 mm",
+        f"10:16: {JOINT}.clearance: found {JOINT}.clearance up to 0.01; allowed: below {JOINT}.bearing_radius, 0.01",
+    ),
+    "discard": (
+        "discard: 2",
+        "discard: 10",
+        "19:38: simulate.discard: found simulate.discard up to 10; allowed: below",
+    ),
+    "too much saved": (
+        "samples: 720",
+        "revolutions: 11",
+        "20:35: save.revolutions: found save.revolutions up to 11; allowed: at most",
+    ),
+    "tolerance": (
+        "tolerance: 1e-8",
+        "tolerance: 1e-14",
+        "19:52: simulate.tolerance: found 1e-14, out of range; allowed: at least 1e-13",
+    ),
+    "start": (
+        "tolerance: 1e-8",
+        "start: centered",
+        "19:48: simulate.start: unknown word 'centered'; did you mean 'centred'?",
+    ),
+    "fractional samples": (
+        "samples: 720",
+        "samples: 0.5",
+        "20:31: save.samples: found 0.5, out of range; allowed: a whole number at least 1",
+    ),
+    "journal": (
+        "    length: 20 mm",
+        "    length: 20 mm\n    journal: crank",
+        f"13:14: {JOINT}.journal: unknown word 'crank' (known: rod, slider)",
+    ),
+    "short rod": (
+        "rod:    {length: 120 mm",
+        "rod:    {length: 40 mm",
+        "4:20: mechanism.crank.length: found mechanism.crank.length up to 0.05",
+    ),
+    "friction speeds": (
+        "v0: 1 mm/s",
+        "v0: 10 mm/s",
+        f"17:54: {JOINT}.friction.v0: found {JOINT}.friction.v0 up to 0.01; allowed: below",
+    ),
+    "wear without length": (
+        "    length: 20 mm\n",
+        "",
+        f"17:11: {JOINT}.length: is missing; wear needs the joint's length",
+    ),
+    "wear without coefficient": (
+        ", coefficient: 2e-14 m^2/N",
+        "",
+        f"18:11: {JOINT}.wear.coefficient: is missing; write such as 2e-14 m^2/N",
+    ),
+    "impossible wear": (
+        "coefficient: 2e-14 m^2/N",
+        "coefficient: 2e-8 m^2/N, hardness: 2 GPa",
+        f"18:39: {JOINT}.wear.coefficient: found 2e-08 m^2/N, times the hardness 2000000000 Pa 40; allowed",
+    ),
+    "wear without modulus": (
+        "6.61e10 N/m^1.5",
+        "6.61e10 N/m^1.4\n      exponent: 1.4",
+        f"14:7: {CONTACT}.material: is missing; the pressure of wear needs Young's modulus",
+    ),
+    "material and exponent": (
+        "stiffness: 6.61e10 N/m^1.5",
+        "exponent: 1.4\n      material: {young: 207 GPa, poisson: 0.3}",
+        f"14:7: {CONTACT}.stiffness: is missing; the material gives the stiffness only where exponent is 1.5",
+    ),
+    "unknown unit": (
+        "speed: 5000 rpm",
+        "speed: 5000 RPM",
+        "7:16: drive.speed: found '5000 RPM'; unknown unit 'RPM'; did you mean 'rpm'?",
+    ),
+    "not a shaft speed": (
+        "speed: 5000 rpm",
+        "speed: 5000 1/s",
+        "7:16: drive.speed: found '5000 1/s', whose unit 1/s has another dimension",
+    ),
+    "infinite": ("speed: 5000 rpm", "speed: .inf", "7:16: drive.speed: found '.inf', which is not a finite number"),
+    "no speed": (
+        "drive: {speed: 5000 rpm}\n",
+        "",
+        "1:1: drive.speed: is missing (constant crank speed); expected a quantity in rad/s, such as 5000 rpm",
+    ),
+    "name": ("name: demo", "name: ../demo", "1:7: name: found '../demo'; expected letters"),
+    "tag": ("speed: 5000 rpm", "speed: !f 5000 rpm", "7:16: drive.speed: the YAML tag !f is not understood"),
+    "alias in itself": (
+        "drive: {speed: 5000 rpm}",
+        "drive: &a {speed: *a}",
+        "7:8: drive.speed: an alias that contains itself",
+    ),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_told_with_file_line_column_key_and_remedy(told, old, new, message):
+    assert TEXT.count(old) == 1
+    problems = told(TEXT.replace(old, new))
+    assert any(problem.startswith(f"grid.yaml:{message}") for problem in problems), problems
+    allowed = (
+        2
+        if new.startswith(("clearanse", "rod-slidr", "elastic", "exponent", "drive: &a"))
+        or old.endswith("6.61e10 N/m^1.5\n")
+        else 1
+    )
+    assert len(problems) <= allowed, problems
+
+
+def test_all_mistakes_are_told_at_once_in_the_order_of_the_file(told):
+    text = TEXT.replace("0.5 mm", "0.5 kg").replace("lankarani-nikravesh", "herz").replace("speed:", "sped:")
+    text = text.replace("1e-8", "1").replace("name: demo", "name: ''") + "sweep:\n  nothing.here: [1]\n"
+    problems = told(text)
+    assert [problem.split(":")[1] for problem in problems] == ["1", "7", "7", "10", "14", "19", "22"]
+
+
+def test_a_dict_is_told_its_mistakes_without_a_place(base):
+    base["drive"]["speed"] = "5 kg"
+    base["joints"]["rod-slider"]["contact"]["law"] = 7
+    with pytest.raises(InputError) as caught:
+        load(base)
+    assert [problem.split(": ")[0] for problem in caught.value.problems] == ["drive.speed", f"{CONTACT}.law"]
+
+
+def test_keys_of_the_other_mechanism_are_unknown(told):
+    problems = told(
+        "mechanism: {type: impact-pair, masses: [1 kg], speed: 1 m/s, gravity: 1}\n"
+        "drive: {speed: 1}\njoints: {pair: 3}\n"
+    )
+    assert "mechanism.masses: found a list; expected a list of two quantities" in problems[0]
+    assert "mechanism.gravity: unknown key 'gravity' (allowed: type, masses, speed)" in problems[1]
+    assert "drive: unknown key 'drive'" in problems[2]
+    assert "joints.pair: found '3'; expected a section with the keys clearance, contact" in problems[3]
+
+
+UNREADABLE = {
+    "empty": ("", "grid.yaml:1:1: the file is empty"),
+    "comment": ("# nothing\n", "grid.yaml:1:1: the file is empty"),
+    "list": ("- 1\n", "grid.yaml:1:1: found a list; expected a grid"),
+    "text": ("hello\n", "grid.yaml:1:1: found 'hello'; expected a grid"),
+    "syntax": ("a: [1, 2\nb: 3\n", "grid.yaml:2:"),
+    "tab": ("a:\n\tb: 1\n", "grid.yaml:2:1: not valid YAML"),
+    "two documents": ("a: 1\n---\nb: 2\n", "grid.yaml:2:1: not valid YAML"),
+    "unknown alias": ("a: *b\n", "grid.yaml:1:4: not valid YAML"),
+    "control": ("a: \x00\n", "grid.yaml: not valid YAML"),
+    "deep": ("[" * 5000, "grid.yaml"),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), UNREADABLE.values(), ids=UNREADABLE)
+def test_what_is_no_grid_at_all_is_told_where(told, text, message):
+    (problem,) = told(text)
+    assert problem.startswith(message)
+    assert "\n" not in problem
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    (tmp_path / "latin.yaml").write_bytes("name: Wälzlager".encode("latin-1"))
+    for path, reason in (
+        (tmp_path / "none.yaml", "No such file"),
+        (tmp_path, "directory"),
+        (tmp_path / "latin.yaml", "UTF-8"),
+    ):
+        with pytest.raises(InputError, match=reason) as caught:
+            load(path)
+        assert str(caught.value).startswith(str(path))
+
+
+def test_an_alias_costs_no_more_than_what_it_stands_for(told):
+    bomb = "\n".join(f"a{k + 1}: &a{k + 1} [{', '.join([f'*a{k}'] * 9)}]" for k in range(9))
+    began = time.perf_counter()
+    told(f"a0: &a0 [1]\n{bomb}\n")
+    assert time.perf_counter() - began < 2.0
+
+
+def test_yaml_is_read_as_version_1_2(at):
+    case = at(TEXT.replace("0.14 kg", "1e-1").replace("revolutions: 10,", "revolutions: 012,")).case(0)
+    assert case["mechanism"]["slider"]["mass"] == 0.1
+    assert case["simulate"]["revolutions"] == 12.0
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.floats() | st.text(max_size=5),
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(
+                st.sampled_from(
+                    [
+                        "mechanism",
+                        "type",
+                        "joints",
+                        "rod-slider",
+                        "contact",
+                        "law",
+                        "sweep",
+                        "drive.speed",
+                        "linspace",
+                        "x",
+                    ]
+                ),
+                inner,
+                max_size=4,
+            )
+        ),
+    )
+)
+def test_any_nonsense_gives_an_input_error(nonsense):
+    with pytest.raises(InputError):
+        load({"mechanism": {"type": "slider-crank"}, "sweep": nonsense, "joints": nonsense})
+    with pytest.raises(InputError):
+        load(nonsense if isinstance(nonsense, dict) else {"mechanism": nonsense})

@@ -1,0 +1,333 @@
+"""The report says what a run holds, in units, in one file that needs nothing else."""
+
+import csv
+import html.parser
+import http.server
+import json
+import os
+import re
+import shutil
+import subprocess
+import threading
+import xml.etree.ElementTree as ET
+
+import fake_physics
+import numpy as np
+import pytest
+from report_fake import RPM, SWEEP, Run
+
+from clearsweep import outcome, report, store
+from clearsweep.errors import InputError
+from clearsweep.report import findings, single, study, wording
+from clearsweep.sweep import sweep
+
+BIG = {
+    "joints.rod-slider.clearance": list(np.geomspace(5e-5, 5e-4, 25)),
+    "joints.rod-slider.contact.stiffness": list(np.geomspace(1e9, 1e11, 4)),
+    "joints.rod-slider.contact.restitution": list(np.linspace(0.5, 0.95, 10)),
+    "drive.speed": list(np.linspace(1000, 5000, 10) * RPM),
+}
+RUNS = {
+    "full": {"failures": 8},
+    "one case": {"sweep": {}},
+    "one axis": {"sweep": {"drive.speed": SWEEP["drive.speed"]}, "wear": False},
+    "law names": {"sweep": {"joints.rod-slider.contact.law": ["hertz", "flores"], "drive.speed": SWEEP["drive.speed"]}},
+    "no histories": {"histories": False, "wear": False},
+    "all failed": {"failures": 108},
+    "impact pair": {"sweep": {}, "joints": ("pair",), "mechanism": "impact-pair", "wear": False},
+    "three joints": {"joints": ("ground_crank", "crank_rod", "rod_slider")},
+    "big": {"sweep": BIG},
+}
+VOID = {"meta", "link", "br", "img", "input", "hr"}
+
+
+class Page(html.parser.HTMLParser):
+    """What a test wants to know of a page: ids, references, text, and whether every element is closed."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.ids, self.references, self.open, self.texts, self.figures = [], [], [], [], 0
+        self.feed(text)
+        self.text = " ".join("".join(self.texts).split()).replace("\u00a0", " ")
+
+    def handle_starttag(self, tag, attributes):
+        """Take in one element."""
+        values = dict(attributes)
+        self.figures += tag == "svg" and values.get("role") == "img" and bool(values.get("aria-label"))
+        self.ids += [values["id"]] if "id" in values else []
+        self.references += [value for name, value in attributes if name in ("href", "src", "xlink:href", "srcset")]
+        self.references += re.findall(r"url\(([^)]*)\)", " ".join(value or "" for _, value in attributes))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        """Take in an element that closes itself."""
+        self.handle_starttag(tag, attributes)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        """Check that it closes the element opened last."""
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        """Collect text outside the style sheet."""
+        if "style" not in self.open:
+            self.texts.append(data)
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """Return name -> path of the page of each run, written when it is first asked for."""
+    directory, written = tmp_path_factory.mktemp("report"), {}
+
+    def page(name):
+        if name not in written:
+            written[name] = report.write(Run(**RUNS[name]), directory / f"{name}.html")
+        return written[name]
+
+    return page
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_page_is_whole_small_and_refers_to_nothing_outside(pages, name):
+    text = pages(name).read_text(encoding="utf-8")
+    page = Page(text)
+    assert page.open == []
+    assert len(page.ids) == len(set(page.ids))
+    inner = {reference[1:] for reference in page.references if reference.startswith("#")}
+    assert inner <= set(page.ids)
+    assert all(reference.startswith(("#", "data:")) for reference in page.references)
+    assert "<script" not in text and "@import" not in text
+    assert len(text.encode()) < 3_000_000
+    assert "nan" not in re.findall(r"[a-z]+", page.text.lower())
+    for drawing in re.findall(r"<svg.*?</svg>", text, flags=re.DOTALL):
+        ET.fromstring(drawing)
+    assert page.figures == text.count("<svg ")
+
+
+@pytest.mark.parametrize("name", ["full", "impact pair"])
+def test_same_run_gives_the_same_bytes(pages, tmp_path, name):
+    again = report.write(Run(**RUNS[name]), tmp_path / "again.html")
+    assert again.read_bytes() == pages(name).read_bytes()
+
+
+def test_page_names_worst_case_and_drivers_with_units(pages):
+    text = Page(pages("full").read_text(encoding="utf-8")).text
+    assert "100 of 108" in text
+    assert "22.6 kN is exceeded during 1 % of the time (p99) at clearance 0.5 mm" in text
+    assert "What drives the force p99, strongest first: crank speed" in text
+    assert re.search(r"driven most by clearance \(ratio: median 2\.\d+ at 0\.05 mm", text)
+    assert "crank speed (1000, 3000, 5000 rpm)" in text
+    assert "8 × step-budget" in text and "the step budget of 1000000 steps" in text
+    assert "Compare designs by p99 and rms" in text
+    assert "largest wear" not in text and "Deepest wear" in text
+
+
+def test_page_shows_the_drawings_of_the_motion(pages):
+    text = Page(pages("full").read_text(encoding="utf-8")).text
+    for title in ("Journal orbit", "Normal force", "Slider acceleration against the ideal mechanism", "Crank torque",
+                  "Contact onsets", "Deepest wear, joint rod-slider", "Force p99: clearance × crank speed"):
+        assert title in text
+    assert text.count("Force p99: ") == 6  # every pair of four axes
+
+
+def test_long_tables_say_that_they_are_cut(pages):
+    text = Page(pages("big").read_text(encoding="utf-8")).text
+    assert "The first 50 of 10000 rows are shown" in text
+    assert pages("big").read_text(encoding="utf-8").count("<tr>") < 400
+
+
+def test_elastic_range_is_told_with_figures():
+    told = findings.elastic_range(study.prepare(Run()))[0].replace("\u00a0", " ")
+    assert "In all 108 cases" in told and "0.05 m/s" in told and "4.40 m/s" in told and "88 times" in told
+    slow = Run(sweep={})
+    slow.summary["rod_slider_onset_rate_max"] = 0.04
+    assert findings.elastic_range(study.prepare(slow)) == []
+
+
+def test_runs_without_slider_wear_or_history_do_not_speak_of_them(pages):
+    pair = Page(pages("impact pair").read_text(encoding="utf-8")).text
+    assert "restitution" in pair and "slider" not in pair.replace("slider-crank-clearance", "") and "Wear" not in pair
+    bare = Page(pages("no histories").read_text(encoding="utf-8")).text
+    assert "Wear" not in bare and "Journal orbit" not in bare and "clearsweep show" in bare
+    failed = Page(pages("all failed").read_text(encoding="utf-8")).text
+    assert "None of the 108 cases finished" in failed
+
+
+def test_text_of_the_grid_is_escaped(tmp_path):
+    evil = "<script>alert(1)</script>&\"'"
+    run = Run(sweep={"joints.rod-slider.contact.law": [evil, "hertz"], "drive.speed": SWEEP["drive.speed"]}, name=evil,
+              failures=2)
+    run.summary["message"] = evil
+    run.grid["source"] = evil
+    page = report.write(run, tmp_path / "evil.html").read_text(encoding="utf-8")
+    assert "<script" not in page and "&lt;script&gt;" in page
+    assert Page(page).open == []
+
+
+def test_values_that_a_case_does_not_use_are_left_out(tmp_path):
+    law, restitution = "joints.rod-slider.contact.law", "joints.rod-slider.contact.restitution"
+    run = Run(sweep={law: ["hertz", "flores"], restitution: [0.5, 0.9], "drive.speed": SWEEP["drive.speed"]})
+    idle = (run.summary[law] == "hertz") & (run.summary[restitution] == 0.9)
+    run.summary = run.summary[~idle].reset_index(drop=True)
+    run.summary.loc[run.summary[law] == "hertz", restitution] = None
+    given = study.prepare(run)
+    hertz = given.cases.index[given.cases[law] == "hertz"][0]
+    assert given.setting(hertz).startswith("contact law hertz, crank speed")
+    assert given.value(hertz, restitution) is None
+    assert Page(report.write(run, tmp_path / "ragged.html").read_text(encoding="utf-8")).open == []
+
+
+def test_stored_run_is_read_as_the_store_hands_it_out(tmp_path):
+    grid = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS), wear=True)
+    sweep(grid, out=tmp_path / "run", executor="serial", physics=fake_physics.Fake, show_progress=False)
+    run = store.open(tmp_path / "run")
+    text = Page(report.write(run, tmp_path / "run.html").read_text(encoding="utf-8")).text
+    assert "3 of 6" in text and "the step budget was used up" in text and "Journal orbit" in text
+    assert len(report.tables(run, tmp_path / "tables")) >= 5
+
+
+def test_tables_hold_every_case_in_si_with_units(tmp_path):
+    run = Run(failures=8)
+    files = report.tables(run, tmp_path / "tables")
+    assert {"peaks_rod_slider.csv", "wear_rod_slider.csv", "slider.csv", "effects.csv", "failed.csv", "by_speed.csv"} == {
+        file.name for file in files}
+    rows = list(csv.DictReader((tmp_path / "tables/peaks_rod_slider.csv").open(encoding="utf-8")))
+    assert len(rows) == 100
+    summary = run.summary.set_index("case_id")
+    for row in rows:
+        assert float(row["force p99 [N]"]) == summary.at[row["case_id"], "rod_slider_force_p99"]
+        assert float(row["clearance [m]"]) == summary.at[row["case_id"], "joints.rod-slider.clearance"]
+    p99 = [float(row["force p99 [N]"]) for row in rows]
+    assert p99 == sorted(p99, reverse=True)
+    failed = list(csv.DictReader((tmp_path / "tables/failed.csv").open(encoding="utf-8")))
+    assert {row["status"] for row in failed} == {"step-budget"}
+
+
+def test_share_of_an_axis_that_does_nothing_is_zero_on_average():
+    chance = np.random.default_rng(1)
+    shares = [findings._explained([chance.normal(size=12) for _ in range(4)]) for _ in range(200)]
+    assert 0.0 <= np.mean(shares) < 0.04
+    clear = findings._explained([place + 1e-3 * chance.normal(size=12) for place in range(4)])
+    assert clear > 0.99
+    assert np.isnan(findings._explained([np.array([1.0]), np.array([2.0])]))
+
+
+@pytest.mark.parametrize(("value", "unit", "said"), [
+    (0.0005, "m", "0.500 mm"), (7.8e-5, "m", "78.0 µm"), (45871.65, "N", "45.9 kN"), (3.27e5, "m/s^2", "327 km/s²"),
+    (4.3857831, "m/s", "4.39 m/s"), (2.3e-8, "m/s", "23.0 nm/s"), (0.0, "N", "0 N"), (None, "N", "–"), (0.25, "1", "0.250"),
+    (6.61e10, "N/m^1.5", "66.1 × 10⁹ N/m¹·⁵"), (2e-14, "m^2/N", "20.0 × 10⁻¹⁵ m²/N"), (4e-13, "m^3", "400 10³ µm³"),
+])
+def test_quantities_read_like_an_engineer_writes_them(value, unit, said):
+    given = wording.text(value, unit).replace("\u00a0", " ")
+    assert given == said.replace("400 10³", "400 × 10³")
+
+
+def test_swept_speeds_are_given_in_revolutions_per_minute():
+    assert wording.scale("rad/s", [1000 * RPM, 5000 * RPM], speed=True).given(3000 * RPM) == "3000\u00a0rpm"
+
+
+def _trajectory(run):
+    channels = {name: np.asarray(values) for name, values in run.orbit(run.summary["case_id"][0]).items()}
+    table = run.events("")
+    events = np.zeros(len(table), outcome.EVENT_DTYPE)
+    for name in outcome.EVENT_DTYPE.names:
+        events[name] = table[name]
+    return outcome.Trajectory("ok", "", {"rod_slider_force_p99": 1e4}, channels, events)
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "html"])
+def test_one_case_is_simulated_again_and_drawn(monkeypatch, tmp_path, ending):
+    run, asked = Run(), []
+    monkeypatch.setattr(single, "simulate", lambda case: asked.append(case) or _trajectory(run))
+    case_id = run.summary["case_id"][5]
+    out = report.show(run, case_id, tmp_path / "deep" / f"case.{ending}")
+    assert out.stat().st_size > 10_000
+    row = run.summary.set_index("case_id").loc[case_id]
+    case, = asked
+    assert case["joints"]["rod-slider"]["clearance"] == row["joints.rod-slider.clearance"]
+    assert case["joints"]["rod-slider"]["contact"]["stiffness"] == row["joints.rod-slider.contact.stiffness"]
+    assert case["save"]["orbits"] == "last" and "sweep" not in case
+    if ending != "png":
+        assert "Contact onsets" in out.read_text(encoding="utf-8")
+
+
+def test_show_refuses_what_it_cannot_draw(tmp_path):
+    with pytest.raises(InputError, match=r"\.pdf.*\.html, \.png, \.svg"):
+        report.show(Run(), "0" * 16, tmp_path / "case.pdf")
+    with pytest.raises(InputError, match="no case '0000000000000000'"):
+        report.show(Run(), "0" * 16, tmp_path / "case.png")
+
+
+PROBE = """<script>addEventListener("load", () => {
+  const size = selector => [...document.querySelectorAll(selector)].map(e => {
+    const r = e.getBoundingClientRect(); return [r.width, r.height]; });
+  const found = {svg: size("svg"), section: size("section"), table: size("table"), page: document.documentElement.scrollWidth,
+                 window: innerWidth, fetched: performance.getEntriesByType("resource").map(e => e.name)};
+  document.body.setAttribute("data-probe", JSON.stringify(found)); });</script>"""
+FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync", "--disable-default-apps", "--disable-extensions",
+         "--disable-dev-shm-usage", "--proxy-bypass-list=<-loopback>", "--virtual-time-budget=5000", "--dump-dom")
+
+
+@pytest.fixture
+def proxy():
+    """Return a server that every request of a browser goes through: (port, pages by address, addresses asked for)."""
+    served, asked = {}, []
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            asked.append(self.path)
+            body = served.get(self.path)
+            self.send_response(404 if body is None else 200)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.end_headers()
+            self.wfile.write(body or b"")
+
+        def do_CONNECT(self):
+            self.send_error(502)  # the browser's own services, which are kept from the network here
+
+        def log_message(self, *_):
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    yield server.server_address[1], served, asked
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def _browse(page: str, proxy, profile, width: int = 1280) -> dict:
+    """Return what a browser makes of a page: sizes of its elements (px) and every address that it fetched."""
+    browser = shutil.which("chromium")
+    if browser is None and not os.environ.get("CI"):
+        pytest.skip("chromium is not installed")
+    assert browser, "chromium is not installed: apt-get install chromium"
+    port, served, _ = proxy
+    served["http://report.test/"] = page.replace("</head>", PROBE + "</head>").encode()
+    done = subprocess.run([browser, *FLAGS, f"--proxy-server=http://127.0.0.1:{port}", f"--user-data-dir={profile}",
+                           f"--window-size={width},900", "http://report.test/"],
+                          capture_output=True, text=True, timeout=120, check=True)
+    return json.loads(html.unescape(re.search(r'data-probe="([^"]*)"', done.stdout)[1]))
+
+
+@pytest.mark.parametrize(("name", "width"), [("full", 1280), ("full", 500), ("three joints", 1280)])
+def test_browser_lays_the_page_out_and_fetches_nothing(pages, proxy, tmp_path, name, width):
+    page = pages(name).read_text(encoding="utf-8")
+    open_page = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page)  # it would hide what it forbids
+    found = _browse(open_page, proxy, tmp_path / "profile", width)
+    assert found["fetched"] == []
+    assert [address for address in proxy[2] if ".test" in address] == ["http://report.test/"]
+    assert len(found["svg"]) == page.count("<svg ") > 20
+    for kind in ("svg", "section", "table"):
+        assert all(wide > 50 and high > 20 for wide, high in found[kind])
+    assert found["page"] <= found["window"]  # nothing makes the page scroll sideways
+
+
+def test_browser_would_notice_a_fetch(proxy, tmp_path):
+    page = '<html><head></head><body><img src="http://elsewhere.test/x.png"></body></html>'
+    assert _browse(page, proxy, tmp_path / "profile")["fetched"] == ["http://elsewhere.test/x.png"]
+    assert "http://elsewhere.test/x.png" in proxy[2]

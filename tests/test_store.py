@@ -1,0 +1,261 @@
+"""What is committed survives, what is damaged is found, and the merged files hold what the batches held."""
+
+import json
+
+import duckdb
+import fake_physics
+import h5py
+import numpy as np
+import pandas as pd
+import polars
+import pyarrow.parquet as pq
+import pytest
+from fake_physics import FAILS, GOOD, Fake, grid
+
+from clearsweep import grid as grids
+from clearsweep import outcome, store
+from clearsweep.errors import DirectoryError, InputError, StorageError
+from clearsweep.store import durable, merging
+
+
+def loaded(source):
+    return grids.load(source, fake_physics.CATALOGUE)
+
+
+def rows_of(held_grid, indices):
+    return [store.Row(held_grid.case_id(i), held_grid.point(i), Fake.solve(held_grid.case(i))) for i in indices]
+
+
+def filled(directory, held_grid, batches):
+    """Commit the batches, each a list of case indices, and merge them."""
+    with store.Store(directory).open_for(held_grid) as held:
+        for number, indices in enumerate(batches):
+            store.commit(directory, store.Form.of(held_grid), f"{number:016x}", rows_of(held_grid, indices))
+        held.recover()
+        store.merge(held, store.Form.of(held_grid), held.rows())
+    return store.open(directory)
+
+
+@pytest.fixture
+def mixed(tmp_path):
+    """Twelve cases with wear and histories in three batches, four of them failed."""
+    held_grid = loaded(grid(4, (GOOD, GOOD + 0.001, FAILS), wear=True))
+    return held_grid, filled(tmp_path / "run", held_grid, [range(5), range(5, 11), [11]])
+
+
+def test_summary_holds_every_case_once_in_case_id_order(mixed):
+    held_grid, run = mixed
+    assert list(run.summary["case_id"]) == sorted(held_grid.case_id(i) for i in range(len(held_grid)))
+
+
+def test_summary_columns_are_those_of_the_layout_with_their_units(mixed):
+    held_grid, run = mixed
+    figures = outcome.summary_columns(held_grid.layout())
+    names = ["case_id", *held_grid.axes, "status", "message", *(column.name for column in figures)]
+    assert list(run.summary.columns) == names
+    assert run.summary.attrs["units"]["mechanism.slider.mass"] == "kg"
+    assert {column.name: run.summary.attrs["units"][column.name] for column in figures} == {
+        column.name: column.unit for column in figures}
+
+
+def test_what_was_not_computed_is_null_and_never_nan(mixed):
+    _, run = mixed
+    table = pq.read_table(run.directory / "summary.parquet")
+    failed = [status != "ok" for status in table["status"].to_pylist()]
+    assert sum(failed) == 4
+    for name in table.schema.names[5:]:
+        values = table[name].to_pylist()
+        assert [value is None for value in values] == failed
+        assert not any(value != value for value in values if value is not None)
+
+
+def test_orbits_come_back_bit_by_bit(mixed):
+    held_grid, run = mixed
+    for index in range(len(held_grid)):
+        expected = Fake.solve(held_grid.case(index))
+        orbit, events = run.orbit(held_grid.case_id(index)), run.events(held_grid.case_id(index))
+        if expected.status != "ok":
+            assert len(orbit) == len(events) == 0
+            continue
+        for name, values in expected.channels.items():
+            np.testing.assert_array_equal(orbit[name], values)
+        for name in outcome.EVENT_DTYPE.names:
+            np.testing.assert_array_equal(events[name].to_numpy(), expected.events[name])
+        for kept, given in zip(run.wear(held_grid.case_id(index))["rod_slider"], expected.wear["rod_slider"], strict=True):
+            np.testing.assert_array_equal(kept, given)
+    assert orbit.attrs["units"]["joints/rod_slider/force_normal"] == "N"
+
+
+def test_a_failed_case_has_length_zero_and_no_wear(mixed):
+    held_grid, run = mixed
+    case_id = run.summary["case_id"][list(run.summary["status"] != "ok").index(True)]
+    assert len(run.orbit(case_id)) == 0
+    assert np.isnan(run.wear(case_id)["rod_slider"]).all()
+
+
+def test_orbits_file_reads_as_the_contract_says(mixed):
+    held_grid, run = mixed
+    with h5py.File(run.directory / "orbits.h5", "r") as file:
+        assert file["offsets"].shape == (len(held_grid) + 1,) and file["offsets"][-1] == len(file["t"])
+        assert file["events/offsets"][-1] == len(file["events/t"])
+        assert h5py.check_enum_dtype(file["events/joint"].dtype) == {"rod_slider": 0}
+        assert h5py.check_enum_dtype(file["events/kind"].dtype) == {"on": 0, "off": 1}
+        assert file["wear/rod_slider/bearing"].shape == (len(held_grid), 36)
+        assert file["t"].compression == "gzip" and file["t"].shuffle
+        found = {}
+        file.visititems(lambda name, item: found.update({name: dict(item.attrs)}) if isinstance(item, h5py.Dataset) else None)
+        assert all(attributes["units"] and attributes["description"] for attributes in found.values())
+        assert {channel.name for channel in outcome.channels(held_grid.layout())} <= set(found)
+
+
+def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeypatch):
+    monkeypatch.setattr(merging, "CHUNK_VALUES", 50)
+    monkeypatch.setattr(merging, "CHUNKS_AT_ONCE", 3)
+    monkeypatch.setattr(merging, "OPEN_SHARDS", 2)
+    monkeypatch.setattr(merging, "GROUP_ROWS", 4)
+    held_grid = loaded(grid(30, wear=True))
+    run = filled(tmp_path / "run", held_grid, [range(k, 30, 7) for k in range(7)])
+    assert len(run.summary) == 30
+    for index in range(30):
+        expected = Fake.solve(held_grid.case(index))
+        np.testing.assert_array_equal(run.orbit(held_grid.case_id(index))["slider/x"], expected.channels["slider/x"])
+        np.testing.assert_array_equal(run.wear(held_grid.case_id(index))["rod_slider"][1], expected.wear["rod_slider"][1])
+
+
+def test_without_orbits_there_are_no_histories_but_wear_stays(tmp_path):
+    held_grid = loaded(grid(2, orbits="none", wear=True))
+    run = filled(tmp_path / "run", held_grid, [[0, 1]])
+    with h5py.File(run.directory / "orbits.h5", "r") as file:
+        assert set(file) == {"case_id", "offsets", "wear"}
+        assert not file["offsets"][:].any()
+    assert run.orbit(held_grid.case_id(0)).empty and run.events(held_grid.case_id(0)).empty
+
+
+def test_a_scene_without_wear_and_orbits_writes_no_shard(tmp_path):
+    run = filled(tmp_path / "run", loaded(grid(2, orbits="none")), [[0, 1]])
+    assert not list((run.directory / "shards").iterdir())
+    assert not any("wear" in name for name in run.summary.columns)
+    assert run.wear(run.summary["case_id"][0]) == {}
+
+
+def test_pandas_polars_and_duckdb_agree_on_the_summary(mixed):
+    _, run = mixed
+    path = run.directory / "summary.parquet"
+    by_pandas = pd.read_parquet(path)
+    by_polars = polars.read_parquet(path)
+    by_duckdb = duckdb.sql(f"select * from '{path}'").fetchall()
+    assert by_polars.columns == list(by_pandas.columns)
+    assert by_polars.rows() == by_duckdb
+    assert list(by_pandas["case_id"]) == [row[0] for row in by_duckdb]
+
+
+def test_run_json_holds_the_grid_from_which_the_same_cases_follow(mixed):
+    held_grid, run = mixed
+    record = json.loads((run.directory / "run.json").read_text())
+    again = loaded({key: record[key] for key in held_grid.resolved()})
+    assert [again.case_id(i) for i in range(len(again))] == [held_grid.case_id(i) for i in range(len(held_grid))]
+    assert run.layout == held_grid.layout()
+
+
+def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):
+    held_grid, directory = loaded(grid(1)), tmp_path / "run"
+    case_id, point = held_grid.case_id(0), held_grid.point(0)
+    with store.Store(directory).open_for(held_grid) as held:
+        for number, status in enumerate(("crashed", "ok", "timeout")):
+            path = outcome.Trajectory(status, "", {}) if status != "ok" else Fake.solve(held_grid.case(0))
+            store.commit(directory, store.Form.of(held_grid), f"{number:016x}", [store.Row(case_id, point, path)])
+        held.recover()
+        assert [bool(row["failed"]) for row in held.rows()] == [False]
+
+
+@pytest.mark.parametrize("folder", ["shards", "parts"])
+@pytest.mark.parametrize("harm", ["flip", "cut", "empty", "remove"])
+def test_a_damaged_batch_is_found_named_and_forgotten(mixed, folder, harm):
+    held_grid, run = mixed
+    victim = sorted((run.directory / folder).iterdir())[1]
+    content = bytearray(victim.read_bytes())
+    content[len(content) // 2] ^= 1
+    victim.write_bytes({"flip": content, "cut": content[:len(content) // 2], "empty": b"", "remove": b""}[harm])
+    if harm == "remove":
+        victim.unlink()
+    with store.Store(run.directory).open_for(held_grid) as held:
+        damage = held.recover()
+        assert len(held.rows()) == 6  # 5 + 6 + 1 without the batch of 6
+    if (folder, harm) == ("parts", "remove"):
+        assert damage == []  # a batch without a part was never committed
+    else:
+        assert len(damage) == 1 and f"{folder}/{victim.name}" in damage[0]
+    assert len(list((run.directory / "shards").iterdir())) == len(list((run.directory / "parts").iterdir())) == 2
+
+
+def test_a_second_holder_of_the_directory_is_refused(tmp_path):
+    held_grid = loaded(grid(1))
+    with store.Store(tmp_path / "run").open_for(held_grid):
+        with pytest.raises(DirectoryError, match="another run works here .process"), \
+                store.Store(tmp_path / "run").open_for(held_grid):
+            pass
+    with store.Store(tmp_path / "run").open_for(held_grid):
+        pass
+
+
+@pytest.mark.parametrize("change, named", [
+    ({"drive": {"speed": "3000 rpm"}}, "drive.speed"),
+    ({"save": {"orbits": "none"}}, "save.orbits"),
+    ({"sweep": {"drive.speed": [100.0]}}, "swept"),
+])
+def test_results_of_another_grid_are_refused_with_what_differs(mixed, change, named):
+    _, run = mixed
+    before = {path: path.read_bytes() for path in run.directory.rglob("*") if path.is_file() and path.name != "lock"}
+    with pytest.raises(DirectoryError, match="holds the results of another grid") as caught:
+        store.Store(run.directory).check(loaded(grid(4, (GOOD, GOOD + 0.001, FAILS), wear=True) | change))
+    assert named in str(caught.value)
+    assert all(path.read_bytes() == content for path, content in before.items())
+
+
+def test_a_larger_grid_fits_the_same_directory(mixed):
+    _, run = mixed
+    store.Store(run.directory).check(loaded(grid(9, (GOOD,), wear=True)))
+
+
+def test_results_of_another_model_version_are_refused(mixed):
+    held_grid, run = mixed
+    record = json.loads((run.directory / "run.json").read_text())
+    record["frame"]["model_version"] = "0"
+    (run.directory / "run.json").write_text(json.dumps(record))
+    with pytest.raises(DirectoryError, match="model_version"):
+        store.Store(run.directory).check(held_grid)
+
+
+def test_a_directory_with_other_files_is_left_alone(tmp_path):
+    (tmp_path / "thesis.tex").write_text("do not touch")
+    with pytest.raises(DirectoryError, match=r"thesis\.tex"), store.Store(tmp_path).open_for(loaded(grid(1))):
+        pass
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_a_place_that_cannot_be_written_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(DirectoryError), store.Store(place).open_for(loaded(grid(1))):
+            pass
+
+
+def test_opening_what_is_no_run_says_so(tmp_path, mixed):
+    with pytest.raises(DirectoryError, match="holds no run"):
+        store.open(tmp_path / "nothing")
+    _, run = mixed
+    with pytest.raises(InputError, match="no case 'abc'"):
+        run.orbit("abc")
+    (run.directory / "orbits.h5").unlink()
+    with pytest.raises(DirectoryError, match="not finished"):
+        store.open(run.directory)
+
+
+def test_a_full_disk_is_a_storage_error_that_names_the_file(tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(durable.os, "fsync", full)
+    with pytest.raises(StorageError, match=r"batch\.h5.*No space left.*unharmed"):
+        durable.write(tmp_path / "batch.h5", b"", tmp_path)
+    assert not (tmp_path / "batch.h5").exists()

@@ -1,0 +1,320 @@
+"""A sweep does every case once, whatever is killed, and says what became of each."""
+
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import psutil
+import pyarrow.parquet as pq
+import pytest
+from fake_physics import DIES, FAILS, GOOD, HANGS, RAISES, Fake, grid
+
+from clearsweep import errors, estimate, pool, progress
+from clearsweep.drive import Batches
+from clearsweep.sweep import sweep
+from clearsweep.worker import Manifest
+
+HERE = Path(__file__).parent
+TIMES = ("run_time",)  # columns that differ from run to run
+
+
+def quiet(source, out, **options):
+    return sweep(source, out, show_progress=False, physics=Fake, **options)
+
+
+def program(out, source, **options):
+    """Start the sweep as a program of its own."""
+    arguments = [sys.executable, str(HERE / "sweep_made_up.py"), str(out), json.dumps(source), json.dumps(options)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent)])}
+    return subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+
+
+def facts_of(process):
+    out, err = process.communicate(timeout=120)
+    assert out, err
+    return json.loads(out)
+
+
+def same_results(one: Path, other: Path) -> bool:
+    """Tell whether two directories hold the same rows and orbits."""
+    tables = [pq.read_table(path / "summary.parquet").drop_columns(list(TIMES)) for path in (one, other)]
+    with h5py.File(one / "orbits.h5", "r") as first, h5py.File(other / "orbits.h5", "r") as second:
+        names = []
+        first.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        equal = all(np.array_equal(first[name][:], second[name][:], equal_nan=first[name].dtype.kind == "f") for name in names)
+        return equal and set(first) == set(second) and tables[0].equals(tables[1])
+
+
+def wait_for(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "did not happen in time"
+        time.sleep(0.01)
+
+
+def parts(out) -> int:
+    return len(list(Path(out).glob("parts/*.parquet")))
+
+
+def test_every_case_runs_and_the_next_run_has_nothing_left_to_do(tmp_path):
+    first = quiet(grid(6, wear=True), tmp_path / "run")
+    assert (first.cases, first.ran, first.reused, first.ok, first.exit_code) == (6, 6, 0, 6, 0)
+    before = (tmp_path / "run" / "summary.parquet").read_bytes()
+    again = quiet(grid(6, wear=True), tmp_path / "run")
+    assert (again.ran, again.reused, again.ok) == (0, 6, 6)
+    assert (tmp_path / "run" / "summary.parquet").read_bytes() == before
+
+
+def test_a_larger_grid_runs_only_what_is_new_and_a_smaller_one_shows_only_its_own(tmp_path):
+    quiet(grid(3), tmp_path / "run")
+    assert quiet(grid(5), tmp_path / "run").ran == 2
+    smaller = quiet(grid(2), tmp_path / "run")
+    assert smaller.ran == 0 and len(smaller.open().summary) == 2
+    assert quiet(grid(5), tmp_path / "run").ran == 0
+
+
+def test_serial_and_parallel_runs_leave_the_same(tmp_path):
+    quiet(grid(7, wear=True), tmp_path / "serial", executor="serial")
+    quiet(grid(7, wear=True), tmp_path / "parallel", jobs=2)
+    assert same_results(tmp_path / "serial", tmp_path / "parallel")
+
+
+def test_failures_become_rows_with_their_reason_and_the_others_go_on(tmp_path):
+    result = quiet(grid(2, (GOOD, RAISES, FAILS, DIES, HANGS)), tmp_path / "run", case_timeout=0.3)
+    assert (result.ok, result.failed, result.missing, result.exit_code) == (2, 8, 0, 3)
+    summary = result.open().summary
+    messages = dict(zip(summary["mechanism.gravity"], zip(summary["status"], summary["message"], strict=True), strict=True))
+    assert messages[GOOD] == ("ok", "")
+    assert messages[RAISES] == ("crashed", "ZeroDivisionError: made to fail")
+    assert messages[FAILS] == ("step-budget", "the step budget was used up")
+    assert messages[DIES] == ("crashed", "its worker died twice (SIGKILL, perhaps out of memory)")
+    assert messages[HANGS][0] == "timeout" and "0.3 s" in messages[HANGS][1]
+
+
+def test_a_crash_in_a_batch_costs_the_others_nothing(tmp_path):
+    source = grid(60, (GOOD + 0.001,))
+    source["sweep"]["mechanism.gravity"] = [GOOD + 0.001, DIES]
+    source["sweep"]["mechanism.slider.mass"] = source["sweep"]["mechanism.slider.mass"][:20]
+    result = quiet(source, tmp_path / "run", jobs=2)
+    assert (result.ok, result.failed, result.missing) == (20, 20, 0)
+
+
+def test_failed_cases_run_again_only_when_asked(tmp_path):
+    quiet(grid(2, (GOOD, FAILS)), tmp_path / "run")
+    kept = quiet(grid(2, (GOOD, FAILS)), tmp_path / "run")
+    assert (kept.ran, kept.failed, kept.exit_code) == (0, 2, 3)
+    assert quiet(grid(2, (GOOD, FAILS)), tmp_path / "run", retry_failed=True).ran == 2
+
+
+@pytest.mark.parametrize("limit", [3, "15%"])
+def test_too_many_failures_stop_the_run(tmp_path, limit):
+    result = quiet(grid(20, (FAILS,)), tmp_path / "run", max_failures=limit, jobs=2)
+    assert 3 < result.failed < 20 and result.missing == 20 - result.failed
+    assert result.exit_code == 3
+    assert len(result.open().summary) == result.failed
+
+
+def test_a_damaged_shard_is_named_and_computed_again(tmp_path, capfd):
+    quiet(grid(6, wear=True), tmp_path / "run", jobs=2)
+    quiet(grid(6, wear=True), tmp_path / "whole", jobs=2)
+    shard = sorted((tmp_path / "run" / "shards").iterdir())[0]
+    content = bytearray(shard.read_bytes())
+    content[-100] ^= 255
+    shard.write_bytes(content)
+    assert quiet(grid(6, wear=True), tmp_path / "run").ran > 0
+    assert f"shards/{shard.name}: damaged" in capfd.readouterr().err
+    assert same_results(tmp_path / "run", tmp_path / "whole")
+
+
+def test_kill_9_at_any_moment_loses_nothing_that_was_committed(tmp_path):
+    source, chance = grid(40, (GOOD + 0.02,), wear=True), random.Random(1)
+    quiet(source, tmp_path / "undisturbed")
+    for _ in range(6):
+        process = program(tmp_path / "run", source, jobs=2, show_progress=False)
+        time.sleep(chance.uniform(0.3, 1.2))
+        children = psutil.Process(process.pid).children(recursive=True) if process.poll() is None else []
+        victim = chance.choice([process.pid, *(child.pid for child in children)])
+        try:
+            os.kill(victim, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+        if victim != process.pid and chance.random() < 0.5:
+            process.kill()
+        if victim == process.pid:
+            process.wait()
+            gone, alive = psutil.wait_procs(children, timeout=3)
+            assert not alive, "workers outlived their parent"
+        else:
+            process.communicate(timeout=60)
+    before = parts(tmp_path / "run")
+    process = program(tmp_path / "run", source, show_progress=False)
+    last = facts_of(process)
+    assert process.returncode == 0 and last["failed"] == 0
+    assert before == 0 or last["reused"] > 0
+    assert same_results(tmp_path / "run", tmp_path / "undisturbed")
+    assert not (tmp_path / "run" / "tmp").exists()
+
+
+@pytest.mark.parametrize("signum, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum, code):
+    source = grid(200, (GOOD + 0.05,))
+    process = program(tmp_path / "run", source, jobs=2, show_progress=False)
+    wait_for(lambda: parts(tmp_path / "run") >= 3)
+    children = psutil.Process(process.pid).children(recursive=True)
+    asked = time.monotonic()
+    process.send_signal(signum)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == code
+    assert time.monotonic() - asked < 5.0
+    assert "run the same command again" in err
+    assert not psutil.wait_procs(children, timeout=3)[1]
+    kept = int(err.split("stopped: ")[1].split(" of")[0])
+    resumed = facts_of(program(tmp_path / "run", grid(200, (GOOD,)) | {"sweep": source["sweep"]}, show_progress=False))
+    assert resumed["reused"] == kept > 0
+
+
+def test_a_signal_ends_even_a_run_whose_cases_hang(tmp_path):
+    process = program(tmp_path / "run", grid(4, (GOOD, HANGS)), jobs=2, show_progress=False)
+    wait_for(lambda: list(Path(tmp_path).glob("run/tmp/*.note")))
+    time.sleep(0.5)
+    children = psutil.Process(process.pid).children(recursive=True)
+    asked = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    assert process.returncode == 130 and time.monotonic() - asked < 3.0
+    assert not psutil.wait_procs(children, timeout=3)[1]
+
+
+def test_workers_die_with_a_parent_that_is_killed(tmp_path):
+    process = program(tmp_path / "run", grid(4, (HANGS,)), jobs=2, show_progress=False)
+    wait_for(lambda: list(Path(tmp_path).glob("run/tmp/*.note")))
+    children = psutil.Process(process.pid).children(recursive=True)
+    assert len(children) >= 2
+    process.kill()
+    assert not psutil.wait_procs(children, timeout=3)[1]
+
+
+def test_a_killed_worker_costs_no_case(tmp_path):
+    source = grid(60, (GOOD + 0.03,))
+    process = program(tmp_path / "run", source, jobs=2, show_progress=False)
+    for count in (2, 4):
+        wait_for(lambda count=count: parts(tmp_path / "run") >= count)
+        workers = [child for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
+        workers[0].kill()
+    assert facts_of(process)["failed"] == 0 and process.returncode == 0
+
+
+def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
+    process = program(tmp_path / "run", grid(20, (GOOD + 0.2,)), jobs=1, show_progress=False)
+    wait_for(lambda: parts(tmp_path / "run") >= 1)
+    with pytest.raises(errors.DirectoryError, match="another run works here"):
+        quiet(grid(20, (GOOD + 0.2,)), tmp_path / "run")
+    process.kill()
+    process.wait()
+
+
+def test_storage_that_fails_during_the_run_stops_it_and_harms_nothing(tmp_path):
+    source = grid(6, orbits="all", simulate={"revolutions": 10})
+    small = grid(3, orbits="all", simulate={"revolutions": 10})
+    quiet(small, tmp_path / "run")
+    committed = parts(tmp_path / "run")
+    limit = 2000  # bytes that a file may have: no part fits any more
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+        process = program(tmp_path / "run", source, show_progress=False)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 4, err
+    assert "StorageError" in err and "unharmed" in err
+    assert parts(tmp_path / "run") == committed
+    assert quiet(source, tmp_path / "run").reused == 3
+
+
+def test_the_parent_grows_by_less_than_50_mb_from_100_to_10000_cases(tmp_path):
+    peaks = []
+    for count in (100, 10_000):
+        process = program(tmp_path / str(count), grid(count, orbits="none"), show_progress=False)
+        found = facts_of(process)
+        assert found["ran"] == count and not found["pandas"]
+        peaks.append(found["peak"])
+    assert peaks[1] - peaks[0] < 50_000  # kB
+
+
+def test_overhead_of_a_thousand_short_cases_is_small(tmp_path):
+    result = quiet(grid(1000, (GOOD + 0.005,)), tmp_path / "run", jobs=2)
+    assert result.seconds <= 1.25 * result.case_seconds / 2 + 5.0
+
+
+def test_one_worker_has_one_thread(tmp_path, monkeypatch):
+    for name in pool.THREAD_VARIABLES:
+        monkeypatch.setenv(name, "7")
+    workers = pool.Local(1, Fake)
+    try:
+        inside = workers.submit(os.getenv, "OPENBLAS_NUM_THREADS").result()
+    finally:
+        workers.close(at_once=True)
+    assert inside == "1"
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "7"
+
+
+def test_batches_grow_to_about_two_seconds_and_shrink_towards_the_end():
+    batches = Batches(np.arange(10_000), np.arange(10_000, dtype="u8"), 2, 0.0)
+    sizes = []
+    while batch := batches.next():
+        sizes.append(len(batch.cases))
+        batches.learn(Manifest("x", len(batch.cases), 0, 0.01 * len(batch.cases)))
+    assert sum(sizes) == 10_000
+    assert sizes[:3] == [1, 8, 64] and max(sizes) == 200
+    assert 2 * sizes[-1] <= 60
+
+
+def test_batches_with_large_histories_stay_small():
+    batches = Batches(np.arange(1000), np.arange(1000, dtype="u8"), 2, 8e6)
+    batches.learn(Manifest("x", 500, 0, 0.5))
+    assert len(batches.next().cases) == 4
+
+
+def test_a_dry_run_counts_times_and_writes_nothing(tmp_path):
+    found = estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", jobs=2, physics=Fake)
+    assert (found.cases, found.pending) == (50, 50)
+    assert found.derived["joints.rod-slider.contact.stiffness"]["max"] == 6.61e10
+    assert 0.02 < found.case_seconds < 0.1 and found.seconds < 5.0
+    assert not (tmp_path / "run").exists()
+    quiet(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run")
+    size = sum(path.stat().st_size for path in (tmp_path / "run").rglob("*"))
+    assert 0.3 * size < found.bytes < 3.0 * size
+    assert estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", physics=Fake).pending == 0
+
+
+@pytest.mark.parametrize("options, named", [
+    ({"executor": "cloud"}, "local, serial"), ({"jobs": 0}, "jobs"), ({"case_timeout": -1.0}, "case timeout"),
+    ({"max_failures": "many"}, "max failures"), ({"case_timeout": 1.0, "executor": "serial"}, "serial"),
+])
+def test_bad_options_are_refused_before_anything_is_written(tmp_path, options, named):
+    with pytest.raises(errors.InputError, match=named):
+        quiet(grid(1), tmp_path / "run", **options)
+    assert not (tmp_path / "run").exists()
+
+
+def test_progress_in_a_log_is_a_line_now_and_then(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    lines = progress.Lines(1000)
+    for _ in range(1000):
+        now[0] += 0.5
+        lines.advance(1, 2)
+    printed = capsys.readouterr().err.splitlines()
+    assert 5 < len(printed) < 25
+    assert printed[0] == "10 of 1,000 cases, 2 failed, 5 s spent, about 8 min 15 s left"
