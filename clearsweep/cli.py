@@ -80,7 +80,7 @@ def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, exec
         facts = estimate(grid, out, jobs=jobs)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else brief.estimate_text(facts))
         return 0
-    from clearsweep.sweep import sweep
+    from clearsweep.sweeping import sweep
 
     result = sweep(grid, out, jobs=jobs, executor=executor, retry_failed=retry_failed, case_timeout=case_timeout,
                    max_failures=max_failures)

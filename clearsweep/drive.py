@@ -6,7 +6,7 @@ import secrets
 import signal
 import time
 from collections import deque
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, wait
 
 from pebble import ProcessExpired
 
@@ -139,14 +139,15 @@ class Driver:
         self.failed += manifest.failed
         self.case_seconds += manifest.seconds
         self.progress.advance(manifest.done, self.failed)
+        if left := batch.cases[manifest.done:]:
+            self.batches.again.append(fresh(left))  # its worker was told to stop
 
     def _found(self, batch: Batch) -> bool:
         """Take in a batch whose worker died after it had committed; return whether it had."""
         part = self.store.part_of(batch.name)
         if part is None:
             return False
-        failed = self.store.failures_in(part)
-        self._take(batch, Manifest(part, len(batch.cases), failed, 0.0))
+        self._take(batch, Manifest(part, *self.store.counts_of(part), 0.0))
         return True
 
     def _lost(self, batch: Batch, exitcode: int | None) -> None:
@@ -203,15 +204,15 @@ class Driver:
         return [future for future, since in list(self.doubtful.items()) if now - since > 2.0]
 
     def _drain(self) -> None:
-        """Let the workers finish the case they are at, and take in what they commit."""
-        for future in self.window:
-            if not future.running():
-                future.cancel()
-        self.executor.ask_to_stop()
+        """Let the workers finish the case they are at, end them, and take in what they have committed."""
+        self.job.stop.touch()
         for future in wait(self.window, timeout=GRACE).done:
-            batch = self.window.pop(future)
-            with contextlib.suppress(Exception, CancelledError):
-                self._take(batch, future.result())
+            with contextlib.suppress(Exception):
+                self._take(self.window[future], future.result())
+                del self.window[future]
+        self.executor.close()
+        for batch in self.window.values():
+            self._found(batch)
 
 
 def _alive(pid: int) -> bool:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep import outcome, pool, progress, stopping, sweep
+from clearsweep import outcome, pool, progress, stopping, sweeping
 from clearsweep.worker import Physics, time_case
 
 PILOT_CASES, PILOT_TIME = 8, 10.0  # timed: at most so many cases, and no further one after so many seconds
@@ -30,12 +30,12 @@ class Estimate(NamedTuple):
 
 def estimate(source, out=None, *, jobs=None, physics=Physics) -> Estimate:
     """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
-    grid = sweep.load(source, physics)
-    derived, warnings = sweep.facts(grid, physics)
-    store = sweep.directory(grid, out)
+    grid = sweeping.load(source, physics)
+    derived, warnings = sweeping.facts(grid, physics)
+    store = sweeping.directory(grid, out)
     store.check(grid)
     store.look()
-    pending = sweep.missing(grid, sweep.case_ids(grid), store.rows(), retry_failed=False)
+    pending = sweeping.missing(grid, sweeping.case_ids(grid), store.rows(), retry_failed=False)
     jobs = jobs or pool.cores()
     times, events = _pilot(grid, pending, physics) if len(pending) else ([], 0.0)
     mean = float(np.mean(times)) if times else None
@@ -51,7 +51,7 @@ def _pilot(grid, pending: np.ndarray, physics) -> tuple[list[float], float]:
     with stopping.catching():
         workers = pool.Local(1, physics)
         try:
-            sweep.warm(workers, grid, pending, physics, progress.Lines(len(chosen)))
+            sweeping.warm(workers, grid, pending, physics, progress.Lines(len(chosen)))
             begin = time.monotonic()
             for index in chosen:
                 if time.monotonic() - begin > PILOT_TIME:
@@ -62,14 +62,14 @@ def _pilot(grid, pending: np.ndarray, physics) -> tuple[list[float], float]:
         except Late:
             return [], 0.0
         finally:
-            workers.close(at_once=True)
+            workers.close()
     return times, float(np.mean(events))
 
 
 def _case_bytes(grid, events: float) -> float:
     """Return the bytes that one case takes in its batch and in the merged files together."""
     layout = grid.layout()
-    history = sweep.case_bytes(grid)
+    history = sweeping.case_bytes(grid)
     wear = sum(2 * 8 * joint.wear_bins for joint in layout.joints)
     row = 8 * (len(outcome.summary_columns(layout)) + len(grid.axes)) + 32
     return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)

@@ -48,7 +48,7 @@ def exact_factor(restitution: float) -> float:
         chi = -math.expm1(-s) / restitution
         return math.log1p(chi) + s - chi * (1.0 + restitution)
 
-    return -math.expm1(-brentq(excess, 1e-9, 800.0, xtol=1e-15, rtol=4e-16)) / restitution
+    return -math.expm1(-brentq(excess, 1e-9, 800.0, xtol=1e-15, rtol=1e-15)) / restitution
 
 
 def _restitution(low_open: bool) -> Field:

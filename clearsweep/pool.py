@@ -1,9 +1,7 @@
 """Executors: where batches run. Each has `submit(function, *args) -> Future`, `restart()` and `close()`."""
 
-import contextlib
 import multiprocessing
 import os
-import signal
 import sys
 from concurrent.futures import Future
 from multiprocessing.context import SpawnContext, SpawnProcess
@@ -16,7 +14,6 @@ from clearsweep import stopping, worker
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS",
                     "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS")
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
-CONSTS.term_timeout = 1.0  # s; longer than it takes to commit what is done
 
 
 def cores() -> int:
@@ -62,31 +59,22 @@ class Local:
 
     def restart(self) -> None:
         """Replace all workers; what they had in hand is lost."""
-        self.close(at_once=True)
+        self.close()
         os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
         self._pool = self._started()
 
-    def ask_to_stop(self) -> None:
-        """Let every worker finish its case, commit and take no other."""
-        self._signal(signal.SIGTERM)
-
-    def close(self, at_once: bool = False) -> None:
-        """End all workers."""
+    def close(self) -> None:
+        """End all workers at once, which harms nothing that is committed."""
         self._pool.stop()
-        if at_once:
-            self._signal(signal.SIGKILL)
+        for process in multiprocessing.active_children():
+            if isinstance(process, _Process):
+                process.kill()
         self._pool.join()
         for name, value in self._environment.items():
             if value is None:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
-
-    def _signal(self, signum: int) -> None:
-        for process in multiprocessing.active_children():
-            if isinstance(process, _Process):
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(process.pid, signum)
 
 
 class Serial:
@@ -109,10 +97,7 @@ class Serial:
     def restart(self) -> None:
         """Do nothing: there is no worker to lose."""
 
-    def ask_to_stop(self) -> None:
-        """Do nothing: a batch looks for itself."""
-
-    def close(self, at_once: bool = False) -> None:
+    def close(self) -> None:
         """Do nothing."""
 
 

@@ -74,8 +74,14 @@ def _in_parent(signum, _frame):
         raise Stopped(signum)
 
 
+def leave_if_asked() -> None:
+    """End this process if it is a worker that was told to go while it was busy."""
+    if _requested and signal.getsignal(signal.SIGTERM) is _in_worker:
+        os._exit(128 + _requested)
+
+
 def _in_worker(signum, _frame):
     global _requested
     _requested = signum
     if not _patient:
-        os._exit(128 + signum)
+        leave_if_asked()

@@ -43,13 +43,13 @@ class Physics:
     @staticmethod
     def compile(case: dict) -> None:
         """Compile the code of a case, or load it from the cache."""
-        importlib.import_module("clearsweep.simulate").compile_for(case)
+        importlib.import_module("clearsweep.simulation").compile_for(case)
 
     @staticmethod
     def solve(case: dict) -> Trajectory:
         """Return the result of a case."""
         scene = importlib.import_module("clearsweep.scene").build(case)
-        return importlib.import_module("clearsweep.simulate").simulate(scene)
+        return importlib.import_module("clearsweep.simulation").simulate(scene)
 
     @staticmethod
     def derived(case: dict) -> dict:
@@ -84,6 +84,11 @@ class Job(NamedTuple):
     grid: object  # grid.Grid
     physics: type[Physics]
     case_timeout: float | None  # s
+
+    @property
+    def stop(self) -> Path:
+        """Return the file that tells workers to finish the case they are at and take no other."""
+        return self.directory / "tmp" / "stop"
 
     def note(self, batch: Batch) -> Path:
         """Return the file in which a worker says which case it is at."""
@@ -126,15 +131,16 @@ def time_case(physics: type[Physics], case: dict) -> tuple[float, int]:
 
 
 def run_batch(job: Job, batch: Batch) -> Manifest:
-    """Compute the cases of a batch and commit them; asked to stop, commit those that are done."""
+    """Compute the cases of a batch and commit them; asked to stop, commit the first ones that are done."""
     from clearsweep import store
 
+    stopping.leave_if_asked()
     rows, begin = [], time.perf_counter()
     with stopping.patience():
         note = _note(job, batch)
         try:
             for index, case in enumerate(batch.cases):
-                if stopping.requested():
+                if stopping.requested() or job.stop.exists():
                     break
                 os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
                 rows.append(store.Row(case.case_id, job.grid.point(case.index), _solve(job, job.grid.case(case.index))))

@@ -9,7 +9,7 @@ import fake_physics
 
 from clearsweep.errors import ClearsweepError
 from clearsweep.stopping import Stopped
-from clearsweep.sweep import sweep
+from clearsweep.sweeping import sweep
 
 directory, source, options = sys.argv[1:]
 try:

@@ -19,7 +19,7 @@ from fake_physics import DIES, FAILS, GOOD, HANGS, RAISES, Fake, grid
 
 from clearsweep import errors, estimate, pool, progress
 from clearsweep.drive import Batches
-from clearsweep.sweep import sweep
+from clearsweep.sweeping import sweep
 from clearsweep.worker import Manifest
 
 HERE = Path(__file__).parent
@@ -114,10 +114,10 @@ def test_failed_cases_run_again_only_when_asked(tmp_path):
     assert quiet(grid(2, (GOOD, FAILS)), tmp_path / "run", retry_failed=True).ran == 2
 
 
-@pytest.mark.parametrize("limit", [3, "15%"])
+@pytest.mark.parametrize("limit", [3, "1%"])
 def test_too_many_failures_stop_the_run(tmp_path, limit):
-    result = quiet(grid(20, (FAILS,)), tmp_path / "run", max_failures=limit, jobs=2)
-    assert 3 < result.failed < 20 and result.missing == 20 - result.failed
+    result = quiet(grid(400, (FAILS,)), tmp_path / "run", max_failures=limit, jobs=2)
+    assert 3 < result.failed < 400 and result.missing == 400 - result.failed
     assert result.exit_code == 3
     assert len(result.open().summary) == result.failed
 
@@ -165,7 +165,7 @@ def test_kill_9_at_any_moment_loses_nothing_that_was_committed(tmp_path):
 
 @pytest.mark.parametrize("signum, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum, code):
-    source = grid(200, (GOOD + 0.05,))
+    source = grid(100, (GOOD + 0.05,))
     process = program(tmp_path / "run", source, jobs=2, show_progress=False)
     wait_for(lambda: parts(tmp_path / "run") >= 3)
     children = psutil.Process(process.pid).children(recursive=True)
@@ -177,7 +177,7 @@ def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum
     assert "run the same command again" in err
     assert not psutil.wait_procs(children, timeout=3)[1]
     kept = int(err.split("stopped: ")[1].split(" of")[0])
-    resumed = facts_of(program(tmp_path / "run", grid(200, (GOOD,)) | {"sweep": source["sweep"]}, show_progress=False))
+    resumed = facts_of(program(tmp_path / "run", grid(100) | {"sweep": source["sweep"]}, show_progress=False))
     assert resumed["reused"] == kept > 0
 
 
@@ -207,10 +207,9 @@ def test_workers_die_with_a_parent_that_is_killed(tmp_path):
 def test_a_killed_worker_costs_no_case(tmp_path):
     source = grid(60, (GOOD + 0.03,))
     process = program(tmp_path / "run", source, jobs=2, show_progress=False)
-    for count in (2, 4):
-        wait_for(lambda count=count: parts(tmp_path / "run") >= count)
-        workers = [child for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
-        workers[0].kill()
+    wait_for(lambda: parts(tmp_path / "run") >= 2)
+    workers = [child for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
+    workers[0].kill()
     assert facts_of(process)["failed"] == 0 and process.returncode == 0
 
 
@@ -264,7 +263,7 @@ def test_one_worker_has_one_thread(tmp_path, monkeypatch):
     try:
         inside = workers.submit(os.getenv, "OPENBLAS_NUM_THREADS").result()
     finally:
-        workers.close(at_once=True)
+        workers.close()
     assert inside == "1"
     assert os.environ["OPENBLAS_NUM_THREADS"] == "7"
 

@@ -164,7 +164,7 @@ def note_maxima(work, tally, h, windowed, dense):
         else:
             turns = may_peak(work.o, column, sign)
             seen, node = stage_peak(work.o, column, sign)
-        if turns and seen > tally.whole[place]:
+        if turns and seen > 0.98 * tally.whole[place]:
             if not made:
                 finish_dense(work, h)
                 made = True

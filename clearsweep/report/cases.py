@@ -1,4 +1,4 @@
-"""One case in pictures: the journal's orbit, the force, the slider beside the ideal mechanism, the drive, the events."""
+"""One case in pictures: journal orbit, force, slider beside the ideal mechanism, drive, contact onsets."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -74,20 +74,19 @@ def panels(study: Study, case_id: str, path: Mapping) -> list[Panel]:
     angle = angle - TURN * np.floor(angle[0] / TURN + 1e-9)
     found = [panel for joint in study.joints for panel in _joint(study, case_id, joint, path, angle)]
     wanted = _ideal(study, case_id, path)
-    acceleration = np.asarray(path["slider/a"], float)
-    biggest = wording.text(float(np.abs(acceleration).max()), "m/s^2")
-    versus = "" if wanted is None else f"; the ideal mechanism reaches {wording.text(float(np.abs(wanted[2]).max()), 'm/s^2')}"
-    found.append(Panel("Slider acceleration against the ideal mechanism", "", f"Slider acceleration, at most {biggest}{versus}.",
-                       lambda ax: draw.against_ideal(ax, angle, acceleration, None if wanted is None else wanted[2],
-                                                     "m/s^2", "slider acceleration")))
+    acceleration, without = np.asarray(path["slider/a"], float), None if wanted is None else wanted[2]
+    said = f"Slider acceleration, at most {_most(acceleration, 'm/s^2')}"
+    said += "." if without is None else f"; the ideal mechanism reaches {_most(without, 'm/s^2')}."
+    found.append(Panel("Slider acceleration against the ideal mechanism", "", said,
+                       lambda ax: draw.against_ideal(ax, angle, acceleration, without, "m/s^2", "slider acceleration")))
     if wanted is not None:
         error = np.asarray(path["slider/x"], float) - wanted[0]
         found.append(Panel("Slider position error", "Slider position less that of the ideal mechanism.",
-                           f"Slider error, at most {wording.text(float(np.abs(error).max()), 'm')}.",
+                           f"Slider error, at most {_most(error, 'm')}.",
                            lambda ax: draw.against_ideal(ax, angle, error, None, "m", "slider error")))
     torque = np.asarray(path["crank/torque"], float)
     found.append(Panel("Crank torque", "What the drive must give to hold the crank speed.",
-                       f"Crank torque, at most {wording.text(float(np.abs(torque).max()), 'N*m')}.",
+                       f"Crank torque, at most {_most(torque, 'N*m')}.",
                        lambda ax: draw.against_ideal(ax, angle, torque, None, "N*m", "crank torque")))
     return found
 
@@ -108,7 +107,7 @@ def _joint(study: Study, case_id: str, joint: Joint, path: Mapping, angle: np.nd
               if case_id in study.cases.index and study.has(joint.column(figure))]
     levels = [level for level in levels if np.isfinite(level[1])]
     found.append(Panel(f"Normal force{where}", "", f"Normal force over crank angle, at most "
-                       f"{wording.text(float(force.max()), 'N')} among the samples.",
+                       f"{_most(force, 'N')} among the samples.",
                        lambda ax: draw.force(ax, angle, force, levels)))
     return found
 
@@ -117,11 +116,11 @@ def _pair(path: Mapping, joint: Joint) -> list[Panel]:
     t, x, v = (np.asarray(path[name], float) for name in ("t", "pair/x", "pair/v"))
     force = np.asarray(path[f"joints/{joint.name}/force_normal"], float)
     return [
-        Panel("Relative displacement", "", f"Displacement over time, at most {wording.text(float(np.abs(x).max()), 'm')}.",
+        Panel("Relative displacement", "", f"Displacement over time, at most {_most(x, 'm')}.",
               lambda ax: draw.over_time(ax, t, x, "m", "displacement")),
         Panel("Phase portrait", "Relative rate over relative displacement.", "Phase portrait of the pair.",
               lambda ax: draw.phase(ax, x, v), round=True),
-        Panel("Normal force", "", f"Force over time, at most {wording.text(float(force.max()), 'N')} among the samples.",
+        Panel("Normal force", "", f"Force over time, at most {_most(force, 'N')} among the samples.",
               lambda ax: draw.over_time(ax, t, force, "N", "normal force")),
     ]
 
@@ -134,7 +133,7 @@ def impacts(study: Study, case_id: str, events) -> Panel | None:
         return None
     angle, rate = float(speed) * np.asarray(events["t"], float)[onsets], np.asarray(events["rate"], float)[onsets]
     return Panel("Contact onsets", "Closing rate at each onset, the whole run.",
-                 f"{int(onsets.sum())} contact onsets, the fastest at {wording.text(float(rate.max()), 'm/s')}.",
+                 f"{int(onsets.sum())} contact onsets, the fastest at {_most(rate, 'm/s')}.",
                  lambda ax: draw.events(ax, angle, rate, findings.ELASTIC_ONSET))
 
 
@@ -152,10 +151,16 @@ def _ideal(study: Study, case_id: str, path: Mapping) -> tuple | None:
     return ideal.slider(float(crank), float(rod), np.asarray(path["crank_angle"], float), float(speed))
 
 
+def _most(values: np.ndarray, unit: str) -> str:
+    """Return the largest magnitude of a history with its unit."""
+    return wording.text(float(np.abs(values).max()), unit)
+
+
 def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
     joint = study.hardest_joint()
-    wanted = [("p99", joint.column("force_p99")), ("rms", joint.column("force_rms")), ("peak", joint.column("force_peak")),
-              ("ideal peak", joint.column("force_peak_ideal")), (impacts_name(study), joint.column("impacts_per_rev")),
-              ("time in contact", joint.column("contact_fraction")), ("fastest onset", joint.column("onset_rate_max")),
-              ("slider error", "slider_error_max")]
+    wanted = [(name, joint.column(figure)) for name, figure in (
+        ("p99", "force_p99"), ("rms", "force_rms"), ("peak", "force_peak"), ("ideal peak", "force_peak_ideal"),
+        (impacts_name(study), "impacts_per_rev"), ("time in contact", "contact_fraction"),
+        ("fastest onset", "onset_rate_max"))]
+    wanted.append(("slider error", "slider_error_max"))
     return [(name, study.text(case_id, column)) for name, column in wanted if column in study.cases]

@@ -112,14 +112,15 @@ def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:
 
 def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str, limits: tuple[float, float],
            name: str) -> None:
-    """Draw medians of a figure over the values of one axis; a curve is (name, colour, with its 10-90 % band, effect)."""
+    """Draw medians of a figure over the values of one axis; a curve is (name, colour, with 10-90 % band, effect)."""
     axis = curves[0][3].axis
     scale = wording.scale(unit, limits)
     places, spaced = _places(axis)
+    strength = 0.15 if len(curves) <= 2 else 0.06
     for word, colour, band, one in curves:
         if band:
-            ax.fill_between(places, one.low / scale.factor, one.high / scale.factor, color=colour, alpha=0.15 if len(curves) < 3 else 0.06,
-                            linewidth=0)
+            low, high = one.low / scale.factor, one.high / scale.factor
+            ax.fill_between(places, low, high, color=colour, alpha=strength, linewidth=0)
         ax.plot(places, one.medians / scale.factor, color=colour, linewidth=1.5, linestyle="-" if band else "--",
                 marker="o" if len(places) <= TICKS_NAMED else None, markersize=4, label=word)
     ax.set(xlabel=axis.label(), ylabel=_with_unit(name, scale))
@@ -134,7 +135,8 @@ def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str,
     ax.set_ylim(limits[0] / scale.factor * 0.9, limits[1] / scale.factor * 1.1)
     _quiet(ax)
     if len(curves) > 1:
-        ax.legend(loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncols=3, columnspacing=1.0, handlelength=1.6, frameon=False, borderaxespad=0.2)
+        ax.legend(loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncols=3, columnspacing=1.0, handlelength=1.6,
+                  frameon=False, borderaxespad=0.2)
 
 
 def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name: str) -> None:
@@ -149,8 +151,9 @@ def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name
                          rasterized=shown.size > CELLS_VECTOR, edgecolors="face", linewidth=0.3)
     if all(size <= most for size, most in zip(shown.shape, WRITTEN, strict=True)):
         for (row, column), value in np.ndenumerate(shown):
-            ax.text(column, row, wording.plain(value, 3) if np.isfinite(value) else "–", ha="center", va="center",
-                    fontsize=8, color="white" if np.isfinite(value) and norm(value) < 0.55 else "black")
+            known = np.isfinite(value)
+            ax.text(column, row, wording.plain(value, 3) if known else wording.DASH, ha="center", va="center",
+                    fontsize=8, color="white" if known and norm(value) < 0.55 else "black")
     _name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
     _name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())
@@ -183,7 +186,8 @@ def _over_crank(ax: Axes, angle: np.ndarray, legend: bool) -> None:
     """Set up the crank angle as abscissa."""
     degrees = np.round(np.degrees(angle), 3)  # so that whole turns end on a tick
     turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
-    ax.xaxis.set_major_locator(MultipleLocator(90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, turns // 8)))
+    step = 90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, turns // 8)
+    ax.xaxis.set_major_locator(MultipleLocator(step))
     if len(degrees):
         ax.set_xlim(degrees.min(), max(degrees.max(), degrees.min() + 1.0))
     ax.set_xlabel("crank angle [°]")
@@ -204,10 +208,14 @@ def _name_values(side, axis: Axis, places: np.ndarray) -> None:
     """Write the values of a grid axis at their places; only some of them where they are many."""
     longest = max(len(_short(axis, value)) for value in axis.values)
     room = TICKS_NAMED if side.axis_name == "y" else max(2, WIDTH // (longest + 2))
-    step = max(1, -(-len(places) // room))
+    way = np.log(places) if side.get_scale() == "log" else places
+    named, least = [0], 0.99 * (way.max() - way.min()) / room
+    for k in range(1, len(way)):
+        if abs(way[k] - way[named[-1]]) >= least:
+            named.append(k)
     side.set_major_locator(NullLocator())
     side.set_minor_locator(NullLocator())
-    side.set_ticks(places[::step], [_short(axis, value) for value in axis.values[::step]])
+    side.set_ticks(places[named], [_short(axis, axis.values[k]) for k in named])
 
 
 def _short(axis: Axis, value) -> str:

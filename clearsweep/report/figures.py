@@ -70,29 +70,30 @@ def _rounded(attribute: re.Match) -> str:
 
 
 def drivers(study: Study, canvas: Canvas) -> list[Picture]:
-    """Return, per swept axis, the medians of the forces over its values; then the same of the p99 over the ideal peak."""
+    """Return, per swept axis, the medians of the forces over its values, and those of the p99 over the ideal peak."""
     joint = study.hardest_joint()
     if study.cases.empty or not study.swept() or not study.has(joint.column("force_p99")):
         return []
     forces = _drivers(study, canvas, (("force_p99", "p99", True), ("force_rms", "rms", False)), "force")
-    ratios = _drivers(study, canvas, ((RATIO, "p99 / ideal", True),), "p99 / ideal peak")
-    return forces + (ratios if study.has(joint.column(RATIO)) and len(study.swept()) > 1 else [])
+    if not study.has(joint.column(RATIO)) or len(study.swept()) == 1:
+        return forces
+    return forces + _drivers(study, canvas, ((RATIO, "p99 / ideal", True),), "p99 / ideal peak")
 
 
 def _drivers(study: Study, canvas: Canvas, figures: tuple, name: str) -> list[Picture]:
     """Return one picture per axis, the strongest first; a figure is (column of a joint, name, with band)."""
-    ranked = [one.axis for one in findings.effects(study, study.hardest_joint().column(figures[0][0]))]
-    curves, several = {axis: [] for axis in ranked}, len(study.joints) > 1
+    curves, several = {}, len(study.joints) > 1
+    for one in findings.effects(study, study.hardest_joint().column(figures[0][0])):
+        curves[one.axis.path] = []
     for place, joint in enumerate(study.joints):
         for figure, word, band in figures:
             colour = draw.JOINT_COLOURS[place % 3] if several or band else draw.RED
-            for axis in ranked if study.has(joint.column(figure)) else ():
-                named = joint.title if band else ""  # solid and dashed are told apart above the figures
-                curves[axis].append((named if several else word, colour, band,
-                                     findings.effect(study, axis, joint.column(figure))))
+            named = word if not several else joint.title if band else ""  # dashed is explained above the figures
+            for one in findings.effects(study, joint.column(figure)) if study.has(joint.column(figure)) else ():
+                curves[one.axis.path].append((named, colour, band, one))
     edges = [edge for drawn in curves.values() for _, _, band, one in drawn
              for edge in ((one.low, one.high) if band else (one.medians,))]
-    return [_driver(study, canvas, curves[axis], name, _range(edges)) for axis in ranked if curves[axis]]
+    return [_driver(study, canvas, drawn, name, _range(edges)) for drawn in curves.values() if drawn]
 
 
 def _driver(study: Study, canvas: Canvas, curves: list, name: str, limits: tuple[float, float]) -> Picture:
@@ -130,7 +131,7 @@ def _map(study: Study, canvas: Canvas, name: str, column: str, pair: tuple[Axis,
     others = [axis.name for axis in study.swept() if axis not in pair]
     caption = f"Median over {wording.sentence_list(others)}." if others else "One case per cell."
     lowest, highest = (scale.text(value) for value in (np.nanmin(table), np.nanmax(table)))
-    title = f"{_title(name)}: {across.name} × {up.name}"
+    title = f"{_title(name)}: {across.name} {wording.TIMES} {up.name}"
     return canvas.picture(lambda ax: draw.heat(ax, table, across, up, scale, name), title, caption,
                           f"Heat map of {name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}")
 

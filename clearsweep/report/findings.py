@@ -10,7 +10,9 @@ from clearsweep.report.study import RATIO, Axis, Joint, Study, position
 
 ELASTIC_ONSET = 0.05  # m/s; steel stays elastic below about 1e-5 sqrt(E/rho) (Love), E = 207 GPa, rho = 7850 kg/m^3
 ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)
-CLEAR_EFFECT = 0.02  # share of the variation below which an axis is said to have no clear effect
+CLEAR_FACTOR = 1.05  # largest over smallest median below which an axis is said to have no clear effect
+CLEAR_CONTRAST = 4.0  # F ratio below which it is
+PASSES = 20  # of the fit of main effects; one is exact where every combination finished
 
 
 class Effect(NamedTuple):
@@ -21,7 +23,8 @@ class Effect(NamedTuple):
     medians: np.ndarray  # (values,) SI; NaN where no case finished
     low: np.ndarray  # (values,) 10th percentile
     high: np.ndarray  # (values,) 90th percentile
-    share: float  # share of the variance of the logarithm of the figure between the values, 0 to 1; NaN: undefined
+    share: float  # of the variance of the figure's logarithm, less what chance gives, 0 to 1; NaN: undefined
+    contrast: float  # variance between the values over that which no axis explains (F ratio); NaN: undefined
 
     def extremes(self) -> tuple[int, int]:
         """Return the places of the smallest and the largest median."""
@@ -29,9 +32,8 @@ class Effect(NamedTuple):
 
     def clear(self) -> bool:
         """Tell whether the axis moves the figure by more than the scatter; by its medians where there is no scatter."""
-        if np.isnan(self.share):
-            return bool(self.factor() >= 1.0 + CLEAR_EFFECT)
-        return bool(np.isfinite(self.factor()) and self.share >= CLEAR_EFFECT)
+        enough = bool(self.factor() >= CLEAR_FACTOR)
+        return enough if np.isnan(self.contrast) else enough and self.contrast >= CLEAR_CONTRAST
 
     def factor(self) -> float:
         """Return the largest over the smallest median; NaN where that is zero or undefined."""
@@ -44,40 +46,48 @@ class Effect(NamedTuple):
 def percent(share: float) -> str:
     """Return a share in whole per cent."""
     if np.isnan(share):
-        return "–"
+        return wording.DASH
     return f"{100.0 * share:.0f}\u00a0%" if share >= 0.01 else "under 1\u00a0%"
 
 
-def effect(study: Study, axis: Axis, column: str) -> Effect:
-    """Return the main effect of an axis on a figure over the finished cases."""
-    values = study.cases[column].to_numpy(float)
-    places = position(axis, study.cases[axis.path])
-    groups = [values[(places == place) & np.isfinite(values)] for place in range(len(axis.values))]
-    quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
-    return Effect(axis, column, *quantiles.T, _explained([np.log(group[group > 0.0]) for group in groups]))
-
-
 def effects(study: Study, column: str) -> list[Effect]:
-    """Return the main effects of all swept axes on a figure, the strongest first."""
-    found = [effect(study, axis, column) for axis in study.swept()]
-    return sorted(found, key=lambda one: -np.nan_to_num(one.share, nan=-1.0))
+    """Return the main effects of all swept axes on a figure over the finished cases, the strongest first."""
+    axes, values = study.swept(), study.cases[column].to_numpy(float)
+    places = [position(axis, study.cases[axis.path]) for axis in axes]
+    shares = explained(values, places)
+    found = []
+    for axis, place, share in zip(axes, places, shares, strict=True):
+        groups = [values[(place == k) & np.isfinite(values)] for k in range(len(axis.values))]
+        quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
+        found.append(Effect(axis, column, *quantiles.T, *share))
+    return sorted(found, key=lambda one: (-np.nan_to_num(one.share), -np.nan_to_num(one.factor())))
 
 
-def _explained(groups: list[np.ndarray]) -> float:
-    """Return the share of the variance of all values that lies between the groups, less what chance alone would give.
+def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float, float]]:
+    """Return per axis its share of the variance of log(values), chance taken off, and its F ratio.
 
-    This is Kelley's epsilon squared; NaN where no group has two values.
+    `places` : per axis the place of each case on it, (cases,).  The scatter is what a sum of all main effects leaves
+    (analysis of variance without interactions); where it leaves no freedom both are NaN.
     """
-    filled = [group for group in groups if len(group)]
-    if len(filled) < 2:
-        return np.nan
-    everything = np.concatenate(filled)
-    spare = len(everything) - len(filled)
-    total = float(((everything - everything.mean()) ** 2).sum())
-    if not spare or total <= 0.0:
-        return np.nan
-    within = float(sum(((group - group.mean()) ** 2).sum() for group in filled))
-    return max(0.0, 1.0 - within / total * (len(everything) - 1) / spare)
+    known = np.isfinite(values) & (values > 0.0)
+    logs = np.log(values[known])
+    groups = [np.unique(place[known], return_inverse=True)[1] for place in places]
+    freedoms = [int(group.max(initial=0)) for group in groups]
+    spare, rest = len(logs) - 1 - sum(freedoms), logs - logs.mean() if len(logs) else logs
+    total = float((rest**2).sum())
+    if spare <= 0 or total <= 0.0:
+        return [(np.nan, np.nan)] * len(places)
+    between = [float((_means(group, rest)[group] ** 2).sum()) for group in groups]
+    for _ in range(PASSES):
+        for group in groups:
+            rest = rest - _means(group, rest)[group]
+    scatter = max(float((rest**2).sum()) / spare, 1e-12 * total)
+    return [(max(0.0, (part - freedom * scatter) / total), part / freedom / scatter if freedom else np.nan)
+            for part, freedom in zip(between, freedoms, strict=True)]
+
+
+def _means(group: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.bincount(group, values) / np.bincount(group)
 
 
 def headline(study: Study) -> list[str]:
@@ -137,8 +147,8 @@ def _beside_ideal(study: Study, joint: Joint) -> list[str]:
     strongest = effects(study, joint.column(RATIO))[0]
     if not strongest.clear():
         return []
-    said = ("Measured against the largest reaction of the ideal joint, which itself depends on the swept values, the p99 "
-            f"is driven most by {strongest.axis.name} (ratio: {_span(strongest, study)}).")
+    said = ("Measured against the largest reaction of the ideal joint, which itself depends on the swept values, "
+            f"the p99 is driven most by {strongest.axis.name} (ratio: {_span(strongest, study)}).")
     return [said]
 
 
@@ -206,7 +216,7 @@ def elastic_range(study: Study) -> list[str]:
     everywhere = f"In all {wording.count(beyond, 'case')}" if beyond > 1 else "Here"
     of_all = everywhere if beyond == len(fastest) else f"In {beyond} of {wording.count(len(fastest), 'case')}"
     said = (f"{of_all} contacts begin faster than about {ELASTIC_TEXT}, up to which steel stays "
-            f"elastic (10⁻⁵ √(E/ρ)); the fastest begins at {wording.text(top, 'm/s')}, "
-            f"{wording.plain(top / ELASTIC_ONSET, 2)} times that. Yield and plastic flow are possible there: the elastic "
-            "forces are an upper bound, the penetrations and losses a lower one.")
+            f"elastic (10⁻⁵ √(E/density)); the fastest begins at {wording.text(top, 'm/s')}, "
+            f"{wording.plain(top / ELASTIC_ONSET, 2)} times that. Yield and plastic flow are possible there: the "
+            "elastic forces are an upper bound, the penetrations and losses a lower one.")
     return [said]

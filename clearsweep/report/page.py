@@ -37,7 +37,8 @@ def render(study: Study) -> str:
         detailed=cases.detailed(study, canvas),
         peaks=[tabular.peaks(study, joint) for joint in study.joints],
         slider=tabular.slider(study),
-        wear=[(tabular.wear(study, joint), figures.wear(study, joint, canvas)) for joint in study.joints if joint.wears],
+        wear=[(tabular.wear(study, joint), figures.wear(study, joint, canvas))
+              for joint in study.joints if joint.wears],
         failed=tabular.failed(study),
         reasons=reasons(study),
         fixed=fixed(study),
@@ -152,8 +153,8 @@ def _value(study: Study, path: str, value) -> str:
         return str(value)
     parent, _, leaf = path.rpartition(".")
     unit = study.units.get(path) or _UNITS.get(leaf, "1")
-    if path == "drive.speed" or path == "mechanism.speed":
-        unit = "rad/s" if path == "drive.speed" else "m/s"
+    if leaf == "speed":
+        unit = "rad/s" if parent == "drive" else "m/s"
     elif leaf == "stiffness":
         exponent = dig(study.base, f"{parent}.exponent")
         unit = f"N/m^{exponent:g}" if exponent else "N/m"

@@ -1,13 +1,13 @@
 """One case, simulated again and drawn: orbit, force, slider, drive and contact onsets."""
 
 import copy
-import importlib
 from pathlib import Path
 
 import pandas as pd
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+import clearsweep
 from clearsweep.errors import InputError
 from clearsweep.report import cases, figures, page, wording
 from clearsweep.report.study import Study, prepare
@@ -55,8 +55,8 @@ def resolved(study: Study, case_id: str) -> dict:
 
 def simulate(case: dict):
     """Return the trajectory of a resolved case."""
-    solver = importlib.import_module("clearsweep.simulate")  # first: it names the compiler's cache
-    return solver.simulate(importlib.import_module("clearsweep.scene").load_case(case))
+    solve = clearsweep.simulate  # first: its module names the compiler's cache
+    return solve(clearsweep.load_case(case))
 
 
 def drawn(study: Study, case_id: str, result) -> list[cases.Panel]:

@@ -1,4 +1,4 @@
-"""The tables of a report: peaks, wear, main effects, speeds, failures; as CSV in SI and as rows of text for the page."""
+"""The tables of a report: peaks, wear, main effects, speeds, failures; as CSV in SI and as text for the page."""
 
 import csv
 from pathlib import Path
@@ -223,7 +223,7 @@ def _cell(value, column: Column, scale: wording.Scale) -> str:
     if isinstance(value, Quantity):
         return value.text
     if _missing(value):
-        return "–"
+        return wording.DASH
     if isinstance(value, str):
         return value
     return scale.number(value) if column.axis is None else column.axis.number(value)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 _SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·")
 BLANK = "\u00a0"  # number and unit stay on one line
+DASH, TIMES, MINUS = "\u2013", "\u00d7", "\u2212"
 _TURNS = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
 
 #: Per SI unit: (smallest magnitude that takes it, factor, unit shown), the largest first.
@@ -33,7 +34,7 @@ class Scale(NamedTuple):
 
     def number(self, value, digits: int = 3) -> str:
         """Return an SI value as the number that stands before the unit; a dash where there is none."""
-        return "–" if missing(value) else plain(float(value) / self.factor, digits)
+        return DASH if missing(value) else plain(float(value) / self.factor, digits)
 
     def text(self, value, digits: int = 3) -> str:
         """Return an SI value as number and unit."""
@@ -45,12 +46,12 @@ class Scale(NamedTuple):
 
     def given_number(self, value, digits: int = 6) -> str:
         """Return the number of an SI value that somebody chose, with no more digits than it needs."""
-        return "–" if missing(value) else short(float(value) / self.factor, digits)
+        return DASH if missing(value) else short(float(value) / self.factor, digits)
 
     def _joined(self, number: str) -> str:
-        if number == "–" or not self.unit:
+        if number == DASH or not self.unit:
             return number
-        joint = f"{BLANK}×{BLANK}" if self.unit.startswith("10") else "" if self.unit == "°" else BLANK
+        joint = f"{BLANK}{TIMES}{BLANK}" if self.unit.startswith("10") else "" if self.unit == "°" else BLANK
         return f"{number}{joint}{self.unit}"
 
 
@@ -70,7 +71,7 @@ def scale(unit: str, values: Iterable[float] | float, speed: bool = False) -> Sc
 
 def text(value, unit: str, digits: int = 3) -> str:
     """Return one SI value as number and unit, in the prefix that suits it."""
-    return "–" if missing(value) else scale(unit, value).text(value, digits)
+    return DASH if missing(value) else scale(unit, value).text(value, digits)
 
 
 def missing(value) -> bool:
@@ -87,17 +88,17 @@ def pretty(unit: str | None) -> str:
 def plain(number: float, digits: int = 3) -> str:
     """Return a number with `digits` significant digits, never in the form 1e5."""
     if number == 0.0 or not math.isfinite(number):
-        return "0" if number == 0.0 else "∞" if number > 0 else "−∞"
+        return "0" if number == 0.0 else "∞" if number > 0 else f"{MINUS}∞"
     power = math.floor(math.log10(abs(float(f"{number:.{digits - 1}e}"))))
     if -4 <= power < 6:
-        return _thousands(f"{number:.{max(digits - 1 - power, 0)}f}").replace("-", "−")
-    mantissa = f"{number / 10.0**power:.{digits - 1}f}".replace("-", "−")
-    return f"{mantissa}{BLANK}×{BLANK}10{str(power).translate(_SUPERSCRIPTS)}"
+        return _thousands(f"{number:.{max(digits - 1 - power, 0)}f}").replace("-", MINUS)
+    mantissa = f"{number / 10.0**power:.{digits - 1}f}".replace("-", MINUS)
+    return f"{mantissa}{BLANK}{TIMES}{BLANK}10{str(power).translate(_SUPERSCRIPTS)}"
 
 
 def short(number: float, digits: int = 6) -> str:
     """Return a number with at most `digits` significant digits, zeros at its end left out."""
-    mantissa, cross, power = plain(number, digits).partition(f"{BLANK}×")
+    mantissa, cross, power = plain(number, digits).partition(f"{BLANK}{TIMES}")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return mantissa + cross + power
 

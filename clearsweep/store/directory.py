@@ -153,10 +153,10 @@ class Store:
         """Return the name of the part that `batch` committed, None where it committed nothing."""
         return next((path.name for path in self.parts_directory.glob(f"{batch}-*.parquet")), None)
 
-    def failures_in(self, name: str) -> int:
-        """Return how many cases of a part failed."""
-        table = read_part(self.parts_directory / name, ["status"])
-        return sum(status != "ok" for status in table["status"].to_pylist())
+    def counts_of(self, name: str) -> tuple[int, int]:
+        """Return how many cases a part holds and how many of them failed."""
+        statuses = read_part(self.parts_directory / name, ["status"])["status"].to_pylist()
+        return len(statuses), sum(status != "ok" for status in statuses)
 
     def rows(self) -> np.ndarray:
         """Return where each committed case is (ROWS, ascending by id): its newest result, an 'ok' one first."""

@@ -89,7 +89,7 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
                 ran, case_seconds = driver.ran, driver.case_seconds
             finally:
                 display.close()
-                workers.close(at_once=True)
+                workers.close()
         rows = held.rows()
         rows = rows[np.isin(rows["id"], ids)]
         store.merge(held, store.Form.of(grid), rows)

@@ -1,0 +1,57 @@
+"""Resolved cases that many tests start from."""
+
+import copy
+
+from clearsweep import grid, laws
+
+SLIDER_CRANK = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.05, "mass": 0.30, "inertia": 1e-4},
+        "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06},
+        "slider": {"mass": 0.14},
+    },
+    "drive": {"speed": "5000 rpm"},
+    "joints": {},
+    "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-9},
+    "save": {"orbits": "none"},
+}
+JOINT = {
+    "clearance": 0.5e-3,
+    "bearing_radius": 0.01,
+    "length": 0.02,
+    "contact": {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "restitution": 0.9},
+}
+PAIR = {
+    "mechanism": {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0},
+    "joints": {"pair": {"clearance": 1e-3, "contact": {"law": "exact", "stiffness": 6.61e10, "restitution": 0.5}}},
+    "simulate": {"impacts": 2, "tolerance": 1e-12},
+    "save": {"orbits": "none"},
+}
+
+
+def slider_crank(*joints, changes=None):
+    """Return a grid dict with clearance at `joints`; `changes` maps dotted paths to values."""
+    case = copy.deepcopy(SLIDER_CRANK)
+    for name in joints:
+        case["joints"][name] = copy.deepcopy(JOINT)
+    return changed(case, changes)
+
+
+def changed(case, changes):
+    """Return the grid dict with values at dotted paths replaced; None removes a key."""
+    case = copy.deepcopy(case)
+    for path, value in (changes or {}).items():
+        *parents, last = path.split(".")
+        section = case
+        for key in parents:
+            section = section.setdefault(key, {})
+        section[last] = value
+        if value is None:
+            del section[last]
+    return case
+
+
+def resolved(source):
+    """Return the resolved case of a grid dict without sweep."""
+    return grid.load(source, laws.catalogue()).case(0)

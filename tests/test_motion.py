@@ -1,0 +1,235 @@
+"""The slider-crank in all its openings: energy, the ideal limit, symmetries, figures against their own samples."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep import ideal
+
+NAMES = ("ground-crank", "crank-rod", "rod-slider")
+OPENINGS = [joints for count in (1, 2, 3) for joints in itertools.combinations(NAMES, count)]
+FRICTION = {"law": "ambrosio", "coefficient": 0.1, "v0": 1e-3, "v1": 1e-2}
+
+
+def run(*joints, times=None, **changes):
+    scene = clearsweep.load_case(slider_crank(*joints, changes={k.replace("__", "."): v for k, v in changes.items()}))
+    trajectory = clearsweep.simulate(scene, times=times)
+    assert trajectory.status == "ok", trajectory.message
+    return trajectory
+
+
+def with_friction(joints):
+    return {f"joints.{name}.friction": FRICTION for name in joints}
+
+
+@pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
+def test_energy_balances_with_gravity_friction_and_impacts_in_any_opening(joints):
+    case = slider_crank(*joints, changes={"mechanism.gravity": 9.81, "drive.speed": "1500 rpm", **with_friction(joints)})
+    trajectory = clearsweep.simulate(clearsweep.load_case(case))
+    assert trajectory.status == "ok"
+    assert sum(trajectory.summary[f"{name.replace('-', '_')}_impacts_per_rev"] for name in joints) >= 5
+    assert trajectory.summary["energy_residual"] < 1000 * 1e-9
+
+
+def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeypatch):
+    from clearsweep.kernels import motion
+
+    case = slider_crank("rod-slider", changes={"simulate.tolerance": 1e-6, "simulate.revolutions": 0.05})
+    scene = clearsweep.load_case(case)
+    good = plain(scene)
+    true = motion.joint_load
+
+    def wrong(*arguments):  # the bodies feel a normal force that the joint does not account for
+        load = true(*arguments)
+        return load._replace(fx=1.001 * load.fx)
+
+    monkeypatch.setattr(motion, "joint_load", wrong)
+    bad = plain(scene)
+    assert good < 1e-7
+    assert bad > 100 * good
+
+
+def plain(scene):
+    """Return the energy residual of a scene run as plain Python, where forces can be spoiled."""
+    from clearsweep import simulation
+    from clearsweep.kernels import family
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(family.numba.config, "DISABLE_JIT", 1)
+        patch.setattr(simulation.loop, "integrate", simulation.loop.integrate.py_func)
+        return clearsweep.simulate(scene).summary["energy_residual"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_vanishing_clearance_gives_the_ideal_mechanism(name):
+    trajectory = run(name, **{
+        f"joints__{name}__clearance": 1e-7, "mechanism__gravity": 9.81, "simulate__start": "seated",
+        "simulate__revolutions": 0.25, f"joints__{name}__contact__stiffness": 1e13, "drive__speed": "300 rpm",
+    })  # fmt: skip
+    joint = name.replace("-", "_")
+    assert trajectory.summary["slider_error_max"] < 1e-6
+    scene = slider_crank(name, changes={"mechanism.gravity": 9.81})["mechanism"]
+    scene["crank"]["center"], scene["rod"]["center"] = 0.025, 0.06
+    top = np.hypot(*ideal.reactions(scene, 10 * math.pi, np.linspace(0, math.pi / 2, 1001))._asdict()[joint].T).max()
+    assert trajectory.summary[f"{joint}_force_rms"] < top
+    assert trajectory.summary[f"{joint}_force_peak"] == pytest.approx(top, rel=0.3)
+
+
+def test_ideal_mechanism_has_its_closed_form_values():
+    speed = 5000 * 2 * math.pi / 60
+    assert ideal.slider(0.05, 0.12, 0.0, speed)[2] == pytest.approx(-19419.3605, rel=1e-8)
+    assert ideal.slider(0.05, 0.12, math.pi, speed)[2] == pytest.approx(7996.2073, rel=1e-7)
+    angles = np.linspace(0, 2 * np.pi, 100001)
+    x, v, a = ideal.slider(0.05, 0.12, angles, speed)
+    assert np.abs(v).max() == pytest.approx(28.4113304, rel=1e-8)
+    assert a.max() == pytest.approx(9695.856, rel=1e-6)
+    assert np.gradient(x, angles) * speed == pytest.approx(v, abs=1e-3)
+    assert np.gradient(v, angles)[1:-1] * speed == pytest.approx(a[1:-1], abs=1)
+    mechanism = {"crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4, "center": 0.025}, "gravity": 0.0,
+                 "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06}, "slider": {"mass": 0.14}}  # fmt: skip
+    assert ideal.reactions(mechanism, speed, 0.0).rod_slider[0] == pytest.approx(-2718.71, rel=1e-6)
+
+
+@pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
+def test_the_mirror_image_moves_as_the_mirror_image(joints):
+    """Reflection in the x axis and time reversal of the drive's sense are not in the grid, but gravity's sign is."""
+    period, ends = 0.012, {}
+    for gravity in (0.0, 9.81):
+        case = slider_crank(*joints, changes={"mechanism.gravity": gravity})
+        ends[gravity] = clearsweep.simulate(clearsweep.load_case(case), times=[0.0, 0.02 * period])
+    first = ends[0.0]
+    assert first["slider/x"][0] == ends[9.81]["slider/x"][0] == pytest.approx(0.17)
+    assert first["rod/rate"][0] == pytest.approx(-523.5987755982989 * 0.05 / 0.12)
+    assert abs(first["slider/x"][1] - ends[9.81]["slider/x"][1]) < 9.81 * (0.02 * period) ** 2
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    scale=st.sampled_from([0.01, 0.1, 10.0]),
+    slow=st.sampled_from([0.1, 3.0]),
+    heavy=st.sampled_from([0.01, 5.0]),
+)
+def test_other_units_of_length_time_and_mass_give_the_same_motion(scale, slow, heavy):
+    """Lengths times `scale`, times times `slow`, masses times `heavy`: a contact stiffness scales as its dimension."""
+    inertia = heavy * scale**2
+    force = heavy * scale / slow**2
+    changes = {
+        "mechanism.crank.length": 0.05 * scale, "mechanism.crank.mass": 0.3 * heavy,
+        "mechanism.crank.inertia": 1e-4 * inertia, "mechanism.rod.length": 0.12 * scale,
+        "mechanism.rod.center": 0.06 * scale, "mechanism.rod.mass": 0.21 * heavy,
+        "mechanism.rod.inertia": 2.5e-4 * inertia, "mechanism.slider.mass": 0.14 * heavy,
+        "drive.speed": 500.0 / slow, "joints.rod-slider.clearance": 0.5e-3 * scale,
+        "joints.rod-slider.bearing_radius": 0.01 * scale, "joints.rod-slider.length": 0.02 * scale,
+        "joints.rod-slider.contact.stiffness": 6.61e10 * force / scale**1.5, "simulate.revolutions": 0.25,
+    }  # fmt: skip
+    case = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
+    same = clearsweep.load_case(slider_crank("rod-slider", changes={"drive.speed": 500.0, "simulate.revolutions": 0.25}))
+    scaled, plainly = clearsweep.simulate(case).summary, clearsweep.simulate(same).summary
+    assert scaled["rod_slider_force_peak"] == pytest.approx(plainly["rod_slider_force_peak"] * force, rel=1e-6)
+    assert scaled["rod_slider_onset_rate_max"] == pytest.approx(plainly["rod_slider_onset_rate_max"] * scale / slow, rel=1e-6)
+    assert scaled["rod_slider_impacts_per_rev"] == plainly["rod_slider_impacts_per_rev"]
+
+
+def test_figures_agree_with_a_hundred_thousand_samples():
+    times = np.linspace(0.0, 0.036, 300001)
+    trajectory = run("rod-slider", times=times, simulate__revolutions=3, **{"drive__speed": "5000 rpm"})
+    force, summary = trajectory["joints/rod_slider/force_normal"], trajectory.summary
+    assert force.max() <= summary["rod_slider_force_peak"] * (1 + 1e-12)
+    assert force.max() == pytest.approx(summary["rod_slider_force_peak"], rel=1e-4)
+    assert math.sqrt(np.trapezoid(force**2, times) / times[-1]) == pytest.approx(summary["rod_slider_force_rms"], rel=1e-4)
+    assert np.quantile(force, 0.99) == pytest.approx(summary["rod_slider_force_p99"], rel=0.005)
+    assert np.mean(force > 0) == pytest.approx(summary["rod_slider_contact_fraction"], abs=1e-3)
+    eccentricity = np.hypot(trajectory["joints/rod_slider/x"], trajectory["joints/rod_slider/y"])
+    assert eccentricity.max() == pytest.approx(summary["rod_slider_eccentricity_max"], rel=1e-6)
+    assert eccentricity.max() - 0.5e-3 == pytest.approx(summary["rod_slider_penetration_max"], rel=1e-4)
+    assert np.abs(trajectory["slider/a"]).max() == pytest.approx(summary["slider_acceleration_peak"], rel=1e-4)
+    assert np.abs(trajectory["slider/a"]).max() <= summary["slider_acceleration_peak"] * (1 + 1e-12)
+    rms = math.sqrt(np.trapezoid(trajectory["slider/a"] ** 2, times) / times[-1])
+    assert rms == pytest.approx(summary["slider_acceleration_rms"], rel=1e-4)
+    assert np.abs(trajectory["crank/torque"]).max() == pytest.approx(summary["crank_torque_peak"], rel=1e-4)
+    x, _, _ = ideal.slider(0.05, 0.12, trajectory["crank_angle"], 5000 * 2 * math.pi / 60)
+    assert np.abs(trajectory["slider/x"] - x).max() == pytest.approx(summary["slider_error_max"], rel=1e-4)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    joints=st.sampled_from(OPENINGS),
+    tolerance=st.sampled_from([1e-4, 1e-6, 1e-9]),
+    speed=st.floats(200, 8000),
+    clearance=st.floats(1e-5, 2e-3),
+    restitution=st.floats(0.05, 1.0),
+    gravity=st.sampled_from([0.0, 9.81]),
+)
+def test_no_contact_passes_unseen(joints, tolerance, speed, clearance, restitution, gravity):
+    """Outside of the contacts in the event log no journal is ever beyond its clearance."""
+    changes = {"simulate.tolerance": tolerance, "drive.speed": f"{speed} rpm", "mechanism.gravity": gravity}
+    for name in joints:
+        changes[f"joints.{name}.clearance"] = clearance
+        changes[f"joints.{name}.contact"] = {"law": "exact", "stiffness": 6.61e10, "restitution": restitution}
+    times = np.linspace(0.0, 60.0 / speed, 20001)
+    trajectory = clearsweep.simulate(clearsweep.load_case(slider_crank(*joints, changes=changes)), times=times)
+    assert trajectory.status == "ok"
+    for name in joints:
+        joint = name.replace("-", "_")
+        events = trajectory.events[trajectory.events["joint"] == joint]
+        in_contact = np.searchsorted(events["t"], times, side="right") % 2 == 1
+        eccentricity = np.hypot(trajectory[f"joints/{joint}/x"], trajectory[f"joints/{joint}/y"])
+        allowed = clearance * (1.0 + 100.0 * tolerance) + 1e-14
+        assert np.all(eccentricity[~in_contact] <= allowed)
+        assert list(events["kind"]) == ["on", "off"] * (len(events) // 2) + ["on"] * (len(events) % 2)
+
+
+def test_a_run_is_the_same_to_the_bit_every_time_and_whatever_is_reported():
+    first = run("crank-rod", "rod-slider")
+    again = run("crank-rod", "rod-slider", times=np.linspace(0, 0.012, 7))
+    skip = ("run_time", "rhs_evaluations")
+    assert {k: v for k, v in first.summary.items() if k not in skip} == {
+        k: v for k, v in again.summary.items() if k not in skip
+    }
+
+
+def test_samples_lie_at_exact_crank_angles_with_both_ends():
+    trajectory = run("rod-slider", save__orbits="last", save__revolutions=1, save__samples=90, simulate__revolutions=2)
+    assert trajectory["crank_angle"] == pytest.approx(2 * np.pi * np.arange(90, 181) / 90, rel=1e-15)
+    assert len(trajectory.t) == 91
+
+
+def test_the_window_leaves_out_what_is_discarded():
+    whole = run("rod-slider", simulate__revolutions=2)
+    later = run("rod-slider", simulate__revolutions=2, simulate__discard=1)
+    assert later.summary["rod_slider_force_peak"] < whole.summary["rod_slider_force_peak"]
+    assert later.summary["rod_slider_impacts_per_rev"] != whole.summary["rod_slider_impacts_per_rev"]
+
+
+def test_a_seated_start_is_in_contact_and_quiet():
+    trajectory = run("rod-slider", simulate__start="seated", simulate__revolutions=0.05, drive__speed="1500 rpm",
+                     save__orbits="all")  # fmt: skip
+    assert len(trajectory.events) == 0 or trajectory.events[0]["kind"] == "off"
+    static = ideal.reactions(
+        {"crank": {"length": 0.05, "mass": 0.3, "center": 0.025}, "gravity": 0.0,
+         "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06}, "slider": {"mass": 0.14}},
+        50 * math.pi, 0.0).rod_slider  # fmt: skip
+    assert trajectory["joints/rod_slider/force_normal"][0] == pytest.approx(np.hypot(*static), rel=1e-9)
+
+
+def test_budgets_end_a_run_with_a_status_and_a_sentence():
+    for key, status in (("step_budget", "step-budget"), ("event_budget", "event-budget")):
+        scene = clearsweep.load_case(slider_crank("rod-slider", changes={f"simulate.{key}": 10}))
+        trajectory = clearsweep.simulate(scene)
+        assert trajectory.status == status
+        assert f"simulate.{key}" in trajectory.message
+        assert trajectory.summary["rod_slider_force_peak"] is None
+        assert trajectory.summary["steps"] > 0
+
+
+def test_times_outside_the_run_are_refused():
+    scene = clearsweep.load_case(slider_crank("rod-slider"))
+    for times in ([-1e-3], [0.02], [2e-3, 1e-3], [[0.0]], [math.nan]):
+        with pytest.raises(clearsweep.InputError, match="times"):
+            clearsweep.simulate(scene, times=times)
