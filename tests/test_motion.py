@@ -89,24 +89,11 @@ def test_ideal_mechanism_has_its_closed_form_values():
     x, v, a = ideal.slider(0.05, 0.12, angles, speed)
     assert np.abs(v).max() == pytest.approx(28.4113304, rel=1e-8)
     assert a.max() == pytest.approx(9695.856, rel=1e-6)
-    assert np.gradient(x, angles) * speed == pytest.approx(v, abs=1e-3)
+    assert np.gradient(x, angles)[1:-1] * speed == pytest.approx(v[1:-1], abs=1e-3)
     assert np.gradient(v, angles)[1:-1] * speed == pytest.approx(a[1:-1], abs=1)
     mechanism = {"crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4, "center": 0.025}, "gravity": 0.0,
                  "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06}, "slider": {"mass": 0.14}}  # fmt: skip
     assert ideal.reactions(mechanism, speed, 0.0).rod_slider[0] == pytest.approx(-2718.71, rel=1e-6)
-
-
-@pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
-def test_the_mirror_image_moves_as_the_mirror_image(joints):
-    """Reflection in the x axis and time reversal of the drive's sense are not in the grid, but gravity's sign is."""
-    period, ends = 0.012, {}
-    for gravity in (0.0, 9.81):
-        case = slider_crank(*joints, changes={"mechanism.gravity": gravity})
-        ends[gravity] = clearsweep.simulate(clearsweep.load_case(case), times=[0.0, 0.02 * period])
-    first = ends[0.0]
-    assert first["slider/x"][0] == ends[9.81]["slider/x"][0] == pytest.approx(0.17)
-    assert first["rod/rate"][0] == pytest.approx(-523.5987755982989 * 0.05 / 0.12)
-    assert abs(first["slider/x"][1] - ends[9.81]["slider/x"][1]) < 9.81 * (0.02 * period) ** 2
 
 
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])

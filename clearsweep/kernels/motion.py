@@ -160,11 +160,12 @@ def sample_entry(scene, y, state, onset, side, out, row):
 
 
 _STATE = (types.float64, types.int64, types.float64)  # y, state, onset
+RATES_ARRAYS = (*_STATE, types.float64, types.float64)
 
 
 def rates_of(scene, parameters) -> Entry:
     """Return the Entry that evaluates the right-hand side of `scene`."""
-    return entry(rates_entry, scene, (*_STATE, types.float64, types.float64), parameters)
+    return entry(rates_entry, scene, RATES_ARRAYS, parameters)
 
 
 def samples_of(scene, parameters) -> Entry:

@@ -1,0 +1,118 @@
+"""A scene costs only what is in it: compiled code, columns, histories, memory."""
+
+import os
+import subprocess
+import sys
+import tracemalloc
+
+import numba
+import pytest
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep import outcome, simulation
+from clearsweep.kernels import family, motion
+
+FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
+WEAR = {"law": "archard", "coefficient": 2e-14}
+
+
+def scene(**changes):
+    return clearsweep.load_case(slider_crank("rod-slider", changes={k.replace("__", "."): v for k, v in changes.items()}))
+
+
+def code_of(made):
+    """Return the compiled code of the right-hand side of a scene, as text."""
+    pointers = (numba.types.CPointer(item) for item in (numba.typeof(made.value), *motion.RATES_ARRAYS))
+    return numba.cfunc(numba.types.void(*pointers, numba.types.int64))(motion.rates_entry).inspect_llvm()
+
+
+def test_a_frictionless_scene_compiles_no_friction():
+    name = "joints.rod-slider.friction"
+    with_friction = code_of(clearsweep.load_case(slider_crank("rod-slider", changes={name: FRICTION})))
+    without = code_of(scene())
+    assert "tanh" in with_friction
+    assert "tanh" not in without
+    assert len(without) < len(with_friction)
+
+
+def test_a_law_compiles_itself_alone():
+    spring = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 100.0}
+    damper = code_of(clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.contact": spring})))
+    general = code_of(scene(**{"joints__rod-slider__contact__exponent": 1.3}))
+    assert "llvm.pow" in general
+    assert "llvm.pow" not in damper
+    assert "llvm.pow" not in code_of(scene())  # exponent 1.5 is a square root
+
+
+def test_only_a_scene_with_wear_has_code_columns_and_arrays_for_it():
+    worn = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR}))
+    bare = scene()
+    assert any("wear" in column.name for column in outcome.summary_columns(worn.layout))
+    assert not any("wear" in column.name for column in outcome.summary_columns(bare.layout))
+    end = 1e-5
+    run = simulation._run(bare, simulation.np.empty(0), end)
+    assert run.work.wear == family.NO_ENTRY
+    assert run.work.sample == family.NO_ENTRY
+    assert run.tally.wear.size == 0
+    assert clearsweep.simulate(bare).wear == {}
+
+
+def test_without_orbits_no_history_and_no_events_are_kept():
+    trajectory = clearsweep.simulate(scene(save__orbits="none"))
+    assert trajectory.channels == {}
+    assert trajectory.events.size == 0
+    assert trajectory.summary["rod_slider_impacts_per_rev"] > 5
+
+
+def test_memory_does_not_grow_with_the_length_of_a_run_without_orbits():
+    def most(**changes):
+        made = scene(save__orbits="none", simulate__tolerance=1e-6, **changes)
+        clearsweep.simulate(made)
+        tracemalloc.start()
+        clearsweep.simulate(made)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return peak
+
+    assert most(simulate__revolutions=20) < 1.05 * most(simulate__revolutions=1) + 10_000
+
+
+@pytest.mark.parametrize("joints", ["rod-slider", "crank-rod"])
+def test_one_open_joint_integrates_two_coordinates(joints):
+    made = clearsweep.load_case(slider_crank(joints))
+    assert len(made.value.coordinates) == 2
+
+
+def test_the_same_program_runs_uncompiled():
+    """With the compiler off the same code runs as plain Python and gives the same motion to rounding."""
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "import clearsweep\n"
+        "from mechanism_cases import slider_crank\n"
+        "case = slider_crank('rod-slider', changes={'simulate.revolutions': 0.1, 'simulate.tolerance': 1e-7,\n"
+        "    'save.orbits': 'all', 'save.revolutions': 0.1, 'joints.rod-slider.wear': {'law': 'archard', 'coefficient': 2e-14}})\n"
+        "t = clearsweep.simulate(clearsweep.load_case(case))\n"
+        "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'rod_slider_force_p99', "
+        "'rod_slider_wear_volume', 'steps')), repr(float(t['slider/x'][-1])))"
+    )
+    told = []
+    for off in ("0", "1"):
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
+                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        told.append(done.stdout.split())
+    assert told[0][0] == told[1][0] == "ok"
+    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-9)
+
+
+def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatch):
+    from clearsweep.kernels import cache
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    place = cache.prepare()
+    assert place == tmp_path / cache.stamp()
+    assert os.environ["NUMBA_CACHE_DIR"] == str(place)
+    assert cache.prepare() == place  # a child process does not stamp again
+    monkeypatch.setattr(cache, "version", lambda name: "0.0")
+    assert cache.stamp() != place.name

@@ -1,0 +1,132 @@
+"""Wear: what the bins hold, in which frame, and how much in all."""
+
+import math
+
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep.kernels.joint import Joint
+from clearsweep.kernels.wear import ACCOUNT, Archard, spread, wear_rate
+
+BINS = 360
+WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS}
+
+
+def worn_joint(bearing, journal, modulus=1e11):
+    radius = 0.01 * 0.0095 / 0.0005
+    law = Archard(bearing, journal, float(BINS), 0.02, modulus, radius)
+    return Joint(0.5e-3, 0.01, 0.0095, 1.0, (), (), (), law)
+
+
+def turn_journal(joint, force, turns, steps):
+    """Return the depths of bearing and journal after the journal turned under a force of fixed direction."""
+    depths, account = np.zeros(2 * BINS), np.zeros(ACCOUNT)
+    way = 2.0 * math.pi * joint.journal_radius * turns / steps
+    for step in range(steps):
+        angle = -2.0 * math.pi * turns * (step + 0.5) / steps
+        wear_rate(joint.wear, joint, force, depths, BINS, 0, 0.3, angle, way, account)
+    return depths[:BINS], depths[BINS:]
+
+
+def test_only_the_journal_wears_and_every_material_point_meets_the_contact_once_a_turn():
+    coefficient, force, turns = 1e-14, 1000.0, 3
+    bearing, journal = turn_journal(worn_joint(0.0, coefficient), force, turns, 3 * 7200)
+    expected = turns * coefficient * force / 0.02  # k times the line load, per turn
+    assert np.all(bearing == 0.0)
+    assert journal == pytest.approx(expected, rel=1e-6)
+
+
+def test_only_the_bearing_wears_with_the_profile_of_the_pressure_at_the_load():
+    coefficient, force = 1e-14, 1000.0
+    joint = worn_joint(coefficient, 0.0)
+    bearing, journal = turn_journal(joint, force, 2, 100)
+    way = 2.0 * math.pi * joint.journal_radius * 2
+    half_width = math.sqrt(4.0 * (force / 0.02) * joint.wear.radius / (math.pi * joint.wear.modulus))
+    edges = (np.arange(BINS + 1) * 2.0 * math.pi / BINS - 0.3) * joint.bearing_radius / half_width
+    x = np.clip(edges, -1.0, 1.0)
+    held = np.diff(0.5 + (x * np.sqrt(1.0 - x**2) + np.arcsin(x)) / math.pi)
+    width = 2.0 * math.pi / BINS * joint.bearing_radius
+    assert np.all(journal == 0.0)
+    assert bearing == pytest.approx(coefficient * way * force / 0.02 * held / width, rel=1e-9, abs=1e-30)
+    assert np.argmax(bearing) == int(0.3 / (2.0 * math.pi) * BINS)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 3.1, 6.28318, -7.0, 100.0])
+@pytest.mark.parametrize("half_arc", [1e-9, 0.003, 0.3, 1.5])
+def test_spreading_loses_nothing_wherever_the_arc_lies(angle, half_arc):
+    depths = np.zeros(BINS)
+    spread(depths, 0, BINS, angle, half_arc, 1.0)
+    assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(1.0, rel=1e-12)
+    assert depths.min() >= 0.0
+
+
+def run(**changes):
+    case = {"joints.rod-slider.wear": WEAR, "simulate.revolutions": 2, "simulate.discard": 1, **changes}
+    scene = clearsweep.load_case(slider_crank("rod-slider", changes=case))
+    trajectory = clearsweep.simulate(scene)
+    assert trajectory.status == "ok"
+    return scene, trajectory
+
+
+@pytest.mark.parametrize("start", ["centred", "seated"])
+def test_worn_volume_is_the_coefficient_times_force_times_way(start):
+    """The way is integrated from samples: slip = rate along the tangent plus the turning of the rod's pin."""
+    changes = {"simulate.start": start, "joints.rod-slider.contact.restitution": 0.3}
+    _, trajectory = run(**{**changes, "save.orbits": "last", "save.revolutions": 1, "save.samples": 200000})
+    x, y = trajectory["joints/rod_slider/x"], trajectory["joints/rod_slider/y"]
+    size = np.maximum(np.hypot(x, y), 1e-12)
+    tangential = (-y * trajectory["joints/rod_slider/vx"] + x * trajectory["joints/rod_slider/vy"]) / size
+    slip = np.abs(tangential + trajectory["rod/rate"] * 9.5e-3)
+    work = np.trapezoid(trajectory["joints/rod_slider/force_normal"] * slip, trajectory.t)
+    assert trajectory.summary["rod_slider_wear_volume"] == pytest.approx(2 * 2e-14 * work, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", ["ground-crank", "crank-rod", "rod-slider"])
+def test_bins_turn_with_their_bodies(name):
+    """The mean direction of wear on both bodies is what samples of force, sliding and direction say."""
+    changes = {f"joints.{name}.wear": WEAR, "save.orbits": "all", "save.revolutions": 1, "save.samples": 100000}
+    trajectory = clearsweep.simulate(clearsweep.load_case(slider_crank(name, changes=changes)))
+    joint = name.replace("-", "_")
+    x, y = trajectory[f"joints/{joint}/x"], trajectory[f"joints/{joint}/y"]
+    crank, rod, still = trajectory["crank_angle"], trajectory["rod/angle"], 0.0 * trajectory.t
+    bearing, journal = {"ground-crank": (still, crank), "crank-rod": (crank, rod), "rod-slider": (still, rod)}[name]
+    tangential = -y * trajectory[f"joints/{joint}/vx"] + x * trajectory[f"joints/{joint}/vy"]
+    spin = 9.5e-3 * np.gradient(journal, trajectory.t) - 1e-2 * np.gradient(bearing, trajectory.t)
+    slip = np.abs(tangential / np.maximum(np.hypot(x, y), 1e-12) + spin)
+    work = trajectory[f"joints/{joint}/force_normal"] * slip
+    for body, depths in zip((bearing, journal), trajectory.wear[joint], strict=True):
+        sampled = np.sum(work * np.exp(1j * (np.arctan2(y, x) - body))) / work.sum()
+        binned = np.sum(depths * np.exp(1j * (np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS)) / depths.sum()
+        assert abs(binned - sampled) < 0.01
+
+
+def test_figures_of_wear_are_those_of_the_bins():
+    scene, trajectory = run()
+    bearing, journal = trajectory.wear["rod_slider"]
+    assert bearing.shape == journal.shape == (BINS,)
+    assert bearing.min() >= 0.0 <= journal.min()
+    deepest = max(bearing.max(), journal.max())
+    assert trajectory.summary["rod_slider_wear_depth_max"] == deepest > 0.0
+    assert trajectory.summary["rod_slider_wear_rate_max"] == pytest.approx(deepest / 0.012)
+    assert scene.value.joints[0].wear.modulus == pytest.approx(0.75 * 6.61e10 / math.sqrt(0.19), rel=1e-12)
+
+
+def test_wear_does_not_change_the_motion():
+    with_wear = run()[1]
+    without = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes={
+        "simulate.revolutions": 2, "simulate.discard": 1})))  # fmt: skip
+    assert with_wear.summary["rod_slider_force_peak"] == without.summary["rod_slider_force_peak"]
+    assert with_wear.summary["steps"] == without.summary["steps"]
+
+
+def test_a_body_with_coefficient_zero_keeps_its_shape():
+    wear = {"law": "archard", "bearing_coefficient": 1e-14, "journal_coefficient": 0.0}
+    try:
+        _, trajectory = run(**{"joints.rod-slider.wear": wear})
+    except clearsweep.InputError as error:
+        pytest.fail(str(error))
+    bearing, journal = trajectory.wear["rod_slider"]
+    assert bearing.max() > 0.0
+    assert np.all(journal == 0.0)
