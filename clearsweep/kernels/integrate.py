@@ -57,7 +57,7 @@ from .tally import (
 
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW = range(5)
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic, so grow with care
-SMALLEST = 1e-14  # of the time already gone: below, a step does nothing
+TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
 ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
@@ -376,7 +376,7 @@ def integrate(control, work, tally, record):
         write_sample(work, work.y, record.samples[tally.counts[SAMPLES]])
         tally.counts[SAMPLES] += 1
     h = first_length(work, proposals, contact_pattern(work.state))
-    grow = GROW
+    grow, tries = GROW, 0
     while tally.counts[STEPS] + tally.counts[REJECTED] < control.step_budget:
         h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(work, h)
@@ -384,10 +384,11 @@ def integrate(control, work, tally, record):
         if not error < 1.0:
             tally.counts[REJECTED] += 1
             h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
-            grow = 1.0
-            if h * work.o[0, KAPPA] < SMALLEST * max(work.y[time], 1e-3 / work.pace):
+            grow, tries = 1.0, tries + 1
+            if tries > TRIES:
                 return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: tally.counts[EVENTS]]
             continue
+        tries = 0
         evaluate(work, work.end, END)
         tally.counts[EVALUATIONS] += 1
         pattern = contact_pattern(work.state)
