@@ -13,7 +13,7 @@ MODEL_VERSION = "1"
 _HOMES = {
     "load_case": "scene",
     "simulate": "simulation",
-    "sweep": "sweep",
+    "sweep": "sweeping",
     "open": "store",
     "Trajectory": "outcome",
     "ClearsweepError": "errors",
@@ -21,7 +21,19 @@ _HOMES = {
     "DirectoryError": "errors",
     "StorageError": "errors",
 }
-__all__ = ["MODEL_VERSION", "__version__", *_HOMES]
+__all__ = [
+    "MODEL_VERSION",
+    "ClearsweepError",
+    "DirectoryError",
+    "InputError",
+    "StorageError",
+    "Trajectory",
+    "__version__",
+    "load_case",
+    "open",
+    "simulate",
+    "sweep",
+]
 
 
 def __getattr__(name: str):

@@ -51,7 +51,7 @@ def _beyond_elastic(fast: int, fastest: float, cases: int) -> list[str]:
 def run_text(facts: dict) -> str:
     """Return the facts of a run as the lines a person reads."""
     left = f", {facts['missing']:,} left" if facts["missing"] else ""
-    lines = [f"{facts['ran']:,} cases ran in {clock(facts['seconds'])} ({facts['reused']:,} were there before): "
+    lines = [f"{cases(facts['ran'])} ran in {clock(facts['seconds'])} ({facts['reused']:,} were there before): "
              f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
     lines += derived_lines(facts["derived"])
     if facts["worst"]:
@@ -61,7 +61,7 @@ def run_text(facts: dict) -> str:
                                                   if status != "ok")]
         lines += [f"  {entry['case_id']}  {_setting(entry['swept'], facts['units'])}: {entry['status']}: "
                   f"{entry['message']}" for entry in facts["failures"]]
-        lines += ["  fix what is wrong and run them again with --retry-failed"]
+        lines += ["  --retry-failed runs them again"]
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
     lines += ["", f"Results in {facts['directory']}: {', '.join(FILES)}",
               f"Next: clearsweep report {facts['directory']}"]
@@ -72,23 +72,29 @@ def derived_lines(derived: dict) -> list[str]:
     """Return one line for each derived value or range."""
     lines = []
     for name, value in derived.items():
-        low, high = (wording.text(value[end], value["unit"], 4) for end in ("min", "max"))
+        low, high = (friendly(value[end], value["unit"]) for end in ("min", "max"))
         lines.append(f"derived: {name} = {low}" + (f" to {high}" if high != low else ""))
     return lines
 
 
 def estimate_text(facts: dict) -> str:
     """Return the facts of a dry run as the lines a person reads."""
-    lines = [f"{facts['cases']:,} cases, {facts['cases'] - facts['pending']:,} of them there already, "
+    lines = [f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them there already, "
              f"{facts['pending']:,} to run", *derived_lines(facts["derived"])]
     if facts["seconds"] is None:
         lines.append("time: unknown, a timed case did not end within a minute")
     elif facts["pending"]:
-        lines.append(f"time: about {clock(facts['seconds'])} ({facts['timed']} cases timed, "
-                     f"{wording.text(facts['case_seconds'], 's', 2)} each)")
-    lines.append(f"storage: about {size(facts['bytes'])}")
+        lines.append(f"time: about {clock(facts['seconds'])} ({cases(facts['timed'])} timed, "
+                     f"{friendly(facts['case_seconds'], 's')} each)")
+    if facts["pending"]:
+        lines.append(f"storage: about {size(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
+
+
+def cases(count: int) -> str:
+    """Return '1 case' or '1,200 cases'."""
+    return f"{count:,} case" + "s" * (count != 1)
 
 
 def size(count: float) -> str:
@@ -99,16 +105,24 @@ def size(count: float) -> str:
     return f"{count:.0f} B"
 
 
+def friendly(value: float, unit: str, speed: bool = False) -> str:
+    """Return a value as it could stand in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
+    scale = wording.scale(unit, value, speed=speed)
+    if scale.unit.isascii() or scale.unit.startswith("µ"):
+        return f"{value / scale.factor:.4g} {scale.unit}".rstrip()
+    return f"{value:.4g} {unit}"
+
+
 def plain(text: str) -> str:
     """Return a text with ordinary spaces, which a terminal can break and search."""
     return text.replace("\u00a0", " ").replace("\u2009", " ")
 
 
 def _worst_rows(facts: dict) -> list[list[str]]:
-    paths = [path for path in facts["worst"][0]["swept"]]
+    paths = list(facts["worst"][0]["swept"])
     head = ["case_id", *(wording.axis_name(path, _joints(paths)) for path in paths), "joint", "force peak"]
     return [head, *([entry["case_id"], *(_value(path, entry["swept"][path], facts["units"]) for path in paths),
-                     wording.joint_name(entry["joint"]), wording.text(entry["force_peak"], "N")]
+                     wording.joint_name(entry["joint"]), friendly(entry["force_peak"], "N")]
                     for entry in facts["worst"])]
 
 
@@ -123,8 +137,8 @@ def _setting(swept: dict, units: dict) -> str:
 
 def _value(path: str, value, units: dict) -> str:
     if value is None or isinstance(value, str):
-        return value or "–"
-    return wording.scale(units.get(path, "1"), value, speed=path.endswith("speed")).text(value, 4)
+        return value or "-"
+    return friendly(value, units.get(path, "1"), speed=path.endswith("speed"))
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

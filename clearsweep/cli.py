@@ -121,7 +121,7 @@ def verify(quick, as_json):
 @click.argument("name", required=False)
 def laws(name):
     """Print every law and mechanism, or one with formula, parameters, units and source."""
-    from clearsweep.worker import Physics
+    from clearsweep.physics import Physics
 
     click.echo(Physics.laws_text(name))
 
@@ -162,7 +162,7 @@ def init(file):
 def schema():
     """Print the JSON Schema of grid files, for editors."""
     from clearsweep import grid
-    from clearsweep.worker import Physics
+    from clearsweep.physics import Physics
 
     click.echo(json.dumps(grid.schema(Physics.catalogue()), indent=2))
 

@@ -10,7 +10,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, wait
 
 from pebble import ProcessExpired
 
-from clearsweep import stopping
+from clearsweep import stopping, store
 from clearsweep.errors import ClearsweepError, StorageError
 from clearsweep.worker import Batch, Case, Job, Manifest, failure, read_note, run_batch
 
@@ -22,6 +22,7 @@ GROWTH = 8  # times the largest batch so far: the first cases may not be typical
 WINDOW = 2  # batches per worker under way: one in hand, one waiting
 TICK = 0.25  # s between two looks at signals and workers
 GRACE = 4.0  # s that workers have to finish their cases after a signal
+PATIENCE = 2.0  # s the pool has to notice a dead worker by itself
 MOST_RESTARTS = 3  # of the pool without a batch finished in between
 
 
@@ -176,8 +177,6 @@ class Driver:
 
     def _give_up(self, case: Case, status: str, message: str) -> None:
         """Commit a case that cannot be computed as a failed row."""
-        from clearsweep import store
-
         batch = fresh((case,))
         row = store.Row(case.case_id, self.job.grid.point(case.index), failure(status, message))
         part = store.commit(self.job.directory, store.Form.of(self.job.grid), batch.name, [row])
@@ -201,7 +200,7 @@ class Driver:
             note = read_note(self.job, batch)
             if note and not _alive(note[0]):
                 self.doubtful.setdefault(future, now)
-        return [future for future, since in list(self.doubtful.items()) if now - since > 2.0]
+        return [future for future, since in list(self.doubtful.items()) if now - since > PATIENCE]
 
     def _drain(self) -> None:
         """Let the workers finish the case they are at, end them, and take in what they have committed."""

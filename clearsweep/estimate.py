@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep import outcome, pool, progress, stopping, sweeping
-from clearsweep.worker import Physics, time_case
+from clearsweep import outcome, pool, stopping, sweeping
+from clearsweep.physics import Physics
+from clearsweep.worker import time_case
 
 PILOT_CASES, PILOT_TIME = 8, 10.0  # timed: at most so many cases, and no further one after so many seconds
 PILOT_PATIENCE = 60.0  # s waited for one case
@@ -32,10 +33,10 @@ def estimate(source, out=None, *, jobs=None, physics=Physics) -> Estimate:
     """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
     grid = sweeping.load(source, physics)
     derived, warnings = sweeping.facts(grid, physics)
-    store = sweeping.directory(grid, out)
-    store.check(grid)
-    store.look()
-    pending = sweeping.missing(grid, sweeping.case_ids(grid), store.rows(), retry_failed=False)
+    held = sweeping.directory(grid, out)
+    held.check(grid)
+    held.look()
+    pending = sweeping.missing(grid, sweeping.case_ids(grid), held.rows(), retry_failed=False)
     jobs = jobs or pool.cores()
     times, events = _pilot(grid, pending, physics) if len(pending) else ([], 0.0)
     mean = float(np.mean(times)) if times else None
@@ -51,7 +52,7 @@ def _pilot(grid, pending: np.ndarray, physics) -> tuple[list[float], float]:
     with stopping.catching():
         workers = pool.Local(1, physics)
         try:
-            sweeping.warm(workers, grid, pending, physics, progress.Lines(len(chosen)))
+            sweeping.warm(workers, grid, pending, physics)
             begin = time.monotonic()
             for index in chosen:
                 if time.monotonic() - begin > PILOT_TIME:

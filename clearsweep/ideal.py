@@ -14,10 +14,14 @@ def slider(crank_length, rod_length, crank_angle, speed):
     reach = np.sqrt(rod_length**2 - (crank_length * sin) ** 2)
     x = crank_length * cos + reach
     v = -speed * crank_length * sin * (1.0 + crank_length * cos / reach)
-    a = -(speed**2) * crank_length * (
-        cos
-        + crank_length * np.cos(2.0 * crank_angle) / reach
-        + crank_length**3 * np.sin(2.0 * crank_angle) ** 2 / (4.0 * reach**3)
+    a = (
+        -(speed**2)
+        * crank_length
+        * (
+            cos
+            + crank_length * np.cos(2.0 * crank_angle) / reach
+            + crank_length**3 * np.sin(2.0 * crank_angle) ** 2 / (4.0 * reach**3)
+        )
     )
     return x, v, a
 

@@ -38,8 +38,11 @@ def summary_columns(layout: Layout) -> tuple[Column, ...]:
     for joint in layout.joints:
         columns += [Column(f"{joint.name}_{name}", unit, text) for name, unit, text in _JOINT_FIGURES]
         if layout.mechanism == "slider-crank":
-            columns.append(Column(f"{joint.name}_force_peak_ideal", "N",
-                                  "largest reaction of the same joint in the ideal mechanism"))
+            columns.append(
+                Column(
+                    f"{joint.name}_force_peak_ideal", "N", "largest reaction of the same joint in the ideal mechanism"
+                )
+            )
         if joint.wear_bins:
             columns += [Column(f"{joint.name}_{name}", unit, text) for name, unit, text in _WEAR_FIGURES]
     if layout.mechanism == "slider-crank":
@@ -85,8 +88,10 @@ def channels(layout: Layout) -> tuple[Column, ...]:
     """Return the time histories a scene of this layout has, `t` first."""
     head = [Column("t", "s", "time")]
     if layout.mechanism == "impact-pair":
-        head += [Column("pair/x", "m", "displacement of the second body relative to the first"),
-                 Column("pair/v", "m/s", "its rate")]
+        head += [
+            Column("pair/x", "m", "displacement of the second body relative to the first"),
+            Column("pair/v", "m/s", "its rate"),
+        ]
     else:
         head += _SLIDER_CRANK_CHANNELS
     for joint in layout.joints:
@@ -146,5 +151,7 @@ class Trajectory:
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the time history called `name`; a KeyError names those there are."""
         if name not in self.channels:
-            raise KeyError(f"no channel {name!r}; there are {', '.join(self.channels) or 'none (no history was asked for)'}")
+            raise KeyError(
+                f"no channel {name!r}; there are {', '.join(self.channels) or 'none (no history was asked for)'}"
+            )
         return self.channels[name]

@@ -10,10 +10,12 @@ from types import ModuleType
 from pebble import CONSTS, ProcessPool
 
 from clearsweep import stopping, worker
+from clearsweep.physics import Physics
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS",
                     "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS")
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
+CONSTS.channel_lock_timeout = 10.0  # s; a worker killed while it held the lock must not stop the others for long
 
 
 def cores() -> int:
@@ -25,7 +27,7 @@ class _Process(SpawnProcess):
     """A worker process that does not import the user's own script again: it may have no `__main__` guard."""
 
     @staticmethod
-    def _Popen(process_obj):
+    def _Popen(process_obj):  # noqa: N802 - the name that multiprocessing calls
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
         try:
@@ -41,7 +43,7 @@ class _Context(SpawnContext):
 class Local:
     """Processes of their own on this machine, one thread each; one that dies takes only its own batch along."""
 
-    def __init__(self, jobs: int, physics: type[worker.Physics]):
+    def __init__(self, jobs: int, physics: type[Physics]):
         self.jobs, self.physics = jobs, physics
         self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
         os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
@@ -50,7 +52,8 @@ class Local:
     def _started(self) -> ProcessPool:
         pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(), self.physics), _Context())
         with stopping.shielded():
-            assert pool.active  # asking starts the workers
+            if not pool.active:  # asking starts the workers
+                raise RuntimeError("the worker processes could not be started")
         return pool
 
     def submit(self, function, *args) -> Future:
@@ -82,7 +85,7 @@ class Serial:
 
     jobs = 1
 
-    def __init__(self, _jobs: int, physics: type[worker.Physics]):
+    def __init__(self, _jobs: int, physics: type[Physics]):
         physics.prepare()
 
     def submit(self, function, *args) -> Future:

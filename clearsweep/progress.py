@@ -2,25 +2,28 @@
 
 import sys
 import time
+from contextlib import AbstractContextManager
 
 
 def of(total: int, wanted: bool):
-    """Return something with `advance(done, failed)`, `say(sentence)` and `close()` for `total` cases."""
+    """Return a context with `advance(done, failed)` for `total` cases."""
     if not wanted:
         return Silent()
     return Bar(total) if sys.stderr.isatty() else Lines(total)
 
 
-class Silent:
-    """No progress; sentences neither."""
+def say(sentence: str) -> None:
+    """Tell whoever watches something."""
+    print(sentence, file=sys.stderr, flush=True)
+
+
+class Silent(AbstractContextManager):
+    """No progress."""
 
     def advance(self, done: int, failed: int) -> None:
-        """Take note of `done` more cases, of which `failed` failed in all."""
+        """Take note of `done` more cases; `failed` is the number that failed in all."""
 
-    def say(self, sentence: str) -> None:
-        """Tell the reader something."""
-
-    def close(self) -> None:
+    def __exit__(self, *_):
         """End the display."""
 
 
@@ -37,10 +40,7 @@ class Bar(Silent):
         if failed:
             self.bar.set_postfix_str(f"{failed} failed", refresh=False)
 
-    def say(self, sentence):
-        self.bar.write(sentence, file=sys.stderr)
-
-    def close(self):
+    def __exit__(self, *_):
         self.bar.close()
 
 
@@ -60,10 +60,7 @@ class Lines(Silent):
         self.due = now + self.interval
         spent = now - self.begin
         left = clock(spent * (self.total - self.done) / self.done)
-        self.say(f"{self.done:,} of {self.total:,} cases, {failed:,} failed, {clock(spent)} spent, about {left} left")
-
-    def say(self, sentence):
-        print(sentence, file=sys.stderr, flush=True)
+        say(f"{self.done:,} of {self.total:,} cases, {failed:,} failed, {clock(spent)} spent, about {left} left")
 
 
 def clock(seconds: float) -> str:

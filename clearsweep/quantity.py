@@ -30,7 +30,7 @@ minute = 60 second = min
 hour = 3600 second = h
 inch = 0.0254 metre = in
 degree = turn / 360 = deg = °
-turn = 6.28318530717958647692528676655900576839433879875 radian = turn = rev = revolution
+turn = 6.28318530717958647692528676655900576839433879875 radian = _ = rev = revolution
 hertz = turn / second = Hz
 rpm = turn / minute
 newton = kilogram * metre / second^2 = N

@@ -75,7 +75,9 @@ def _pair_scene(case: dict, layout: Layout, joints: tuple) -> Scene:
 
 def _layout(case: dict) -> Layout:
     joints = case["joints"].items()
-    parts = tuple(JointLayout(name.replace("-", "_"), int(joint.get("wear", {}).get("bins", 0))) for name, joint in joints)
+    parts = tuple(
+        JointLayout(name.replace("-", "_"), int(joint.get("wear", {}).get("bins", 0))) for name, joint in joints
+    )
     return Layout(case["mechanism"]["type"], parts)
 
 

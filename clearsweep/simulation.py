@@ -6,15 +6,12 @@ import time
 import numpy as np
 
 from . import ideal
-from .kernels import cache
-
-cache.prepare()  # before the compiler is imported for the first time
-
 from .errors import InputError
+from .kernels import event as events
 from .kernels import integrate as loop
+from .kernels import method
 from .kernels import tally as tallies
 from .kernels import wear
-from .kernels.event import Work
 from .kernels.family import NO_ENTRY, flatten
 from .kernels.joint import FREE, PRESSED
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
@@ -101,7 +98,11 @@ def _checked_times(times, end: float) -> np.ndarray:
 def _own_times(scene: Scene, end: float) -> np.ndarray:
     """Return the times of the case's own sampling: k / samples of a turn, both ends of the stretch included."""
     samples, revolutions = scene.case["save"]["samples"], scene.case["simulate"]["revolutions"]
-    first = 0 if scene.case["save"]["orbits"] == "all" else round((revolutions - scene.case["save"]["revolutions"]) * samples)
+    first = (
+        0
+        if scene.case["save"]["orbits"] == "all"
+        else round((revolutions - scene.case["save"]["revolutions"]) * samples)
+    )
     count = np.arange(first, math.floor(revolutions * samples + 1e-9) + 1)
     return np.minimum(count / samples * _period(scene), end)
 
@@ -116,7 +117,7 @@ class _Run:
         contact = PRESSED if scene.in_contact else FREE
         worn = any(part.wear_bins for part in scene.layout.joints)
         bins = max(part.wear_bins for part in scene.layout.joints)
-        self.work = Work(
+        self.work = events.Work(
             rates=rates_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
             wear=wear.wear_of(value, self.parameters) if worn else NO_ENTRY,
@@ -127,19 +128,19 @@ class _Run:
             y=scene.start.copy(),
             end=np.empty(n),
             z=np.empty(n),
-            k=np.zeros((loop.ROWS, n)),
-            o=np.zeros((loop.ROWS, columns)),
+            k=np.zeros((method.ROWS, n)),
+            o=np.zeros((method.ROWS, columns)),
             f=np.zeros((7, n)),
             scale=_scale(scene),
             state=np.full(len(joints), contact, dtype=np.int64),
             onset=np.full(len(joints), loop.ONSET_FLOOR),
             clearance=np.array([joint.clearance for joint in joints]),
             side=np.array([joint.side for joint in joints]),
+            counts=np.zeros(events.COUNTS, dtype=np.int64),
         )
         self.tally = tallies.Tally(
             whole=np.zeros(tallies.WHOLE),
             joint=np.zeros((len(joints), tallies.JOINT)),
-            counts=np.zeros(tallies.COUNTS, dtype=np.int64),
             time=np.zeros((len(joints), tallies.BINS)),
             ramp=np.zeros((len(joints), tallies.BINS)),
             course=np.zeros((len(joints), 3, tallies.PARTS + 1)),
@@ -194,22 +195,24 @@ def _trajectory(scene: Scene, run: _Run, end: float) -> Trajectory:
     reached = run.work.y[run.work.time] if run.status != loop.OK else end
     status, text = _STATUS[run.status]
     turns = scene.case["simulate"].get("revolutions", 1.0)
-    message = text.format(time=reached, end=end, events=run.tally.counts[tallies.EVENTS],
+    message = text.format(time=reached, end=end, events=run.work.counts[events.EVENTS],
                           budget=int(scene.case["simulate"]["step_budget"] * max(turns, 1.0)))  # fmt: skip
-    counts = run.tally.counts
+    counts = run.work.counts
     summary = dict.fromkeys(column.name for column in summary_columns(scene.layout))
     if run.status == loop.OK:
         summary.update(_figures(scene, run, end))
     summary.update(
-        steps=int(counts[tallies.STEPS]),
-        steps_rejected=int(counts[tallies.REJECTED]),
-        rhs_evaluations=int(counts[tallies.EVALUATIONS]),
+        steps=int(counts[events.STEPS]),
+        steps_rejected=int(counts[events.REJECTED]),
+        rhs_evaluations=int(counts[events.EVALUATIONS]),
         run_time=run.duration,
     )
     if run.status != loop.OK:
         return Trajectory(status, message, summary)
     names = [channel.name for channel in channels(scene.layout)]
-    histories = dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
+    histories = (
+        dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
+    )
     return Trajectory(status, message, summary, histories, _events(scene, run), _wear(scene, run))
 
 

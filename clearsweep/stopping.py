@@ -6,39 +6,42 @@ import signal
 import threading
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_requested = 0  # the signal that asked, 0 while nobody has
-_patient = False  # whether whoever runs looks at requested() between two cases
+
+
+class _Asked:
+    """What this process was asked."""
+
+    signum = 0  # the signal that asked it to stop, 0 while none has
+    patient = False  # whether whoever runs looks at requested() between two cases
 
 
 class Stopped(KeyboardInterrupt):
     """A run that was asked to stop; what was finished is committed."""
 
-    def __init__(self, signum: int, message: str = ""):
+    def __init__(self, signum: int, message: str = "stopped; run the same command again to go on"):
         super().__init__(message)
         self.exit_code = 128 + signum
 
 
 def requested() -> int:
     """Return the signal that asked to stop, 0 where none has."""
-    return _requested
+    return _Asked.signum
 
 
 @contextlib.contextmanager
 def patience():
     """Inside, the first signal is only noted: the code looks at requested() itself."""
-    global _patient
-    before, _patient = _patient, True
+    before, _Asked.patient = _Asked.patient, True
     try:
         yield
     finally:
-        _patient = before
+        _Asked.patient = before
 
 
 @contextlib.contextmanager
 def catching():
     """Inside, SIGINT and SIGTERM raise Stopped, or are noted first where there is patience; for the main thread."""
-    global _requested
-    _requested = 0
+    _Asked.signum = 0
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread can catch signals
         return
@@ -68,20 +71,18 @@ def shielded():
 
 
 def _in_parent(signum, _frame):
-    global _requested
-    again, _requested = _requested, signum
-    if again or not _patient:
+    again, _Asked.signum = _Asked.signum, signum
+    if again or not _Asked.patient:
         raise Stopped(signum)
 
 
 def leave_if_asked() -> None:
     """End this process if it is a worker that was told to go while it was busy."""
-    if _requested and signal.getsignal(signal.SIGTERM) is _in_worker:
-        os._exit(128 + _requested)
+    if _Asked.signum and signal.getsignal(signal.SIGTERM) is _in_worker:
+        os._exit(128 + _Asked.signum)
 
 
 def _in_worker(signum, _frame):
-    global _requested
-    _requested = signum
-    if not _patient:
+    _Asked.signum = signum
+    if not _Asked.patient:
         leave_if_asked()

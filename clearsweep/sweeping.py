@@ -1,6 +1,5 @@
 """The order of work of a sweep: check, lock, see what is missing, compile once, fan out, merge."""
 
-import sys
 import time
 from concurrent.futures import BrokenExecutor, wait
 from dataclasses import dataclass
@@ -8,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from clearsweep import pool, progress, stopping
+from clearsweep import grid as grids
+from clearsweep import outcome, pool, progress, stopping, store
 from clearsweep.drive import Batches, Driver
 from clearsweep.errors import InputError
-from clearsweep.worker import Job, Physics, compile_all
+from clearsweep.physics import Physics
+from clearsweep.worker import Job, compile_all
 
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
 MOST_WARNINGS = 5
@@ -44,8 +45,6 @@ class RunResult:
 
     def open(self):
         """Return the results as clearsweep.open would."""
-        from clearsweep import store
-
         return store.open(self.directory)
 
 
@@ -69,26 +68,23 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
     grid = load(source, physics)
     derived, warnings = facts(grid, physics)
     with stopping.catching(), directory(grid, out).open_for(grid) as held:
-        from clearsweep import store
-
         start = store.now()
         for sentence in held.recover():
-            print(sentence, file=sys.stderr)
+            progress.say(sentence)
         ids = case_ids(grid)
         pending = missing(grid, ids, held.rows(), retry_failed)
         ran, case_seconds = 0, 0.0
         if len(pending):
             job = Job(held.directory, grid, physics, case_timeout)
-            display = progress.of(len(pending), show_progress)
             workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), physics)
             try:
-                warm(workers, grid, pending, physics, display)
+                warm(workers, grid, pending, physics)
                 batches = Batches(pending, ids, workers.jobs, case_bytes(grid))
-                driver = Driver(workers, held, job, batches, _most(max_failures, len(pending)), display)
-                driver.run()
+                with progress.of(len(pending), show_progress) as display:
+                    driver = Driver(workers, held, job, batches, _most(max_failures, len(pending)), display)
+                    driver.run()
                 ran, case_seconds = driver.ran, driver.case_seconds
             finally:
-                display.close()
                 workers.close()
         rows = held.rows()
         rows = rows[np.isin(rows["id"], ids)]
@@ -103,15 +99,11 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
 
 def load(source, physics=Physics):
     """Return the grid in `source`, which may be one already."""
-    from clearsweep import grid as grids
-
     return source if isinstance(source, grids.Grid) else grids.load(source, physics.catalogue())
 
 
 def directory(grid, out=None):
     """Return the store of the results of `grid`."""
-    from clearsweep import store
-
     return store.Store(Path(out) if out else Path("results") / grid.name)
 
 
@@ -143,8 +135,6 @@ def missing(grid, ids: np.ndarray, rows: np.ndarray, retry_failed: bool) -> np.n
 
 def case_bytes(grid) -> float:
     """Return the bytes of history that one case stores, without events."""
-    from clearsweep import outcome
-
     case = grid.case(0)
     save = case["save"]
     turns = {"none": 0, "last": save.get("revolutions", 1), "all": case["simulate"].get("revolutions", 1)}
@@ -164,18 +154,18 @@ def kinds(grid, pending: np.ndarray, physics) -> list[dict]:
     return list({physics.signature(case): case for case in cases}.values())
 
 
-def warm(workers, grid, pending: np.ndarray, physics, display) -> None:
+def warm(workers, grid, pending: np.ndarray, physics) -> None:
     """Compile each kind of scene once, in one worker; what fails there fails again as a case, where it is recorded."""
     cases = kinds(grid, pending, physics)
     future = workers.submit(compile_all, physics, cases)
     if wait([future], timeout=2.0).not_done:
-        display.say(f"compiling {len(cases)} kind{'s' if len(cases) > 1 else ''} of scene (kept for later runs)")
+        progress.say(f"compiling {len(cases)} kind{'s' if len(cases) > 1 else ''} of scene (kept for later runs)")
     try:
         future.result()
     except BrokenExecutor:
         workers.restart()
     except Exception as error:
-        display.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
+        progress.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
 
 
 def _check(executor: str, jobs, case_timeout) -> None:

@@ -1,7 +1,6 @@
 """What a worker process does: it computes a batch of cases one by one and commits them; a manifest goes back."""
 
 import ctypes
-import importlib
 import os
 import signal
 import sys
@@ -9,57 +8,12 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from clearsweep import stopping
+from clearsweep import stopping, store
 from clearsweep.outcome import Trajectory
+from clearsweep.physics import Physics
+from clearsweep.store import durable
 
 _PR_SET_PDEATHSIG = 1
-
-
-class Physics:
-    """All that a sweep knows of mechanics; the modules are loaded when they are first needed."""
-
-    @staticmethod
-    def prepare() -> None:
-        """Point the compiler to its cache; before anything imports the compiler."""
-        importlib.import_module("clearsweep.kernels.cache").prepare()
-
-    @staticmethod
-    def catalogue():
-        """Return all laws there are, for reading a grid."""
-        Physics.prepare()
-        return importlib.import_module("clearsweep.scene").catalogue()
-
-    @staticmethod
-    def laws_text(name: str | None) -> str:
-        """Return what there is to say of one law, or of all."""
-        Physics.prepare()
-        return importlib.import_module("clearsweep.scene").laws_text(name)
-
-    @staticmethod
-    def signature(case: dict):
-        """Return a hashable that is equal for cases that share their compiled code."""
-        return importlib.import_module("clearsweep.scene").signature(case)
-
-    @staticmethod
-    def compile(case: dict) -> None:
-        """Compile the code of a case, or load it from the cache."""
-        importlib.import_module("clearsweep.simulation").compile_for(case)
-
-    @staticmethod
-    def solve(case: dict) -> Trajectory:
-        """Return the result of a case."""
-        scene = importlib.import_module("clearsweep.scene").build(case)
-        return importlib.import_module("clearsweep.simulation").simulate(scene)
-
-    @staticmethod
-    def derived(case: dict) -> dict:
-        """Return name -> (value, unit) of what was derived from other values."""
-        return importlib.import_module("clearsweep.scene").derived(case)
-
-    @staticmethod
-    def warnings(case: dict) -> list[str]:
-        """Return sentences about values that may not be what was meant."""
-        return importlib.import_module("clearsweep.scene").warnings(case)
 
 
 class Case(NamedTuple):
@@ -112,8 +66,6 @@ def enter(parent: int, physics: type[Physics]) -> None:
         os._exit(1)  # the parent went before it could be tied to
     stopping.in_worker()
     physics.prepare()
-    from clearsweep import store  # loaded here, while the parent still plans
-
     store.use_one_thread()
 
 
@@ -132,8 +84,6 @@ def time_case(physics: type[Physics], case: dict) -> tuple[float, int]:
 
 def run_batch(job: Job, batch: Batch) -> Manifest:
     """Compute the cases of a batch and commit them; asked to stop, commit the first ones that are done."""
-    from clearsweep import store
-
     stopping.leave_if_asked()
     rows, begin = [], time.perf_counter()
     with stopping.patience():
@@ -152,8 +102,6 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
 
 
 def _note(job: Job, batch: Batch) -> int:
-    from clearsweep.store import durable
-
     with durable.storing(job.note(batch)):
         return os.open(job.note(batch), os.O_WRONLY | os.O_CREAT, 0o666)
 

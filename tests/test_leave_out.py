@@ -18,7 +18,9 @@ WEAR = {"law": "archard", "coefficient": 2e-14}
 
 
 def scene(**changes):
-    return clearsweep.load_case(slider_crank("rod-slider", changes={k.replace("__", "."): v for k, v in changes.items()}))
+    return clearsweep.load_case(
+        slider_crank("rod-slider", changes={k.replace("__", "."): v for k, v in changes.items()})
+    )
 
 
 def code_of(made):

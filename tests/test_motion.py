@@ -30,7 +30,9 @@ def with_friction(joints):
 
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_energy_balances_with_gravity_friction_and_impacts_in_any_opening(joints):
-    case = slider_crank(*joints, changes={"mechanism.gravity": 9.81, "drive.speed": "1500 rpm", **with_friction(joints)})
+    case = slider_crank(
+        *joints, changes={"mechanism.gravity": 9.81, "drive.speed": "1500 rpm", **with_friction(joints)}
+    )
     trajectory = clearsweep.simulate(clearsweep.load_case(case))
     assert trajectory.status == "ok"
     assert sum(trajectory.summary[f"{name.replace('-', '_')}_impacts_per_rev"] for name in joints) >= 5
@@ -116,10 +118,14 @@ def test_other_units_of_length_time_and_mass_give_the_same_motion(scale, slow, h
         "joints.rod-slider.contact.stiffness": 6.61e10 * force / scale**1.5, "simulate.revolutions": 0.25,
     }  # fmt: skip
     case = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
-    same = clearsweep.load_case(slider_crank("rod-slider", changes={"drive.speed": 500.0, "simulate.revolutions": 0.25}))
+    same = clearsweep.load_case(
+        slider_crank("rod-slider", changes={"drive.speed": 500.0, "simulate.revolutions": 0.25})
+    )
     scaled, plainly = clearsweep.simulate(case).summary, clearsweep.simulate(same).summary
     assert scaled["rod_slider_force_peak"] == pytest.approx(plainly["rod_slider_force_peak"] * force, rel=1e-6)
-    assert scaled["rod_slider_onset_rate_max"] == pytest.approx(plainly["rod_slider_onset_rate_max"] * scale / slow, rel=1e-6)
+    assert scaled["rod_slider_onset_rate_max"] == pytest.approx(
+        plainly["rod_slider_onset_rate_max"] * scale / slow, rel=1e-6
+    )
     assert scaled["rod_slider_impacts_per_rev"] == plainly["rod_slider_impacts_per_rev"]
 
 
@@ -129,7 +135,9 @@ def test_figures_agree_with_a_hundred_thousand_samples():
     force, summary = trajectory["joints/rod_slider/force_normal"], trajectory.summary
     assert force.max() <= summary["rod_slider_force_peak"] * (1 + 1e-12)
     assert force.max() == pytest.approx(summary["rod_slider_force_peak"], rel=1e-4)
-    assert math.sqrt(np.trapezoid(force**2, times) / times[-1]) == pytest.approx(summary["rod_slider_force_rms"], rel=1e-4)
+    assert math.sqrt(np.trapezoid(force**2, times) / times[-1]) == pytest.approx(
+        summary["rod_slider_force_rms"], rel=1e-4
+    )
     assert np.quantile(force, 0.99) == pytest.approx(summary["rod_slider_force_p99"], rel=0.005)
     assert np.mean(force > 0) == pytest.approx(summary["rod_slider_contact_fraction"], abs=1e-3)
     eccentricity = np.hypot(trajectory["joints/rod_slider/x"], trajectory["joints/rod_slider/y"])

@@ -18,6 +18,8 @@ NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP = 0, 1, 2, 3, 4, 5
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
 MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
 ROUNDING = 4.0e-16
+# Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
+STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
 
 
 class Work(NamedTuple):
@@ -42,6 +44,7 @@ class Work(NamedTuple):
     onset: np.ndarray  # (j,) m/s, closing rate at which the present contact began, floored
     clearance: np.ndarray  # (j,) m
     side: np.ndarray  # (j,) Joint.side
+    counts: np.ndarray  # (COUNTS,) int64
 
 
 @kernel
@@ -50,10 +53,10 @@ def may_clip(work, j):
     block = JOINTS + JOINT_WIDTH * j
     if work.state[j] != PRESSED:
         return work.o[END, block + RAW] > 0.0
+    least = 0.0
     for row in range(5, END + 1):  # the stages before are too inaccurate to tell, and close to the start
-        if work.o[row, block + RAW] < 0.0:
-            return True
-    return False
+        least = min(least, work.o[row, block + RAW])
+    return least < 0.0
 
 
 @kernel
@@ -84,6 +87,7 @@ def may_meet(work, h, stop):
 @kernel
 def evaluate(work, y, row):
     """Put the rates of the state `y` into row `row` of `work.k` and its observables into that of `work.o`."""
+    work.counts[EVALUATIONS] += 1
     invoke(work.rates.code, work.rates.parameters, (y, work.state, work.onset, work.k, work.o), row)
 
 
@@ -160,7 +164,7 @@ def turning(work, j, h, a, b, sign):
 
 @kernel
 def first_onset(work, j, h):
-    """Return the share of the step at which free joint `j` first touches its bearing while closing; 2 if it does not."""
+    """Return the share of the step at which free joint `j` first touches its bearing, closing; 2 if it does not."""
     xa = 0.0
     da, sa = approach(work, j, h, 0.0)
     if da >= 0.0 and sa >= 0.0:

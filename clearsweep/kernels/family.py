@@ -75,7 +75,9 @@ _PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (f
 @functools.cache
 def _compiled(function, scene_type, arrays):
     """Return `function` compiled for scenes of `scene_type`: a C function of pointers and one integer."""
-    return cfunc(types.void(types.CPointer(scene_type), *arrays, types.int64), cache=True, error_model="numpy")(function)
+    return cfunc(types.void(types.CPointer(scene_type), *arrays, types.int64), cache=True, error_model="numpy")(
+        function
+    )
 
 
 def entry(function, scene, arrays, parameters):
@@ -131,4 +133,7 @@ def shaped(array, shape):
 
 @overload(shaped, strict=False)
 def _shaped(array, shape):
-    return lambda array, shape: carray(array, shape)
+    def view(array, shape):
+        return carray(array, shape)
+
+    return view

@@ -7,10 +7,22 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
-from .event import CLIP, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
+from .event import (
+    CLIP,
+    EVENTS,
+    NOTHING,
+    ONSET,
+    REJECTED,
+    SAMPLES,
+    SEPARATION,
+    SEPARATIONS,
+    STEPS,
+    STOP,
+    evaluate,
+)
 from .family import invoke, kernel
 from .joint import CLIPPED, FREE, PRESSED
-from .method import END, ROWS, dense_coefficients, dense_component, dense_state, error_norm, stage_state
+from .method import END, dense_state
 from .motion import (
     ACCELERATION,
     DEPTH,
@@ -24,6 +36,7 @@ from .motion import (
     RATE,
     TORQUE,
 )
+from .step import finish_dense, meet, share_at, take_step
 from .tally import (
     ACCELERATION_MAX,
     APPROACH,
@@ -31,21 +44,15 @@ from .tally import (
     CONTACT_TIME,
     DEPTH_MAX,
     ERROR_MAX,
-    EVALUATIONS,
-    EVENTS,
     FORCE_MAX,
     KINETIC_START,
-    LOCATING,
+    NODES,
     ONSET_MAX,
     ONSETS,
     PEAK,
     REBOUNDS,
-    REJECTED,
     RESIDUAL,
     RESTITUTION,
-    SAMPLES,
-    SEPARATIONS,
-    STEPS,
     TORQUE_MAX,
     WHOLE,
     add_course,
@@ -81,119 +88,56 @@ class Record(NamedTuple):
 
 
 @kernel
-def run_stages(work, h, first, last):
-    """Fill rows `first` to `last` - 1 of rates and observables; row 0 is there already."""
-    for row in range(first, last):
-        stage_state(row, h, work.y, work.k, work.z)
-        evaluate(work, work.z, row)
+def located(work, h, made, best, column, sign, least):
+    """Return the largest value of an observable times `sign` in the step, and whether the dense output is made now.
 
-
-@kernel
-def finish_dense(work, h):
-    """Make the dense output of the step that has just been taken."""
-    run_stages(work, h, END + 1, ROWS)
-    dense_coefficients(h, work.y, work.end, work.k, work.f)
-
-
-@kernel
-def take_step(work, h):
-    """Put the state at the end of a step of length `h` into `work.end` and return its error over the allowed one."""
-    run_stages(work, h, 1, END)
-    stage_state(END, h, work.y, work.k, work.end)
-    return error_norm(h, work.k, work.scale)
-
-
-@kernel
-def land(work, tally, share, kind, joint, h, stop):
-    """Take the step again with the length at which the event was found, put it exactly there; return the length."""
-    h *= share
-    take_step(work, h)
-    evaluate(work, work.end, END)
-    tally.counts[EVALUATIONS] += END
-    tally.counts[LOCATING] += END
-    block = JOINTS + JOINT_WIDTH * joint
-    miss, slope = 0.0, 0.0
-    if kind == ONSET:
-        miss, slope = work.o[END, block + DEPTH], work.o[END, block + RATE] * work.o[END, KAPPA]
-    elif kind == SEPARATION:
-        miss, slope = work.end[work.time + 1 + joint], work.k[END, work.time + 1 + joint]
-    elif kind == STOP:
-        miss, slope = work.end[work.time] - stop, work.o[END, KAPPA]
-    if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
-        for i in range(work.end.size):
-            work.end[i] -= work.k[END, i] * miss / slope
-    if kind == STOP:
-        work.end[work.time] = stop
-    return h
-
-
-@kernel
-def note_maxima(work, tally, h, windowed, dense):
-    """Update the largest values seen with those of this step, located on the dense output; return whether it is made."""
-    made = dense
-    for j in range(work.state.size):
-        if work.state[j] == FREE:
-            continue
-        for part in (NORMAL, DEPTH):
-            column = JOINTS + JOINT_WIDTH * j + part
-            best = max(work.o[0, column], work.o[END, column])
-            record = tally.joint[j, PEAK] if part == NORMAL else tally.joint[j, DEPTH_MAX]
-            if (part == NORMAL or windowed) and may_peak(work.o, column, 1.0):
-                seen, node = stage_peak(work.o, column, 1.0)
-                if seen > 0.9 * record:
-                    if not made:
-                        finish_dense(work, h)
-                        made = True
-                    best = max(best, refined_peak(work, column, 1.0, node))
-                    tally.counts[EVALUATIONS] += 6
-            if part == NORMAL:
-                tally.joint[j, PEAK] = max(tally.joint[j, PEAK], best)
-                if windowed:
-                    tally.joint[j, FORCE_MAX] = max(tally.joint[j, FORCE_MAX], best)
-            elif windowed:
-                tally.joint[j, DEPTH_MAX] = max(tally.joint[j, DEPTH_MAX], best)
-    if not windowed:
-        return made
-    for column, place in ((ACCELERATION, ACCELERATION_MAX), (TORQUE, TORQUE_MAX), (ERROR, ERROR_MAX)):
-        best = max(abs(work.o[0, column]), abs(work.o[END, column]))
-        sign = math.copysign(1.0, work.o[END, column])
-        if column == ERROR:
-            rise, fall = work.o[0, ERROR_RATE], work.o[END, ERROR_RATE]
-            turns = sign * rise > 0.0 > sign * fall
-            seen, node = best + 0.25 * h * work.o[0, KAPPA] * min(abs(rise), abs(fall)), 3
-        else:
-            turns = may_peak(work.o, column, sign)
-            seen, node = stage_peak(work.o, column, sign)
-        if turns and seen > 0.98 * tally.whole[place]:
+    `best` is the larger of the values at the ends; what lies between is located unless it stays below `least`.
+    """
+    if may_peak(work.o, column, sign):
+        seen, node = stage_peak(work.o, column, sign)
+        if seen > least:
             if not made:
                 finish_dense(work, h)
-                made = True
-            best = max(best, refined_peak(work, column, sign, node))
-            tally.counts[EVALUATIONS] += 6
-        tally.whole[place] = max(tally.whole[place], best)
+            return max(best, refined_peak(work, column, sign, node)), True
+    return best, made
+
+
+@kernel
+def note_contact(work, tally, h, j, windowed, made):
+    """Update the largest force and depth of joint `j`, in contact; return whether the dense output is made now."""
+    row, column = tally.joint[j], JOINTS + JOINT_WIDTH * j + NORMAL
+    best = max(work.o[0, column], work.o[END, column])
+    best, made = located(work, h, made, best, column, 1.0, 0.9 * row[PEAK])
+    row[PEAK] = max(row[PEAK], best)
+    if windowed:
+        row[FORCE_MAX] = max(row[FORCE_MAX], best)
+        column = JOINTS + JOINT_WIDTH * j + DEPTH
+        best = max(work.o[0, column], work.o[END, column])
+        best, made = located(work, h, made, best, column, 1.0, 0.98 * row[DEPTH_MAX])
+        row[DEPTH_MAX] = max(row[DEPTH_MAX], best)
     return made
 
 
 @kernel
-def share_at(work, time, moment):
-    """Return the share of the step at which the time is `moment` (s), which the step contains."""
-    a, b = 0.0, 1.0
-    x = (moment - work.y[time]) / (work.end[time] - work.y[time])
-    for _ in range(60):
-        miss = dense_component(x, time, work.y, work.f) - moment
-        if miss > 0.0:
-            b = x
-        else:
-            a = x
-        step = 1e-7  # the slope by a difference is good enough: only the root matters
-        slope = (dense_component(x + step, time, work.y, work.f) - miss - moment) / step
-        new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
-        if not a <= new <= b:
-            new = 0.5 * (a + b)
-        if abs(new - x) <= 1e-15:
-            return new
-        x = new
-    return x
+def note_motion(work, tally, h, made):
+    """Update the largest slider acceleration, torque and slider error; return whether the dense output is made now."""
+    whole = tally.whole
+    for column, place in ((ACCELERATION, ACCELERATION_MAX), (TORQUE, TORQUE_MAX)):
+        best = max(abs(work.o[0, column]), abs(work.o[END, column]))
+        sign = math.copysign(1.0, work.o[END, column])
+        best, made = located(work, h, made, best, column, sign, 0.98 * whole[place])
+        whole[place] = max(whole[place], best)
+    best = max(abs(work.o[0, ERROR]), abs(work.o[END, ERROR]))
+    sign = math.copysign(1.0, work.o[END, ERROR])
+    rise, fall = sign * work.o[0, ERROR_RATE], sign * work.o[END, ERROR_RATE]
+    highest = best + 0.25 * h * work.o[0, KAPPA] * min(rise, -fall)  # a parabola's rise above the higher end
+    if rise > 0.0 > fall and highest > whole[ERROR_MAX]:
+        if not made:
+            finish_dense(work, h)
+            made = True
+        best = max(best, refined_peak(work, ERROR, sign, NODES.size // 2))
+    whole[ERROR_MAX] = max(whole[ERROR_MAX], best)
+    return made
 
 
 @kernel
@@ -203,16 +147,16 @@ def write_sample(work, y, out):
 
 
 @kernel
-def write_samples(work, tally, record):
+def write_samples(work, record):
     """Write the samples that fall into the step just taken, from its dense output."""
     time = work.time
-    i = tally.counts[SAMPLES]
+    i = work.counts[SAMPLES]
     while i < record.times.size and record.times[i] <= work.end[time]:
         dense_state(share_at(work, time, record.times[i]), work.y, work.f, work.z)
         work.z[time] = record.times[i]
         write_sample(work, work.z, record.samples[i])
         i += 1
-    tally.counts[SAMPLES] = i
+    work.counts[SAMPLES] = i
 
 
 @kernel
@@ -237,7 +181,7 @@ def end_contact(work, tally, j):
     rate = work.o[END, JOINTS + JOINT_WIDTH * j + RATE]
     work.state[j] = FREE
     work.end[work.time + 1 + j] = 0.0
-    tally.counts[SEPARATIONS] += 1
+    work.counts[SEPARATIONS] += 1
     if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
         tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
         tally.joint[j, REBOUNDS] += 1.0
@@ -267,14 +211,14 @@ def apply_event(work, tally, kind, j, windowed, events, keep):
         if windowed:
             tally.joint[j, CLIPS] += 1.0
         return events
-    if kind != ONSET and kind != SEPARATION:
+    if kind not in (ONSET, SEPARATION):
         work.state[j] = PRESSED
         return events
     peak = tally.joint[j, PEAK]
     rate = begin_contact(work, tally, j, windowed) if kind == ONSET else end_contact(work, tally, j)
     if keep:
-        events = log_event(events, tally.counts[EVENTS], moment, j, kind, rate, 0.0 if kind == ONSET else peak)
-    tally.counts[EVENTS] += 1
+        events = log_event(events, work.counts[EVENTS], moment, j, kind, rate, 0.0 if kind == ONSET else peak)
+    work.counts[EVENTS] += 1
     return events
 
 
@@ -283,23 +227,26 @@ def enter(work, tally, h, windowed, record, dense):
     """Take everything that is wanted from the step of length `h` just taken."""
     time = work.time
     duration = work.end[time] - work.y[time]
-    tally.counts[STEPS] += 1
+    work.counts[STEPS] += 1
     add_powers(work, tally, h, windowed)
-    made = note_maxima(work, tally, h, windowed, dense)
-    if windowed:
-        for j in range(work.state.size):
-            if work.state[j] != FREE:
+    made = dense
+    for j in range(work.state.size):
+        if work.state[j] != FREE:
+            made = note_contact(work, tally, h, j, windowed, made)
+            if windowed:
                 tally.joint[j, CONTACT_TIME] += duration
                 add_course(work, tally, j, duration)
+    if windowed:
+        made = note_motion(work, tally, h, made)
         if work.wear.code != 0:
             tally.length[0] = h
             arrays = (work.y, work.end, work.state, tally.course, tally.length, tally.wear, tally.account)
             invoke(work.wear.code, work.wear.parameters, arrays, tally.wear.size // (2 * work.state.size))
-    i = tally.counts[SAMPLES]
+    i = work.counts[SAMPLES]
     if i < record.times.size and record.times[i] <= work.end[time]:
         if not made:
             finish_dense(work, h)
-        write_samples(work, tally, record)
+        write_samples(work, record)
 
 
 @kernel
@@ -372,36 +319,26 @@ def integrate(control, work, tally, record):
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
     if windowed:
         open_window(tally)
-    while tally.counts[SAMPLES] < record.times.size and record.times[tally.counts[SAMPLES]] <= work.y[time]:
-        write_sample(work, work.y, record.samples[tally.counts[SAMPLES]])
-        tally.counts[SAMPLES] += 1
+    while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[time]:
+        write_sample(work, work.y, record.samples[work.counts[SAMPLES]])
+        work.counts[SAMPLES] += 1
     h = first_length(work, proposals, contact_pattern(work.state))
     grow, tries = GROW, 0
-    while tally.counts[STEPS] + tally.counts[REJECTED] < control.step_budget:
+    while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
         h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(work, h)
-        tally.counts[EVALUATIONS] += END - 1
         if not error < 1.0:
-            tally.counts[REJECTED] += 1
+            work.counts[REJECTED] += 1
             h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
             grow, tries = 1.0, tries + 1
             if tries > TRIES:
-                return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: tally.counts[EVENTS]]
+                return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS]]
             continue
         tries = 0
         evaluate(work, work.end, END)
-        tally.counts[EVALUATIONS] += 1
         pattern = contact_pattern(work.state)
         proposals[pattern] = h * min(grow, SAFETY * max(error, 1e-10) ** -0.125)
-        kind, joint, dense, taken = NOTHING, 0, False, h
-        if may_meet(work, h, stop):
-            finish_dense(work, h)
-            share, kind, joint = first_event(work, h, stop)
-            tally.counts[EVALUATIONS] += ROWS - END - 1
-            tally.counts[LOCATING] += ROWS - END - 1
-            dense = kind == NOTHING
-            if kind != NOTHING:
-                taken = land(work, tally, share, kind, joint, h, stop)
+        kind, joint, taken, dense = meet(work, h, stop)
         enter(work, tally, taken, windowed, record, dense)
         if kind == NOTHING:
             h, grow = proposals[pattern], GROW
@@ -409,16 +346,15 @@ def integrate(control, work, tally, record):
             continue
         if kind == STOP:
             if windowed:
-                return OK, events[: tally.counts[EVENTS]]
+                return OK, events[: work.counts[EVENTS]]
             windowed, stop = True, control.end
             open_window(tally)
         else:
             events = apply_event(work, tally, kind, joint, windowed, events, control.keep_events)
-            if control.separations > 0 and tally.counts[SEPARATIONS] >= control.separations:
-                return OK, events[: tally.counts[EVENTS]]
-            if tally.counts[EVENTS] >= control.event_budget:
-                return EVENT_BUDGET, events[: tally.counts[EVENTS]]
+            if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
+                return OK, events[: work.counts[EVENTS]]
+            if work.counts[EVENTS] >= control.event_budget:
+                return EVENT_BUDGET, events[: work.counts[EVENTS]]
         restart(work)
-        tally.counts[EVALUATIONS] += 1
         h, grow = first_length(work, proposals, contact_pattern(work.state)), GROW
-    return STEP_BUDGET, events[: tally.counts[EVENTS]]
+    return STEP_BUDGET, events[: work.counts[EVENTS]]

@@ -16,9 +16,10 @@ from typing import NamedTuple
 from numba import types
 from numba.extending import overload
 
+from .dynamics import describe, energy_and_gravity_power, misplacement, motion
 from .family import OPTIONS, Entry, entry, kernel, shaped
 from .joint import FREE, joint_load
-from .mechanism import describe, energy_and_gravity_power, gaps, misplacement, motion, pose
+from .mechanism import gaps, pose
 from .method import END, ROWS
 
 # Columns of the observables, then a block of JOINT_WIDTH for every joint.
@@ -60,7 +61,7 @@ def _loads_of(joints, relative, y, first, state, onset, j):
     def more(joints, relative, y, first, state, onset, j):
         root = y[first + j]
         load = joint_load(joints[0], relative[0], state[j], root * root, onset[j])
-        return (load,) + loads_of(joints[1:], relative[1:], y, first, state, onset, j + 1)
+        return (load,) + loads_of(joints[1:], relative[1:], y, first, state, onset, j + 1)  # noqa: RUF005
 
     return more
 
@@ -91,7 +92,8 @@ def clock(scene, y, state):
 def rates(scene, y, state, onset, k, o, row):
     """Put the rates of `y` with respect to tau into `k[row]` and the observables into `o[row]`.
 
-    y : (n,) state; k : (16, n); o : (16, JOINTS + JOINT_WIDTH * joints); state, onset : (joints,) what each joint does and the rate (m/s) at which its contact began.
+    y : (n,) state; k : (16, n); o : (16, JOINTS + JOINT_WIDTH * joints); state, onset : (joints,) what each joint does
+    and the rate (m/s) at which its contact began.
     """
     n = len(scene.coordinates)
     time = 2 * n

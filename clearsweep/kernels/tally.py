@@ -27,12 +27,20 @@ from .motion import (
 WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
 ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX, WHOLE = range(8, 13)
 # Columns of Tally.joint: figures of the window, then PEAK (N) and APPROACH (m/s) of the present contact.
-FORCE_SQUARE, CONTACT_TIME, FORCE_MAX, DEPTH_MAX, ONSET_MAX, ONSETS, CLIPS, RESTITUTION, REBOUNDS, PEAK, APPROACH, JOINT = (
-    range(12)
-)
-# Counters in Tally.counts
-STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
-
+(
+    FORCE_SQUARE,
+    CONTACT_TIME,
+    FORCE_MAX,
+    DEPTH_MAX,
+    ONSET_MAX,
+    ONSETS,
+    CLIPS,
+    RESTITUTION,
+    REBOUNDS,
+    PEAK,
+    APPROACH,
+    JOINT,
+) = range(12)
 # Histogram of the normal force over time: bins of equal ratio within a factor of two of being so, from the bits of the
 # number: BIN_BITS of the mantissa, so a bin is at most 2^-BIN_BITS wide relative to its lower edge.
 BIN_BITS = 8
@@ -46,7 +54,7 @@ SHARES = np.array([0.0, 0.25, 1.0 / 3.0, 0.6, 0.6512820512820513, 0.857142857142
 
 
 def _lagrange(nodes, points):
-    """Return the (points, nodes) matrix that interpolates values at `nodes` to `points` by the polynomial through them."""
+    """Return the (points, nodes) matrix of the polynomial through values at `nodes`, evaluated at `points`."""
     matrix = np.ones((points.size, nodes.size))
     for i in range(nodes.size):
         for m in range(nodes.size):
@@ -63,7 +71,6 @@ class Tally(NamedTuple):
 
     whole: np.ndarray  # (WHOLE,) of the mechanism
     joint: np.ndarray  # (joints, JOINT)
-    counts: np.ndarray  # (COUNTS,) int64
     time: np.ndarray  # (joints, BINS) s, time at a force within each bin, from the ends of ramps
     ramp: np.ndarray  # (joints, BINS) s/N, changes of the time per force, from ramps that cross a whole bin
     course: np.ndarray  # (joints, 3, PARTS + 1) force, dt/dtau and slip at even places of the step in hand
@@ -74,7 +81,7 @@ class Tally(NamedTuple):
 
 @kernel
 def force_bin(force):
-    """Return the histogram bin of `force` (N): the leading bits of the number, exponent and mantissa, from LOWEST on."""
+    """Return the histogram bin of `force` (N): the leading bits of its exponent and mantissa, from LOWEST on."""
     place = (np.float64(force).view(np.int64) >> (52 - BIN_BITS)) - FIRST_BIN
     return min(max(place, 0), BINS - 1)
 
@@ -181,8 +188,13 @@ def may_peak(o, column, sign):
 def _slope(nodes, point):
     """Return the weights that give the slope at `point` of the parabola through values at three `nodes`."""
     a, b, c = nodes
-    return np.array([(2 * point - b - c) / ((a - b) * (a - c)), (2 * point - a - c) / ((b - a) * (b - c)),
-                     (2 * point - a - b) / ((c - a) * (c - b))])
+    return np.array(
+        [
+            (2 * point - b - c) / ((a - b) * (a - c)),
+            (2 * point - a - c) / ((b - a) * (b - c)),
+            (2 * point - a - b) / ((c - a) * (c - b)),
+        ]
+    )
 
 
 START = _slope((0.0, 0.11835034190722739, 0.25), -0.1)
@@ -221,7 +233,7 @@ def refined_peak(work, column, sign, node):
             break
         x = 0.5 * (a + b) - 0.5 * (a - c) * (fa - fb) / ((a - b) * bend)
         x = min(max(x, 0.0), 1.0)
-        if x == a or x == b or x == c:
+        if x in (a, b, c):
             break
         fx = sign * observe(work, x, column)
         best = max(best, fx)

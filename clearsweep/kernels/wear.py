@@ -36,7 +36,7 @@ class Archard(NamedTuple):
 def wear_rate(law, joint, force, depths, stride, first, bearing_angle, journal_angle, distance, account):
     """Enter the wear of sliding `distance` (m) under `force` (N), the contact being at these angles of the bodies.
 
-    depths : flat array in which the bins of the bearing begin at `first` and those of the journal at `first` + `stride`.
+    depths : flat array in which the bins of the bearing begin at `first`, those of the journal at `first` + `stride`.
     """
 
 
@@ -56,7 +56,9 @@ def _archard(law, joint, force, depths, stride, first, bearing_angle, journal_an
     sliding = line_load * distance
     bins = int(law.bins)
     spread(depths, first, bins, bearing_angle, half_arc, law.bearing_coefficient * sliding / joint.bearing_radius)
-    spread(depths, first + stride, bins, journal_angle, half_arc, law.journal_coefficient * sliding / joint.journal_radius)
+    spread(
+        depths, first + stride, bins, journal_angle, half_arc, law.journal_coefficient * sliding / joint.journal_radius
+    )
 
 
 @kernel
@@ -71,7 +73,7 @@ def share_before(x):
 
 @kernel
 def spread(depths, first, bins, angle, half_arc, amount):
-    """Add `amount` (m rad), spread like a Hertzian pressure over `angle` +- `half_arc` (rad), to the means of the bins."""
+    """Add `amount` (m rad), spread like a Hertzian pressure over `angle` +- `half_arc` (rad), to the bins' means."""
     if amount == 0.0:
         return
     width = 2.0 * math.pi / bins
@@ -95,7 +97,7 @@ def course_of(a, b, slope_a, slope_b, x):
 
 @kernel
 def wear_joint(joint, j, before, after, angles_before, angles_after, course, h, depths, stride, account):
-    """Enter the wear of joint `j` over a step of length `h`: Gaps and body angles at its ends, force and slip between."""
+    """Enter the wear of joint `j` over a step of length `h`: Gaps and angles at its ends, force and slip between."""
     side = joint.side
     a = math.atan2(side * before.y, side * before.x)
     b = math.atan2(side * after.y, side * after.x)
@@ -112,34 +114,48 @@ def wear_joint(joint, j, before, after, angles_before, angles_after, course, h, 
         distance = SIMPSON[i] * h * course[j, KAPPA_COURSE, place] * abs(course[j, SLIP, place])
         if force * distance == 0.0:
             continue
-        on_bearing = course_of(a - angles_before[bearing], b - angles_after[bearing],
-                               pace_a * (turn_a - spin_a[bearing]), pace_b * (turn_b - spin_b[bearing]), x)
-        on_journal = course_of(a - angles_before[journal], b - angles_after[journal],
-                               pace_a * (turn_a - spin_a[journal]), pace_b * (turn_b - spin_b[journal]), x)
-        wear_rate(joint.wear, joint, force, depths, stride, 2 * j * stride, on_bearing, on_journal, distance, account[j])
+        on_bearing = course_of(
+            a - angles_before[bearing],
+            b - angles_after[bearing],
+            pace_a * (turn_a - spin_a[bearing]),
+            pace_b * (turn_b - spin_b[bearing]),
+            x,
+        )
+        on_journal = course_of(
+            a - angles_before[journal],
+            b - angles_after[journal],
+            pace_a * (turn_a - spin_a[journal]),
+            pace_b * (turn_b - spin_b[journal]),
+            x,
+        )
+        wear_rate(
+            joint.wear, joint, force, depths, stride, 2 * j * stride, on_bearing, on_journal, distance, account[j]
+        )
 
 
 def wear_all(joints, j, state, before, after, angles_before, angles_after, course, h, depths, stride, account):
     """Enter the wear of every joint of the tuple `joints` that is in contact."""
     if joints:
+        rest = (state, before, after, angles_before, angles_after, course, h, depths, stride, account)
         if state[j] != FREE:
-            wear_joint(joints[0], j, before[j], after[j], angles_before[j], angles_after[j], course, h, depths, stride,
-                       account)
-        wear_all(joints[1:], j + 1, state, before, after, angles_before, angles_after, course, h, depths, stride, account)
+            ends = (before[j], after[j], angles_before[j], angles_after[j])
+            wear_joint(joints[0], j, *ends, course, h, depths, stride, account)
+        wear_all(joints[1:], j + 1, *rest)
 
 
 @overload(wear_all, strict=False, jit_options=dict(OPTIONS))
 def _wear_all(joints, j, state, before, after, angles_before, angles_after, course, h, depths, stride, account):
-    if len(joints) == 0:
-        return lambda joints, j, state, before, after, angles_before, angles_after, course, h, depths, stride, account: None
+    def nothing(joints, j, state, before, after, angles_before, angles_after, course, h, depths, stride, account):
+        pass
 
-    def first_and_rest(joints, j, state, before, after, angles_before, angles_after, course, h, depths, stride, account):
+    def some(joints, j, state, before, after, angles_before, angles_after, course, h, depths, stride, account):
+        rest = (state, before, after, angles_before, angles_after, course, h, depths, stride, account)
         if state[j] != FREE:
-            wear_joint(joints[0], j, before[j], after[j], angles_before[j], angles_after[j], course, h, depths, stride,
-                       account)
-        wear_all(joints[1:], j + 1, state, before, after, angles_before, angles_after, course, h, depths, stride, account)
+            ends = (before[j], after[j], angles_before[j], angles_after[j])
+            wear_joint(joints[0], j, *ends, course, h, depths, stride, account)
+        wear_all(joints[1:], j + 1, *rest)
 
-    return first_and_rest
+    return some if len(joints) else nothing
 
 
 def wear_entry(scene, y, end, state, course, length, depths, account, stride):
@@ -149,10 +165,20 @@ def wear_entry(scene, y, end, state, course, length, depths, account, stride):
     n = 2 * len(here.coordinates) + 1 + joints
     start, finish = shaped(y, (n,)), shaped(end, (n,))
     before, after = pose(here.mechanism, start), pose(here.mechanism, finish)
-    wear_all(here.joints, 0, shaped(state, (joints,)), gaps(here.mechanism, before), gaps(here.mechanism, after),
-             body_angles(here.mechanism, start), body_angles(here.mechanism, finish),
-             shaped(course, (joints, 3, PARTS + 1)), shaped(length, (1,))[0],
-             shaped(depths, (2 * joints * stride,)), stride, shaped(account, (joints, ACCOUNT)))
+    wear_all(
+        here.joints,
+        0,
+        shaped(state, (joints,)),
+        gaps(here.mechanism, before),
+        gaps(here.mechanism, after),
+        body_angles(here.mechanism, start),
+        body_angles(here.mechanism, finish),
+        shaped(course, (joints, 3, PARTS + 1)),
+        shaped(length, (1,))[0],
+        shaped(depths, (2 * joints * stride,)),
+        stride,
+        shaped(account, (joints, ACCOUNT)),
+    )
 
 
 def wear_of(scene, parameters) -> Entry:

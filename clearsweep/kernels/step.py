@@ -1,0 +1,90 @@
+"""One step: its stages, its dense output, and the step again where an event cuts it short."""
+
+from .event import EVALUATIONS, LOCATING, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
+from .family import kernel
+from .method import END, ROWS, dense_coefficients, dense_component, error_norm, stage_state
+from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE
+
+
+@kernel
+def run_stages(work, h, first, last):
+    """Fill rows `first` to `last` - 1 of rates and observables; row 0 is there already."""
+    for row in range(first, last):
+        stage_state(row, h, work.y, work.k, work.z)
+        evaluate(work, work.z, row)
+
+
+@kernel
+def finish_dense(work, h):
+    """Make the dense output of the step that has just been taken."""
+    run_stages(work, h, END + 1, ROWS)
+    dense_coefficients(h, work.y, work.end, work.k, work.f)
+
+
+@kernel
+def take_step(work, h):
+    """Put the state at the end of a step of length `h` into `work.end` and return its error over the allowed one."""
+    run_stages(work, h, 1, END)
+    stage_state(END, h, work.y, work.k, work.end)
+    return error_norm(h, work.k, work.scale)
+
+
+@kernel
+def land(work, share, kind, joint, h, stop):
+    """Take the step again with the length at which the event was found, put it exactly there; return the length."""
+    h *= share
+    take_step(work, h)
+    evaluate(work, work.end, END)
+    block = JOINTS + JOINT_WIDTH * joint
+    miss, slope = 0.0, 0.0
+    if kind == ONSET:
+        miss, slope = work.o[END, block + DEPTH], work.o[END, block + RATE] * work.o[END, KAPPA]
+    elif kind == SEPARATION:
+        miss, slope = work.end[work.time + 1 + joint], work.k[END, work.time + 1 + joint]
+    elif kind == STOP:
+        miss, slope = work.end[work.time] - stop, work.o[END, KAPPA]
+    if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
+        for i in range(work.end.size):
+            work.end[i] -= work.k[END, i] * miss / slope
+    if kind == STOP:
+        work.end[work.time] = stop
+    return h
+
+
+@kernel
+def meet(work, h, stop):
+    """Look for events in the step just taken and cut it at the first; `stop` (s) is a time at which to stop.
+
+    Return what was met, by which joint, the step's length now, and whether its dense output is made.
+    """
+    if not may_meet(work, h, stop):
+        return NOTHING, 0, h, False
+    before = work.counts[EVALUATIONS]
+    finish_dense(work, h)
+    share, kind, joint = first_event(work, h, stop)
+    if kind != NOTHING:
+        h = land(work, share, kind, joint, h, stop)
+    work.counts[LOCATING] += work.counts[EVALUATIONS] - before
+    return kind, joint, h, kind == NOTHING
+
+
+@kernel
+def share_at(work, time, moment):
+    """Return the share of the step at which the time is `moment` (s), which the step contains."""
+    a, b = 0.0, 1.0
+    x = (moment - work.y[time]) / (work.end[time] - work.y[time])
+    for _ in range(60):
+        miss = dense_component(x, time, work.y, work.f) - moment
+        if miss > 0.0:
+            b = x
+        else:
+            a = x
+        step = 1e-7  # the slope by a difference is good enough: only the root matters
+        slope = (dense_component(x + step, time, work.y, work.f) - miss - moment) / step
+        new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
+        if not a <= new <= b:
+            new = 0.5 * (a + b)
+        if abs(new - x) <= 1e-15:
+            return new
+        x = new
+    return x

@@ -1,0 +1,52 @@
+"""All that a sweep knows of mechanics, in one place, so that a test can put something else there."""
+
+import importlib
+
+from clearsweep.outcome import Trajectory
+
+
+class Physics:
+    """What is done with a case; the modules that do it are loaded when they are first needed."""
+
+    @staticmethod
+    def prepare() -> None:
+        """Point the compiler to its cache; before anything imports the compiler."""
+        importlib.import_module("clearsweep.kernels.cache").prepare()
+
+    @staticmethod
+    def catalogue():
+        """Return all laws there are, for reading a grid."""
+        Physics.prepare()
+        return importlib.import_module("clearsweep.scene").catalogue()
+
+    @staticmethod
+    def laws_text(name: str | None) -> str:
+        """Return what there is to say of one law, or of all."""
+        Physics.prepare()
+        return importlib.import_module("clearsweep.scene").laws_text(name)
+
+    @staticmethod
+    def signature(case: dict):
+        """Return a hashable that is equal for cases that share their compiled code."""
+        return importlib.import_module("clearsweep.scene").signature(case)
+
+    @staticmethod
+    def compile(case: dict) -> None:
+        """Compile the code of a case, or load it from the cache."""
+        importlib.import_module("clearsweep.simulation").compile_for(case)
+
+    @staticmethod
+    def solve(case: dict) -> Trajectory:
+        """Return the result of a case."""
+        scene = importlib.import_module("clearsweep.scene").build(case)
+        return importlib.import_module("clearsweep.simulation").simulate(scene)
+
+    @staticmethod
+    def derived(case: dict) -> dict:
+        """Return name -> (value, unit) of what was derived from other values."""
+        return importlib.import_module("clearsweep.scene").derived(case)
+
+    @staticmethod
+    def warnings(case: dict) -> list[str]:
+        """Return sentences about values that may not be what was meant."""
+        return importlib.import_module("clearsweep.scene").warnings(case)
