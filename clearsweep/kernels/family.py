@@ -25,6 +25,11 @@ def kernel(function):
     return register_jitable(**OPTIONS)(function)
 
 
+def inlined(function):
+    """Return `function` like `kernel`, merged into its one or two callers: scenes and loads are costly to hand over."""
+    return register_jitable(**OPTIONS, forceinline=True)(function)
+
+
 def family(stub):
     """Return `stub` as a function whose code is chosen by the type of its first argument.
 

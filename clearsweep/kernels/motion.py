@@ -17,7 +17,7 @@ from numba import types
 from numba.extending import overload
 
 from .dynamics import describe, energy_and_gravity_power, misplacement, motion
-from .family import OPTIONS, Entry, entry, kernel, shaped
+from .family import OPTIONS, Entry, entry, inlined, kernel, shaped
 from .joint import FREE, joint_load
 from .mechanism import gaps, pose
 from .method import END, ROWS
@@ -66,7 +66,7 @@ def _loads_of(joints, relative, y, first, state, onset, j):
     return more
 
 
-@kernel
+@inlined
 def look(scene, y, state, onset):
     """Return the Pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
     p = pose(scene.mechanism, y)
@@ -88,7 +88,7 @@ def clock(scene, y, state):
     return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
 
 
-@kernel
+@inlined
 def rates(scene, y, state, onset, k, o, row):
     """Put the rates of `y` with respect to tau into `k[row]` and the observables into `o[row]`.
 
