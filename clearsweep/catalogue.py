@@ -35,6 +35,16 @@ class Field(NamedTuple):
         return above and below and (not self.whole or value == int(value))
 
 
+class Range(NamedTuple):
+    """What a law asks of a value that is not its own."""
+
+    path: str  # within the joint, such as 'clearance'
+    low: float  # allowed, like all between
+    high: float
+    unit: str  # SI
+    reason: str
+
+
 class Law(NamedTuple):
     """One law of a family, as a user names it."""
 
@@ -46,6 +56,8 @@ class Law(NamedTuple):
     fields: tuple[Field, ...] = ()
     uses_elastic: bool = True  # family 'law': False where the law brings its own stiffness and takes no `elastic`
     notes: str = ""  # pitfalls
+    needs: tuple[str, ...] = ()  # 'length', 'material': what has to be there of the joint besides the law's fields
+    ranges: tuple[Range, ...] = ()
 
 
 class Catalogue(NamedTuple):

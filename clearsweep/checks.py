@@ -2,13 +2,14 @@
 
 import math
 
+from .catalogue import Catalogue, Law
 from .schema import Section
 from .validate import Draft, exponent_values
 
 _LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a body would lose what it touches
 
 
-def check(read: Draft) -> None:
+def check(read: Draft, catalogue: Catalogue) -> None:
     """Note what does not fit together."""
     _below(read, "mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod")
     _below(read, "simulate.discard", "simulate.revolutions", "nothing would be left")
@@ -17,6 +18,7 @@ def check(read: Draft) -> None:
         if isinstance(node, Section) and path.startswith("joints.") and path.count(".") == 1:
             _below(read, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
             _below(read, f"{path}.friction.v0", f"{path}.friction.v1", "friction grows from v0 to v1")
+            _elastic(read, path, catalogue)
             if f"{path}.wear" in read.shape:
                 _wear(read, path)
 
@@ -35,12 +37,52 @@ def _below(read: Draft, low: str, high: str, reason: str, *, equal: bool = False
     )
 
 
+def _there(read: Draft, path: str) -> bool:
+    """Return whether a value or a section is written, or swept."""
+    return path in read.written or path in read.swept or path in read.sections
+
+
+_EXAMPLES = {
+    "length": "the joint's length along the pin, such as 20 mm",
+    "bearing_radius": "the radius of the bearing, such as 10 mm",
+    "contact.material": "both bodies' material, such as {young: 207 GPa, poisson: 0.3}",
+}
+
+
+def _elastic(read: Draft, joint: str, catalogue: Catalogue) -> None:
+    """Check that the joint has what its stiffness laws need, in the range they hold for."""
+    law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
+    if elastic not in read.shape or not read.unsure.isdisjoint((law, elastic)) or not read.shape[elastic].used(read.names):
+        return
+    for found in (catalogue.find("elastic", name) for name in sorted(read.names[elastic])):
+        for path in _needed(read, joint, found):
+            if not _there(read, f"{joint}.{path}"):
+                sentence = f"is missing; elastic '{found.name}' needs {_EXAMPLES[path]}"
+                read.problems.add(read.place(elastic), f"{joint}.{path}", sentence)
+        for path, low, high, unit, reason in found.ranges:
+            outside = [value for value in read.reached(f"{joint}.{path}") if not low <= value <= high]
+            if outside:
+                sentence = (
+                    f"found {outside[0]:.15g}; elastic '{found.name}' allows {low:.15g} to {high:.15g}"
+                    f"{'' if unit == '1' else f' ({unit})'}: {reason}"
+                )
+                read.problems.add(read.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
+
+
+def _needed(read: Draft, joint: str, law: Law) -> tuple[str, ...]:
+    """Return the paths within the joint of what an elastic law needs besides its own fields."""
+    needed = tuple("contact.material" if name == "material" else name for name in law.needs)
+    from_material = law.name == "power" and not _there(read, f"{joint}.contact.stiffness")
+    sized = needed or (from_material and _there(read, f"{joint}.contact.material"))
+    return ("bearing_radius", *needed) if sized and joint == "joints.pair" else needed
+
+
 def _wear(read: Draft, joint: str) -> None:
     """Check what wear needs of its joint, and that its coefficient is possible."""
     wear = f"{joint}.wear"
 
     def there(path: str) -> bool:
-        return path in read.written or path in read.swept
+        return _there(read, path)
 
     if not there(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"

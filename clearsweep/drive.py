@@ -70,8 +70,8 @@ def fresh(cases: tuple[Case, ...], tried: int = 0) -> Batch:
 class Driver:
     """Hands batches to an executor until none is left, a signal comes, or too many cases failed."""
 
-    def __init__(self, executor, store, job: Job, batches: Batches, most_failures: int | None, progress):
-        self.executor, self.store, self.job, self.batches = executor, store, job, batches
+    def __init__(self, executor, held: store.Store, job: Job, batches: Batches, most_failures: int | None, progress):
+        self.executor, self.held, self.job, self.batches = executor, held, job, batches
         self.most_failures, self.progress = most_failures, progress
         self.window = {}  # future -> batch
         self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
@@ -133,7 +133,7 @@ class Driver:
     def _take(self, batch: Batch, manifest: Manifest) -> None:
         self.job.note(batch).unlink(missing_ok=True)
         if manifest.part:
-            self.store.adopt(manifest.part)
+            self.held.adopt(manifest.part)
             self.restarts = 0
         self.batches.learn(manifest)
         self.ran += manifest.done
@@ -145,10 +145,10 @@ class Driver:
 
     def _found(self, batch: Batch) -> bool:
         """Take in a batch whose worker died after it had committed; return whether it had."""
-        part = self.store.part_of(batch.name)
+        part = self.held.part_of(batch.name)
         if part is None:
             return False
-        self._take(batch, Manifest(part, *self.store.counts_of(part), 0.0))
+        self._take(batch, Manifest(part, *self.held.counts_of(part), 0.0))
         return True
 
     def _lost(self, batch: Batch, exitcode: int | None) -> None:
@@ -187,7 +187,7 @@ class Driver:
         self.restarts += 1
         if self.restarts > MOST_RESTARTS:
             raise ClearsweepError("the workers cannot be started or die at once; try --executor serial to see why")
-        window, self.window = self.window, {}
+        window, self.window, self.doubtful = self.window, {}, {}
         self.executor.restart()
         for batch in window.values():
             if not self._found(batch):
@@ -204,7 +204,8 @@ class Driver:
 
     def _drain(self) -> None:
         """Let the workers finish the case they are at, end them, and take in what they have committed."""
-        self.job.stop.touch()
+        with contextlib.suppress(OSError):  # a full disk: they are ended without being told
+            self.job.stop.touch()
         for future in wait(self.window, timeout=GRACE).done:
             with contextlib.suppress(Exception):
                 self._take(self.window[future], future.result())

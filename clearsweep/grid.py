@@ -44,7 +44,7 @@ def load(source, catalogue: Catalogue, overrides: dict | None = None) -> "Grid":
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
     name = _name(root, file, problems)
     draft = validate.draft(root, catalogue, problems)
-    checks.check(draft)
+    checks.check(draft, catalogue)
     problems.check()
     return Grid(name, file, draft.axes, draft.shape, draft.values, frozenset(draft.written), draft.names)
 

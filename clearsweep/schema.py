@@ -110,6 +110,11 @@ _MATERIAL = (
     Field("young", "Pa", "Young's modulus of both bodies"),
     Field("poisson", "1", "Poisson's ratio of both bodies", -1.0, 0.5, high_open=False),
 )
+_LENGTH_OF_PIN = Field("length", "m", "length along the pin; wear and the laws of cylinders need it", optional=True)
+_PAIR_SIZES = (
+    Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
+    _LENGTH_OF_PIN,
+)
 _TOLERANCE = Field("tolerance", "1", "relative local tolerance", 1e-13, 1e-2, False, False, 1e-8)
 _BUDGETS = (
     Field(
@@ -168,6 +173,8 @@ def shape(mechanism: str, catalogue: Catalogue) -> Shape:
         tree["joints"], tree["joints.pair"] = Section("the joint"), Section("the gap between the bodies")
         _numbers(tree, "joints.pair", (Field("clearance", "m", "half the gap in all"),))
         _contact(tree, "joints.pair", catalogue)
+        for field in _PAIR_SIZES:
+            tree[f"joints.pair.{field.name}"] = Number((Use(field, tree["joints.pair.contact.elastic"].when),))
         tree["simulate"] = Section("how long and how exactly", "implied")
         _numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
         tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
@@ -206,17 +213,11 @@ def _joint(tree: Shape, path: str, bodies: tuple[str, str], catalogue: Catalogue
         (
             Field("clearance", "m", "radial clearance"),
             Field("bearing_radius", "m", "radius of the bearing; the journal's is smaller by the clearance"),
-            Field("length", "m", "length along the pin; wear needs it", optional=True),
+            _LENGTH_OF_PIN,
         ),
     )
     tree[f"{path}.journal"] = Word(bodies, "the body that the journal sits on", bodies[0])
     _contact(tree, path, catalogue)
-    contact = f"{path}.contact"
-    tree[f"{contact}.material"] = Section(
-        "the material of both bodies; gives the stiffness where none is written", "optional"
-    )
-    for field in _MATERIAL:
-        tree[f"{contact}.material.{field.name}"] = Number((Use(field, tree[f"{contact}.elastic"].when),))
     tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
     tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", law=True)
     _laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
@@ -246,6 +247,11 @@ def _contact(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{contact}.elastic"] = Word(catalogue.names("elastic"), "the stiffness law", "power", law=True, when=elastic)
     _laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
     _laws(tree, contact, "law", catalogue.of("law"))
+    tree[f"{contact}.material"] = Section(
+        "the material of both bodies; gives the stiffness where none is written", "optional"
+    )
+    for field in _MATERIAL:
+        tree[f"{contact}.material.{field.name}"] = Number((Use(field, elastic),))
 
 
 def _laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:

@@ -9,9 +9,8 @@ from . import ideal
 from .errors import InputError
 from .kernels import event as events
 from .kernels import integrate as loop
-from .kernels import method
+from .kernels import method, wear
 from .kernels import tally as tallies
-from .kernels import wear
 from .kernels.family import NO_ENTRY, flatten
 from .kernels.joint import FREE, PRESSED
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
@@ -25,6 +24,8 @@ from .scene import Scene
 PLACE_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
 LONGEST = 0.02  # turns of the crank a step may span: keeps located maxima and histograms of slow motions sharp
 ROUNDING = 1e-15  # of the mechanism's size and speed: no tolerance below it
+
+_METHODS = {"auto": loop.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
 
 _STATUS = {
     loop.OK: ("ok", ""),
@@ -137,6 +138,16 @@ class _Run:
             clearance=np.array([joint.clearance for joint in joints]),
             side=np.array([joint.side for joint in joints]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
+            mode=np.zeros(3, dtype=np.int64),
+            limit=np.zeros(1),
+            jacobian=np.zeros((n, n)),
+            newton=np.zeros((3 * n, 3 * n)),
+            newton_pivots=np.zeros(3 * n, dtype=np.int64),
+            small=np.zeros((n, n)),
+            small_pivots=np.zeros(n, dtype=np.int64),
+            stages=np.zeros(3 * n),
+            change=np.zeros(3 * n),
+            offset=np.zeros(n),
         )
         self.tally = tallies.Tally(
             whole=np.zeros(tallies.WHOLE),
@@ -182,8 +193,11 @@ def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:
         separations=int(settings["impacts"]) if pair else 0,
         step_budget=int(settings["step_budget"] * turns),
         event_budget=int(settings["event_budget"] * turns),
+        method=_METHODS[settings.get("method", "auto")],
         keep_events=scene.case["save"]["orbits"] != "none" or times.size > 0,
     )
+    if control.method == events.IMPLICIT:
+        run.work.mode[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     begin = time.perf_counter()
     run.status, run.events = loop.integrate(control, run.work, run.tally, run.record)
     run.duration = time.perf_counter() - begin

@@ -88,11 +88,12 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
                 workers.close()
         rows = held.rows()
         rows = rows[np.isin(rows["id"], ids)]
-        store.merge(held, store.Form.of(grid), rows)
+        merged = store.merge(held, store.Form.of(grid), rows)
         failed = int(np.count_nonzero(rows["failed"]))
         counts = {"cases": len(ids), "ran": ran, "reused": len(ids) - len(pending), "ok": len(rows) - failed,
                   "failed": failed, "missing": len(ids) - len(rows)}
-        held.write_record(grid, start=start, end=store.now(), counts=counts, derived=derived, warnings=warnings)
+        held.write_record(grid, start=start, end=store.now(), counts=counts, derived=derived, warnings=warnings,
+                          merged=merged)
     return RunResult(held.directory, **counts, seconds=time.monotonic() - begin, case_seconds=case_seconds,
                      derived=derived, warnings=tuple(warnings))
 

@@ -65,6 +65,7 @@ def enter(parent: int, physics: type[Physics]) -> None:
     if os.getppid() != parent:
         os._exit(1)  # the parent went before it could be tied to
     stopping.in_worker()
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)  # of a case that takes too long: ends the process
     physics.prepare()
     store.use_one_thread()
 
@@ -87,23 +88,20 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
     stopping.leave_if_asked()
     rows, begin = [], time.perf_counter()
     with stopping.patience():
-        note = _note(job, batch)
+        with durable.storing(job.note(batch)):
+            note = os.open(job.note(batch), os.O_WRONLY | os.O_CREAT, 0o666)
         try:
             for index, case in enumerate(batch.cases):
                 if stopping.requested() or job.stop.exists():
                     break
-                os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
+                with durable.storing(job.note(batch)):
+                    os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
                 rows.append(store.Row(case.case_id, job.grid.point(case.index), _solve(job, job.grid.case(case.index))))
             seconds = time.perf_counter() - begin
             part = store.commit(job.directory, store.Form.of(job.grid), batch.name, rows) if rows else None
         finally:
             os.close(note)
     return Manifest(part, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
-
-
-def _note(job: Job, batch: Batch) -> int:
-    with durable.storing(job.note(batch)):
-        return os.open(job.note(batch), os.O_WRONLY | os.O_CREAT, 0o666)
 
 
 def read_note(job: Job, batch: Batch) -> tuple[int, int] | None:
@@ -117,7 +115,7 @@ def read_note(job: Job, batch: Batch) -> tuple[int, int] | None:
 
 def _solve(job: Job, case: dict) -> Trajectory:
     """Return the result of one case; whatever goes wrong in it becomes its status."""
-    if job.case_timeout:  # the default action ends the process, even inside compiled code
+    if job.case_timeout:  # the alarm ends the process, even inside compiled code
         signal.setitimer(signal.ITIMER_REAL, job.case_timeout)
     try:
         return job.physics.solve(case)

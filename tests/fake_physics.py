@@ -8,7 +8,7 @@ import numpy as np
 
 from clearsweep import outcome
 from clearsweep.grid import Catalogue, Field, Law
-from clearsweep.worker import Physics
+from clearsweep.physics import Physics
 
 GOOD, RAISES, DIES, HANGS, FAILS = 0.0, 500.0, 600.0, 700.0, 800.0  # below GOOD + 10: seconds of sleep
 

@@ -287,6 +287,22 @@ def test_one_case_is_simulated_again_and_drawn(monkeypatch, tmp_path, ending):
         assert "Contact onsets" in out.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
+def test_shown_case_is_the_one_that_was_stored(tmp_path):
+    contact = {"law": "lankarani-nikravesh", "stiffness": "1e10 N/m^1.5", "restitution": 0.7}
+    joint = {"clearance": "0.2 mm", "bearing_radius": "10 mm", "contact": contact}
+    grid = {"name": "shown", "mechanism": fake_physics.BODIES, "drive": {"speed": "3000 rpm"},
+            "joints": {"rod-slider": joint}, "simulate": {"revolutions": 2, "discard": 1},
+            "save": {"orbits": "none"}, "sweep": {"joints.rod-slider.clearance": ["0.1 mm", "0.2 mm"]}}
+    sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
+    run = store.open(tmp_path / "run")
+    case_id = run.summary["case_id"][0]
+    again = single.simulate(single.resolved(study.prepare(run), case_id))
+    assert again.summary["rod_slider_force_peak"] == run.summary["rod_slider_force_peak"][0]
+    assert len(again.t) > 1440
+    assert report.show(run, case_id, tmp_path / "case.svg").stat().st_size > 10_000
+
+
 def test_show_refuses_what_it_cannot_draw(tmp_path):
     with pytest.raises(InputError, match=r"\.pdf.*\.html, \.png, \.svg"):
         report.show(Run(), "0" * 16, tmp_path / "case.pdf")

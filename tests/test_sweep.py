@@ -1,5 +1,6 @@
 """A sweep does every case once, whatever is killed, and says what became of each."""
 
+import contextlib
 import json
 import os
 import random
@@ -49,7 +50,7 @@ def same_results(one: Path, other: Path) -> bool:
     with h5py.File(one / "orbits.h5", "r") as first, h5py.File(other / "orbits.h5", "r") as second:
         names = []
         first.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
-        equal = all(np.array_equal(first[name][:], second[name][:], equal_nan=first[name].dtype.kind == "f") for name in names)
+        equal = all(first[name][:].tobytes() == second[name][:].tobytes() for name in names)
         return equal and set(first) == set(second) and tables[0].equals(tables[1])
 
 
@@ -77,7 +78,8 @@ def test_a_larger_grid_runs_only_what_is_new_and_a_smaller_one_shows_only_its_ow
     quiet(grid(3), tmp_path / "run")
     assert quiet(grid(5), tmp_path / "run").ran == 2
     smaller = quiet(grid(2), tmp_path / "run")
-    assert smaller.ran == 0 and len(smaller.open().summary) == 2
+    assert smaller.ran == 0
+    assert len(smaller.open().summary) == 2
     assert quiet(grid(5), tmp_path / "run").ran == 0
 
 
@@ -91,20 +93,21 @@ def test_failures_become_rows_with_their_reason_and_the_others_go_on(tmp_path):
     result = quiet(grid(2, (GOOD, RAISES, FAILS, DIES, HANGS)), tmp_path / "run", case_timeout=0.3)
     assert (result.ok, result.failed, result.missing, result.exit_code) == (2, 8, 0, 3)
     summary = result.open().summary
-    messages = dict(zip(summary["mechanism.gravity"], zip(summary["status"], summary["message"], strict=True), strict=True))
+    messages = {row["mechanism.gravity"]: (row["status"], row["message"]) for _, row in summary.iterrows()}
     assert messages[GOOD] == ("ok", "")
     assert messages[RAISES] == ("crashed", "ZeroDivisionError: made to fail")
     assert messages[FAILS] == ("step-budget", "the step budget was used up")
     assert messages[DIES] == ("crashed", "its worker died twice (SIGKILL, perhaps out of memory)")
-    assert messages[HANGS][0] == "timeout" and "0.3 s" in messages[HANGS][1]
+    assert messages[HANGS][0] == "timeout"
+    assert "0.3 s" in messages[HANGS][1]
 
 
 def test_a_crash_in_a_batch_costs_the_others_nothing(tmp_path):
-    source = grid(60, (GOOD + 0.001,))
-    source["sweep"]["mechanism.gravity"] = [GOOD + 0.001, DIES]
-    source["sweep"]["mechanism.slider.mass"] = source["sweep"]["mechanism.slider.mass"][:20]
-    result = quiet(source, tmp_path / "run", jobs=2)
-    assert (result.ok, result.failed, result.missing) == (20, 20, 0)
+    result = quiet(grid(30, (GOOD, DIES), sweep={
+        "mechanism.gravity": [GOOD, 0.001, 0.002, 0.003, 0.004, DIES],
+        "mechanism.slider.mass": [0.1 + 0.001 * k for k in range(5)],
+    }), tmp_path / "run", jobs=2)
+    assert (result.ok, result.failed, result.missing) == (25, 5, 0)
 
 
 def test_failed_cases_run_again_only_when_asked(tmp_path):
@@ -117,7 +120,8 @@ def test_failed_cases_run_again_only_when_asked(tmp_path):
 @pytest.mark.parametrize("limit", [3, "1%"])
 def test_too_many_failures_stop_the_run(tmp_path, limit):
     result = quiet(grid(400, (FAILS,)), tmp_path / "run", max_failures=limit, jobs=2)
-    assert 3 < result.failed < 400 and result.missing == 400 - result.failed
+    assert 3 < result.failed < 400
+    assert result.missing == 400 - result.failed
     assert result.exit_code == 3
     assert len(result.open().summary) == result.failed
 
@@ -134,36 +138,62 @@ def test_a_damaged_shard_is_named_and_computed_again(tmp_path, capfd):
     assert same_results(tmp_path / "run", tmp_path / "whole")
 
 
-def test_kill_9_at_any_moment_loses_nothing_that_was_committed(tmp_path):
-    source, chance = grid(40, (GOOD + 0.02,), wear=True), random.Random(1)
+def tortured(tmp_path, kills, seed):
+    """Kill parents and workers at random moments, go on each time, and compare what is left with undisturbed runs."""
+    source, chance = grid(40, (GOOD + 0.02,), wear=True), random.Random(seed)
     quiet(source, tmp_path / "undisturbed")
-    for _ in range(6):
-        process = program(tmp_path / "run", source, jobs=2, show_progress=False)
-        time.sleep(chance.uniform(0.3, 1.2))
-        children = psutil.Process(process.pid).children(recursive=True) if process.poll() is None else []
-        victim = chance.choice([process.pid, *(child.pid for child in children)])
-        try:
-            os.kill(victim, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
-        if victim != process.pid and chance.random() < 0.5:
-            process.kill()
-        if victim == process.pid:
-            process.wait()
-            gone, alive = psutil.wait_procs(children, timeout=3)
-            assert not alive, "workers outlived their parent"
-        else:
-            process.communicate(timeout=60)
-    before = parts(tmp_path / "run")
-    process = program(tmp_path / "run", source, show_progress=False)
-    last = facts_of(process)
-    assert process.returncode == 0 and last["failed"] == 0
-    assert before == 0 or last["reused"] > 0
-    assert same_results(tmp_path / "run", tmp_path / "undisturbed")
-    assert not (tmp_path / "run" / "tmp").exists()
+    done, round_number = 0, 0
+    while done < kills:
+        round_number += 1
+        out = tmp_path / f"run{round_number}"
+        process = program(out, source, jobs=2, show_progress=False)
+        while done < kills:
+            time.sleep(chance.uniform(0.1, 0.9))
+            if process.poll() is not None:
+                break
+            family = psutil.Process(process.pid).children(recursive=True)
+            victim = chance.choice(family or [process]).pid
+            victims = chance.choice([[process.pid], [child.pid for child in family], [victim]])
+            for victim in victims:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(victim, signal.SIGKILL)
+            done += 1
+            if process.pid in victims:
+                process.communicate()
+                assert not psutil.wait_procs(family, timeout=3)[1], "workers outlived their parent"
+                process = program(out, source, jobs=2, show_progress=False)
+        process.communicate(timeout=60)
+        # a case that was at work in two killed workers is 'crashed' by rule, so it is asked for again
+        last = program(out, source, show_progress=False, retry_failed=True)
+        assert facts_of(last)["failed"] == 0
+        assert same_results(out, tmp_path / "undisturbed")
+        assert not (out / "tmp").exists()
+        assert parts(out) == len(list((out / "shards").iterdir()))
 
 
-@pytest.mark.parametrize("signum, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("name", ["orbits.h5", "summary.parquet"])
+def test_a_merged_file_that_was_damaged_or_lost_is_made_again(tmp_path, name):
+    out = tmp_path / "run"
+    quiet(grid(6, wear=True), out)
+    whole, before = (out / name).read_bytes(), (out / name).stat().st_mtime_ns
+    quiet(grid(6, wear=True), out)
+    assert (out / name).stat().st_mtime_ns == before  # nothing to do: left as it is
+    for harm in (whole[:-7], whole[:300] + bytes([whole[300] ^ 1]) + whole[301:], None):
+        (out / name).unlink() if harm is None else (out / name).write_bytes(harm)
+        assert quiet(grid(6, wear=True), out).ran == 0
+        assert (out / name).read_bytes() == whole
+
+
+def test_kill_9_at_any_moment_loses_nothing_that_was_committed(tmp_path):
+    tortured(tmp_path, kills=6, seed=1)
+
+
+@pytest.mark.slow
+def test_a_hundred_kills_lose_nothing_that_was_committed(tmp_path):
+    tortured(tmp_path, kills=100, seed=2)
+
+
+@pytest.mark.parametrize(("signum", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum, code):
     source = grid(100, (GOOD + 0.05,))
     process = program(tmp_path / "run", source, jobs=2, show_progress=False)
@@ -191,7 +221,8 @@ def test_a_signal_ends_even_a_run_whose_cases_hang(tmp_path):
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=20)
-    assert process.returncode == 130 and time.monotonic() - asked < 3.0
+    assert process.returncode == 130
+    assert time.monotonic() - asked < 3.0
     assert not psutil.wait_procs(children, timeout=3)[1]
 
 
@@ -204,13 +235,15 @@ def test_workers_die_with_a_parent_that_is_killed(tmp_path):
     assert not psutil.wait_procs(children, timeout=3)[1]
 
 
-def test_a_killed_worker_costs_no_case(tmp_path):
+@pytest.mark.parametrize("signum", [signal.SIGKILL, signal.SIGTERM])
+def test_a_worker_that_is_ended_costs_no_case(tmp_path, signum):
     source = grid(60, (GOOD + 0.03,))
     process = program(tmp_path / "run", source, jobs=2, show_progress=False)
     wait_for(lambda: parts(tmp_path / "run") >= 2)
     workers = [child for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
-    workers[0].kill()
-    assert facts_of(process)["failed"] == 0 and process.returncode == 0
+    workers[0].send_signal(signum)
+    assert facts_of(process)["failed"] == 0
+    assert process.returncode == 0
 
 
 def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
@@ -236,7 +269,8 @@ def test_storage_that_fails_during_the_run_stops_it_and_harms_nothing(tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 4, err
-    assert "StorageError" in err and "unharmed" in err
+    assert "StorageError" in err
+    assert "unharmed" in err
     assert parts(tmp_path / "run") == committed
     assert quiet(source, tmp_path / "run").reused == 3
 
@@ -246,7 +280,8 @@ def test_the_parent_grows_by_less_than_50_mb_from_100_to_10000_cases(tmp_path):
     for count in (100, 10_000):
         process = program(tmp_path / str(count), grid(count, orbits="none"), show_progress=False)
         found = facts_of(process)
-        assert found["ran"] == count and not found["pandas"]
+        assert found["ran"] == count
+        assert not found["pandas"]
         peaks.append(found["peak"])
     assert peaks[1] - peaks[0] < 50_000  # kB
 
@@ -275,7 +310,8 @@ def test_batches_grow_to_about_two_seconds_and_shrink_towards_the_end():
         sizes.append(len(batch.cases))
         batches.learn(Manifest("x", len(batch.cases), 0, 0.01 * len(batch.cases)))
     assert sum(sizes) == 10_000
-    assert sizes[:3] == [1, 8, 64] and max(sizes) == 200
+    assert sizes[:3] == [1, 8, 64]
+    assert max(sizes) == 200
     assert 2 * sizes[-1] <= 60
 
 
@@ -289,7 +325,8 @@ def test_a_dry_run_counts_times_and_writes_nothing(tmp_path):
     found = estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", jobs=2, physics=Fake)
     assert (found.cases, found.pending) == (50, 50)
     assert found.derived["joints.rod-slider.contact.stiffness"]["max"] == 6.61e10
-    assert 0.02 < found.case_seconds < 0.1 and found.seconds < 5.0
+    assert 0.02 < found.case_seconds < 0.1
+    assert found.seconds < 5.0
     assert not (tmp_path / "run").exists()
     quiet(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run")
     size = sum(path.stat().st_size for path in (tmp_path / "run").rglob("*"))
@@ -297,7 +334,7 @@ def test_a_dry_run_counts_times_and_writes_nothing(tmp_path):
     assert estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", physics=Fake).pending == 0
 
 
-@pytest.mark.parametrize("options, named", [
+@pytest.mark.parametrize(("options", "named"), [
     ({"executor": "cloud"}, "local, serial"), ({"jobs": 0}, "jobs"), ({"case_timeout": -1.0}, "case timeout"),
     ({"max_failures": "many"}, "max failures"), ({"case_timeout": 1.0, "executor": "serial"}, "serial"),
 ])

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearsweep import ideal
-from clearsweep.report import draw, findings, wording
+from clearsweep.report import draw, figures, findings, wording
 from clearsweep.report.figures import Canvas, Picture
 from clearsweep.report.study import Joint, Study
 
@@ -37,7 +37,7 @@ def detailed(study: Study, canvas: Canvas) -> list[Chosen]:
     """Return the hardest, the median and the mildest loaded case with a history, drawn; none where none was saved."""
     if study.cases.empty:
         return []
-    column = study.hardest_joint().column("force_p99")
+    column = study.hardest_joint().column(study.lead.figure)
     ids = study.cases[column].dropna().sort_values(ascending=False, kind="stable").index
     wanted = {"Hardest loaded": 0, "Median": len(ids) // 2, "Mildest loaded": len(ids) - 1}
     chosen, seen = [], set()
@@ -137,11 +137,6 @@ def impacts(study: Study, case_id: str, events) -> Panel | None:
                  lambda ax: draw.events(ax, angle, rate, findings.ELASTIC_ONSET))
 
 
-def impacts_name(study: Study) -> str:
-    """Return what the column `impacts_per_rev` counts."""
-    return "impacts" if study.mechanism == "impact-pair" else "impacts per rev."
-
-
 def _ideal(study: Study, case_id: str, path: Mapping) -> tuple | None:
     """Return position, velocity and acceleration of the ideal slider (m, m/s, m/s^2) at the samples of a case."""
     names = ("mechanism.crank.length", "mechanism.rod.length", "drive.speed")
@@ -160,7 +155,7 @@ def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
     joint = study.hardest_joint()
     wanted = [(name, joint.column(figure)) for name, figure in (
         ("p99", "force_p99"), ("rms", "force_rms"), ("peak", "force_peak"), ("ideal peak", "force_peak_ideal"),
-        (impacts_name(study), "impacts_per_rev"), ("time in contact", "contact_fraction"),
+        (figures.impacts_name(study), "impacts_per_rev"), ("time in contact", "contact_fraction"),
         ("fastest onset", "onset_rate_max"))]
     wanted.append(("slider error", "slider_error_max"))
     return [(name, study.text(case_id, column)) for name, column in wanted if column in study.cases]

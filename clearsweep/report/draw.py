@@ -35,7 +35,7 @@ def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: 
     reach = 1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0)))
     if touching.any():
         unit = wording.scale("N", force)
-        points = ax.scatter(x[touching], y[touching], c=force[touching] / unit.factor, s=7, cmap="viridis", zorder=3,
+        points = ax.scatter(x[touching], y[touching], c=force[touching] / unit.factor, s=4, cmap="viridis", zorder=3,
                             linewidths=0, rasterized=True)
         _bar(ax, points, f"normal force [{unit.unit}]")
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel=f"journal x [{scale.unit}]",

@@ -72,9 +72,10 @@ def _rounded(attribute: re.Match) -> str:
 def drivers(study: Study, canvas: Canvas) -> list[Picture]:
     """Return, per swept axis, the medians of the forces over its values, and those of the p99 over the ideal peak."""
     joint = study.hardest_joint()
-    if study.cases.empty or not study.swept() or not study.has(joint.column("force_p99")):
+    if study.cases.empty or not study.swept() or not study.has(joint.column(study.lead.figure)):
         return []
-    forces = _drivers(study, canvas, (("force_p99", "p99", True), ("force_rms", "rms", False)), "force")
+    lead = study.lead
+    forces = _drivers(study, canvas, ((lead.figure, lead.short, True), ("force_rms", "rms", False)), "force")
     if not study.has(joint.column(RATIO)) or len(study.swept()) == 1:
         return forces
     return forces + _drivers(study, canvas, ((RATIO, "p99 / ideal", True),), "p99 / ideal peak")
@@ -96,11 +97,16 @@ def _drivers(study: Study, canvas: Canvas, figures: tuple, name: str) -> list[Pi
     return [_driver(study, canvas, drawn, name, _range(edges)) for drawn in curves.values() if drawn]
 
 
+def impacts_name(study: Study) -> str:
+    """Return what the column `impacts_per_rev` counts."""
+    return "impacts" if study.mechanism == "impact-pair" else "impacts per revolution"
+
+
 def _driver(study: Study, canvas: Canvas, curves: list, name: str, limits: tuple[float, float]) -> Picture:
     one = curves[0][3]
     unit, axis, joint = study.units.get(one.column, "1"), one.axis, study.joints[0]
-    what = ("p99" if one.column == joint.column("force_p99") else "p99 / ideal") + (
-        f", joint {joint.title}" if len(study.joints) > 1 else "")
+    what = study.lead.short if one.column == joint.column(study.lead.figure) else "p99 / ideal"
+    what += f", joint {joint.title}" if len(study.joints) > 1 else ""
     steps = [f"{axis.text(value)}: {wording.text(median, unit)}"
              for value, median in zip(axis.values, one.medians, strict=True)] if len(axis.values) <= 9 else []
     caption = "" if np.isnan(one.share) else f"{findings.percent(one.share)} of the variation of {what}"
@@ -110,16 +116,18 @@ def _driver(study: Study, canvas: Canvas, curves: list, name: str, limits: tuple
 
 
 def maps(study: Study, joint: Joint, canvas: Canvas) -> list[Picture]:
-    """Return heat maps of one joint's force p99 over pairs of axes, and of further figures over the strongest pair."""
-    p99 = joint.column("force_p99")
-    ranked = [one.axis for one in findings.effects(study, p99)]
+    """Return heat maps of one joint: its leading figure over pairs of axes, more figures over the strongest pair."""
+    lead = joint.column(study.lead.figure)
+    ranked = [one.axis for one in findings.effects(study, lead)]
     pairs = [tuple(sorted(pair, key=study.axes.index)) for pair in itertools.combinations(ranked, 2)][:PAIRS]
-    if not pairs or not study.has(p99):
+    if not pairs or not study.has(lead):
         return []
-    more = [("p99 / ideal peak", joint.column(RATIO)), ("impacts per revolution", joint.column("impacts_per_rev")),
+    more = [("p99 / ideal peak", joint.column(RATIO)),
+            (impacts_name(study), joint.column("impacts_per_rev")),
             ("time in contact", joint.column("contact_fraction")), ("wear depth", joint.column("wear_depth_max"))]
-    more += [("slider error", "slider_error_max")] if joint == study.hardest_joint() else []
-    wanted = [("force p99", p99, pair) for pair in pairs]
+    if joint == study.hardest_joint():
+        more += [("slider error", "slider_error_max"), ("measured restitution", "pair_restitution")]
+    wanted = [(study.lead.name, lead, pair) for pair in pairs]
     wanted += [(name, column, pairs[0]) for name, column in more if study.has(column)]
     return [_map(study, canvas, *one) for one in wanted]
 
@@ -149,14 +157,14 @@ def medians(study: Study, values: np.ndarray, across: Axis, up: Axis) -> np.ndar
 
 def tradeoffs(study: Study, canvas: Canvas) -> list[Picture]:
     """Return clouds of all cases: peak against p99, slider error against p99, p99 against the fastest onset."""
-    if len(study.cases) < 3:
+    if len(study.cases) < 3 or study.mechanism == "impact-pair":
         return []
     joint = study.hardest_joint()
     p99 = joint.column("force_p99")
     axes = [one.axis for one in findings.effects(study, p99)]
     wanted = (
-        ("Single peaks scatter, p99 does not", "force p99", p99, "force peak", joint.column("force_peak"),
-         "Cases of equal p99 have peaks that differ by chance."),
+        ("Force peak against p99", "force p99", p99, "force peak", joint.column("force_peak"),
+         "Cases of equal p99 have different peaks: a peak is a single event."),
         ("Position error against force", "slider error", "slider_error_max", "force p99", p99,
          "Down and to the left is better."),
         ("How hard the journal arrives", "fastest onset", joint.column("onset_rate_max"), "force p99", p99,

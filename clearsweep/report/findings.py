@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from clearsweep.report import wording
 from clearsweep.report.study import RATIO, Axis, Joint, Study, position
@@ -75,7 +74,7 @@ def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float,
     freedoms = [int(group.max(initial=0)) for group in groups]
     spare, rest = len(logs) - 1 - sum(freedoms), logs - logs.mean() if len(logs) else logs
     total = float((rest**2).sum())
-    if spare <= 0 or total <= 0.0:
+    if spare <= 0 or total <= 1e-20 * len(logs):  # all values the same, but for rounding
         return [(np.nan, np.nan)] * len(places)
     between = [float((_means(group, rest)[group] ** 2).sum()) for group in groups]
     for _ in range(PASSES):
@@ -107,32 +106,38 @@ def headline(study: Study) -> list[str]:
 
 
 def _hardest(study: Study, joint: Joint) -> list[str]:
-    column = joint.column("force_p99")
+    column, lead = joint.column(study.lead.figure), study.lead
     if not study.has(column):
         return ["No contact force was recorded in any case."]
     worst, mildest = study.cases[column].idxmax(), study.cases[column].idxmin()
     at = f" at {study.setting(worst)}" if study.swept() else ""
     where = f" in joint {joint.title}" if len(study.joints) > 1 else ""
-    beside = ""
-    if np.isfinite(study.cases.get(joint.column(RATIO), pd.Series({worst: np.nan}))[worst]):
-        ideal = study.text(worst, joint.column("force_peak_ideal"))
-        beside = f", {study.text(worst, joint.column(RATIO))} times the largest reaction of the ideal joint ({ideal})"
-    peak = study.text(worst, joint.column("force_peak"))
-    hardest = (f"Largest force{where}: {study.text(worst, column)} is exceeded during 1 % of the time (p99){at}"
-               f"{beside}; the single largest peak of that case is {peak}.")
+    if lead.figure == "force_peak":
+        hardest = f"Largest force peak: {study.text(worst, column)}{at}."
+    else:
+        peak = study.text(worst, joint.column("force_peak"))
+        hardest = (f"Largest force{where}: {study.text(worst, column)} is exceeded during 1 % of the time (p99){at}"
+                   f"{_over_ideal(study, joint, worst)}; the single largest peak of that case is {peak}.")
     if worst == mildest:
         return [hardest]
-    return [hardest, f"Smallest p99{where}: {study.text(mildest, column)} at {study.setting(mildest)}."]
+    return [hardest, f"Smallest {lead.short}{where}: {study.text(mildest, column)} at {study.setting(mildest)}."]
+
+
+def _over_ideal(study: Study, joint: Joint, case_id: str) -> str:
+    if not study.has(joint.column(RATIO)) or np.isnan(study.cases.at[case_id, joint.column(RATIO)]):
+        return ""
+    ideal = study.text(case_id, joint.column("force_peak_ideal"))
+    return f", {study.text(case_id, joint.column(RATIO))} times the largest reaction of the ideal joint ({ideal})"
 
 
 def _drivers(study: Study, joint: Joint) -> list[str]:
     strong, weak = [], []
-    for one in effects(study, joint.column("force_p99")):
+    for one in effects(study, joint.column(study.lead.figure)):
         (strong if one.clear() else weak).append(one)
     if not strong:
-        return ["None of the swept values moves the force p99 clearly: the scatter between cases hides their effect."]
+        return [f"None of the swept values moves the {study.lead.name} clearly."]
     said = [f"{one.axis.name} ({_span(one, study)})" for one in strong]
-    found = [f"What drives the force p99, strongest first: {wording.sentence_list(said)}."]
+    found = [f"What drives the {study.lead.name}, strongest first: {wording.sentence_list(said)}."]
     if weak:
         found.append(f"No clear effect on it: {wording.sentence_list([one.axis.name for one in weak])}.")
     rms = effects(study, joint.column("force_rms"))[0]
@@ -200,8 +205,9 @@ def _chaos(study: Study, joint: Joint) -> list[str]:
     ratio = ratio[np.isfinite(ratio)]
     span = " to ".join(dict.fromkeys((wording.plain(ratio.min(), 2), wording.plain(ratio.max(), 2))))
     figures = f" (here the peak is {span} times the p99)" if len(ratio) > 1 else ""
-    said = ("Motion with clearance is chaotic: a single peak changes with the smallest disturbance. Compare designs by "
-            f"p99 and rms, which are taken over the whole window, not by single peaks{figures}.")
+    said = ("Motion with clearance is chaotic wherever contact is lost: a single peak changes with the smallest "
+            "disturbance. Compare designs by p99 and rms, which are taken over the whole window, not by single "
+            f"peaks{figures}.")
     return [said]
 
 

@@ -76,7 +76,7 @@ def cards(study: Study) -> list[tuple[str, str, str]]:
     joint = study.hardest_joint()
     where = f"joint {joint.title}"
     for name, column, beside in (
-        ("Largest force p99", joint.column("force_p99"), where),
+        (f"Largest {study.lead.name}", joint.column(study.lead.figure), where),
         ("p99 over ideal peak", joint.column(RATIO), "1: as without clearance"),
         ("Largest force rms", joint.column("force_rms"), where),
         ("Fastest onset", joint.column("onset_rate_max"),

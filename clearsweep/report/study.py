@@ -53,11 +53,22 @@ class Joint(NamedTuple):
         return f"{self.name}_{figure}"
 
 
+class Lead(NamedTuple):
+    """The figure of a joint by which cases are ranked."""
+
+    figure: str
+    name: str
+    short: str
+
+
+P99, PEAK = Lead("force_p99", "force p99", "p99"), Lead("force_peak", "force peak", "peak")
+
+
 class Study(NamedTuple):
     """A run prepared for reading.
 
-    `cases` holds the finished cases (index: case_id; figures as float64, NaN where nothing was computed), hardest
-    loaded first; `failed` the others. `base` is the resolved case in SI before the sweep's values.
+    `cases` holds the finished cases (index: case_id; figures as float64, NaN where nothing was computed), `failed` the
+    others. `base` is the resolved case in SI before the sweep's values.
     """
 
     run: object
@@ -68,6 +79,11 @@ class Study(NamedTuple):
     failed: pd.DataFrame
     units: dict
     base: dict
+
+    @property
+    def lead(self) -> Lead:
+        """Return the robust measure of the force; two bodies that meet now and then have none but the peak."""
+        return PEAK if self.mechanism == "impact-pair" else P99
 
     def swept(self) -> tuple[Axis, ...]:
         """Return the axes that have more than one value."""
@@ -87,8 +103,8 @@ class Study(NamedTuple):
         return dig(self.base, path)
 
     def hardest_joint(self) -> Joint:
-        """Return the joint with the largest 99th percentile of the force over all finished cases."""
-        return max(self.joints, key=lambda joint: _peak(self.cases, joint.column("force_p99")))
+        """Return the joint with the largest leading figure of all finished cases."""
+        return max(self.joints, key=lambda joint: _peak(self.cases, joint.column(self.lead.figure)))
 
     def scale(self, column: str) -> Scale:
         """Return the scale that suits a column of the finished cases."""
@@ -125,8 +141,6 @@ def prepare(run) -> Study:
             ideal = cases[joint.column("force_peak_ideal")]
             cases[joint.column(RATIO)] = cases[joint.column("force_p99")] / ideal.where(ideal > 0.0)
             units[joint.column(RATIO)] = "1"
-    loads = cases[[joint.column("force_p99") for joint in joints]].max(axis=1)
-    cases = cases.loc[loads.sort_values(ascending=False, kind="stable").index]
     return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base)
 
 

@@ -118,7 +118,8 @@ def peaks(study: Study, joint: Joint) -> Table:
     if study.mechanism == "impact-pair":
         figures = [(column, Column("impacts") if head.name == "impacts per rev." else head) for column, head in figures]
     figures.append(("slider_error_max", Column("slider error", "m")))
-    return _cases(study, f"peaks_{joint.name}", f"Forces in joint {joint.title}", figures, joint.column("force_p99"))
+    title = f"Forces in joint {joint.title}"
+    return _cases(study, f"peaks_{joint.name}", title, figures, joint.column(study.lead.figure))
 
 
 def slider(study: Study) -> Table:
@@ -206,11 +207,12 @@ def _cases(study: Study, key: str, title: str, figures: list[tuple[str, Column]]
 def _affected(study: Study) -> list[tuple[str, str]]:
     """Return the figures whose main effects are tabulated: name in words, column."""
     several = len(study.joints) > 1
-    figures = (("force_p99", "force p99"), ("force_rms", "force rms"), (RATIO, "p99 / ideal"),
+    figures = ((study.lead.figure, study.lead.name), ("force_rms", "force rms"), (RATIO, "p99 / ideal"),
                ("wear_depth_max", "wear depth"))
     named = [(f"{name} ({joint.title})" if several else name, joint.column(figure))
              for joint in study.joints for figure, name in figures]
-    return [(name, column) for name, column in [*named, ("slider error", "slider_error_max")] if study.has(column)]
+    named += [("slider error", "slider_error_max"), ("restitution", "pair_restitution")]
+    return [(name, column) for name, column in named if study.has(column)]
 
 
 def _scale(column: Column, values: list) -> wording.Scale:

@@ -53,6 +53,7 @@ class Store:
             raise DirectoryError(f"{self.directory}: is a file, not a directory; choose another directory with --out")
         if not self.record.exists():
             strangers = sorted({entry.name for entry in self.directory.iterdir()} - _OWN_NAMES)
+            strangers += [f"parts/{path.name}" for path in self.parts_directory.glob("*")]  # of a lost run.json
             if strangers:
                 raise DirectoryError(f"{self.directory}: holds other files ({', '.join(strangers[:3])}) and no "
                                      "run.json; choose an empty or new directory with --out")
@@ -60,10 +61,10 @@ class Store:
         held, wanted = read_record(self.directory).get("frame", {}), _plain(grid.frame())
         differing = [path for path in sorted({*held, *wanted}) if held.get(path) != wanted.get(path)]
         if differing:
-            found = "; ".join(f"{path}: {_show(held.get(path))} there, {_show(wanted.get(path))} in the grid"
-                              for path in differing)
-            raise DirectoryError(f"{self.directory}: holds the results of another grid ({found}); "
-                                 "only values on swept axes may change: choose another directory with --out")
+            found = "".join(f"\n  {path}: there {_show(held.get(path))}, in the grid {_show(wanted.get(path))}"
+                            for path in differing)
+            raise DirectoryError(f"{self.directory}: holds the results of another grid; choose another directory with "
+                                 f"--out, for only the values on swept axes may change; what differs:{found}")
 
     @contextlib.contextmanager
     def open_for(self, grid):

@@ -51,7 +51,8 @@ def storing(path: Path):
         yield
     except StorageError:
         raise
-    except OSError as error:
-        reason = error.strerror or str(error)
+    except (OSError, RuntimeError) as error:  # h5py reports a failed flush as RuntimeError
+        number = getattr(error, "errno", None)
+        reason = os.strerror(number) if number else str(error)
         raise StorageError(f"{path}: writing failed ({reason}); what was committed before is unharmed: "
                            "make room and run the same command again") from error

@@ -176,13 +176,21 @@ def _gathered(form: Form, dataset: Dataset, rows: list[Row]) -> np.ndarray:
         name = dataset.path.removeprefix("events/")
         values = np.concatenate([np.empty(0, outcome.EVENT_DTYPE), *(path.events for path in good)])[name]
         codes = h5py.check_enum_dtype(dataset.dtype)
-        return values if codes is None else np.array([codes[word] for word in values], dataset.dtype)
+        return values if codes is None else _coded(values, codes, dataset.dtype)
     _, joint, body = dataset.path.split("/")
     depths = np.full((len(rows), dataset.width), np.nan)
     for place, row in enumerate(rows):
         if row.trajectory.status == "ok":
             depths[place] = row.trajectory.wear[joint][body == "journal"]
     return depths
+
+
+def _coded(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndarray:
+    """Return the codes of words as an enum."""
+    numbers = np.full(len(words), -1, dtype)
+    for word, code in codes.items():
+        numbers[words == word] = code
+    return numbers
 
 
 def part_bytes(form: Form, rows: list[Row], facts: dict) -> bytes:

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from clearsweep.store import durable
-from clearsweep.store.directory import Store, id_text, read_part
+from clearsweep.store.directory import Store, id_text, read_part, read_record
 from clearsweep.store.form import (
     CASE,
     CASE_ID,
@@ -33,17 +33,38 @@ OPEN_SHARDS = 128  # shards held open at a time
 COMPRESSORS = min(4, os.cpu_count() or 1)  # threads; more would wait for the writing
 
 
-def merge(store: Store, form: Form, rows: np.ndarray) -> None:
-    """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id)."""
-    mark = hashlib.sha256(rows["id"].tobytes()).hexdigest()[:16]  # both files carry it: they belong together
-    orbits, summary = store.directory / "orbits.h5", store.directory / "summary.parquet"
+ORBITS, SUMMARY = "orbits.h5", "summary.parquet"
+
+
+def merge(store: Store, form: Form, rows: np.ndarray) -> dict[str, str]:
+    """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless they do.
+
+    Returns what tells the next run whether they are still what they should be: the mark of their content, checksums.
+    """
+    mark = _mark(store, form, rows)
+    known = read_record(store.directory).get("merged", {})
+    if known.get("mark") == mark and known == _merged(store, mark):
+        return known
     with durable.storing(store.directory):
-        _write_orbits(store.scratch / orbits.name, store, form, rows, mark)
-        _write_summary(store.scratch / summary.name, store, form, rows, mark)
-        for path in (orbits, summary):
-            durable.sync(store.scratch / path.name)
-        for path in (orbits, summary):
-            durable.publish(store.scratch / path.name, path)
+        _write_orbits(store.scratch / ORBITS, store, form, rows, mark)
+        _write_summary(store.scratch / SUMMARY, store, form, rows, mark)
+        for name in (ORBITS, SUMMARY):
+            durable.sync(store.scratch / name)
+        for name in (ORBITS, SUMMARY):
+            durable.publish(store.scratch / name, store.directory / name)
+        return _merged(store, mark)
+
+
+def _mark(store: Store, form: Form, rows: np.ndarray) -> str:
+    """Return a hash of what the merged files hold, which both carry: parts are named by their content."""
+    digest = hashlib.sha256(repr(form).encode() + rows["id"].tobytes() + rows["row"].tobytes())
+    digest.update(np.array([part.path.name for part in store.parts], "S")[rows["part"]].tobytes())
+    return digest.hexdigest()[:16]
+
+
+def _merged(store: Store, mark: str) -> dict[str, str]:
+    paths = [store.directory / name for name in (ORBITS, SUMMARY)]
+    return {"mark": mark} | {path.name: durable.checksum(path) for path in paths if path.exists()}
 
 
 def _write_summary(path: Path, store: Store, form: Form, rows: np.ndarray, mark: str) -> None:
@@ -116,7 +137,7 @@ class _Shards:
 
 
 def _write_orbits(path: Path, store: Store, form: Form, rows: np.ndarray, mark: str) -> None:
-    with h5py.File(path, "w", libver=("earliest", "v110")) as file, _Shards(store, form) as shards, \
+    with h5py.File(path, "w") as file, _Shards(store, form) as shards, \
             ThreadPoolExecutor(COMPRESSORS) as threads:
         file.attrs["clearsweep"] = mark
         put(file, CASE_ID, np.array([id_text(value).encode() for value in rows["id"]], CASE_ID.dtype))

@@ -29,28 +29,34 @@ class Run:
         self.grid = read_record(self.directory)
         mechanism, joints = self.grid["layout"]
         self.layout = outcome.Layout(mechanism, tuple(outcome.JointLayout(*joint) for joint in joints))
-        self._places = self._matched_places()
+        self._check()
 
-    def _matched_places(self) -> dict[str, int]:
-        """Return case_id -> row; DirectoryError where the merged files are missing or of different runs."""
+    def _check(self) -> None:
+        """Raise DirectoryError where the merged files are missing, damaged or of different runs."""
         try:
-            marks = pq.read_metadata(self.directory / "summary.parquet").metadata[b"clearsweep"].decode()
+            mark = pq.read_metadata(self.directory / "summary.parquet").metadata[b"clearsweep"].decode()
             with h5py.File(self.directory / "orbits.h5", "r") as file:
-                matching = file.attrs["clearsweep"] == marks
-                places = {case_id.decode(): row for row, case_id in enumerate(file["case_id"][:])}
+                matching = file.attrs["clearsweep"] == mark
         except (OSError, KeyError, TypeError, ValueError) as error:
-            raise DirectoryError(f"{self.directory}: the run in it is not finished or its files are damaged ({error}); "
-                                 "run its grid again, which computes only what is missing") from error
+            finished = (self.directory / "summary.parquet").exists() and (self.directory / "orbits.h5").exists()
+            state = f"its files are damaged ({error})" if finished else "its run is not finished"
+            raise DirectoryError(f"{self.directory}: {state}; run its grid again, which computes only what is missing"
+                                 ) from error
         if not matching:
             raise DirectoryError(f"{self.directory}: summary.parquet and orbits.h5 are of different runs; "
                                  "run the grid again, which only merges what is there")
-        return places
 
-    def __repr__(self):
-        return f"<clearsweep run {str(self.directory)!r}: {len(self._places)} cases>"
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        """The row of every case."""
+        with h5py.File(self.directory / "orbits.h5", "r") as file:
+            return {case_id.decode(): row for row, case_id in enumerate(file["case_id"][:])}
 
     def __len__(self):
-        return len(self._places)
+        return pq.read_metadata(self.directory / "summary.parquet").num_rows
+
+    def __repr__(self):
+        return f"<clearsweep run {str(self.directory)!r}: {len(self)} cases>"
 
     @cached_property
     def summary(self):

@@ -1,0 +1,227 @@
+"""What a user types, what is printed where, and which exit code comes back."""
+
+import functools
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import fake_physics
+import pytest
+from fake_physics import FAILS, GOOD, Fake, grid
+from ruamel.yaml import YAML
+
+from clearsweep import cli, estimate, sweeping
+from clearsweep.errors import StorageError
+from clearsweep.stopping import Stopped
+
+ROOT = Path(__file__).parent.parent
+HEAVY = ("numba", "pandas", "h5py", "pyarrow", "numpy", "matplotlib", "pydantic", "ruamel")
+
+
+@pytest.fixture
+def run_cli(monkeypatch, capsys, tmp_path):
+    """Return a function that runs a command line on made-up mechanics and returns (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sweeping, "sweep", functools.partial(sweeping.sweep, physics=Fake))
+    monkeypatch.setattr(estimate, "estimate", functools.partial(estimate.estimate, physics=Fake))
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            cli.main([str(argument) for argument in arguments])
+        return ended.value.code, *capsys.readouterr()
+
+    return run
+
+
+def written(path, source):
+    """Write a grid as a user would and return its path."""
+    with open(path, "w", encoding="utf-8") as file:
+        YAML().dump(source, file)
+    return path
+
+
+def subprocess_cli(*arguments, cwd=None):
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.run([sys.executable, "-m", "clearsweep", *map(str, arguments)], capture_output=True, text=True,
+                          cwd=cwd, env=environment, timeout=300, check=False)
+
+
+def test_help_answers_in_a_fifth_of_a_second_and_imports_click_alone():
+    times = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        found = subprocess_cli("--help")
+        times.append(time.perf_counter() - begin)
+    assert found.returncode == 0
+    assert "verify" in found.stdout
+    assert min(times) < 0.2
+    code = f"import sys, clearsweep.cli; sys.exit([m for m in {HEAVY} if m in sys.modules] or 0)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False,
+                           env=os.environ | {"PYTHONPATH": str(ROOT)})
+    assert found.returncode == 0, found.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "nearest"), [(("rn",), "run"), (("run", "g.yaml", "--retry-faild"), "--retry-failed")]
+)
+def test_unknown_verbs_and_options_name_the_nearest(run_cli, arguments, nearest):
+    code, out, err = run_cli(*arguments)
+    assert code == 2
+    assert out == ""
+    assert nearest in err
+
+
+def test_no_arguments_print_the_help(run_cli):
+    code, _, err = run_cli()
+    assert code == 0
+    assert "Commands:" in err
+
+
+def test_run_prints_a_short_table_of_the_worst_cases_in_units_for_people(run_cli, tmp_path):
+    code, out, _err = run_cli("run", written(tmp_path / "g.yaml", grid(9)))
+    assert code == 0
+    lines = out.splitlines()
+    assert lines[0].startswith("9 cases ran in")
+    assert "9 ok, 0 failed" in lines[0]
+    table = lines[lines.index("Largest normal force") + 1:][:6]
+    assert table[0].split("  ")[1] == "case_id"
+    assert "slider mass" in table[0]
+    assert "108 g" in table[1] or "0.108 kg" in table[1]
+    assert "results/made-up" in out
+    assert "clearsweep report" in out
+    assert (tmp_path / "results" / "made-up" / "summary.parquet").exists()
+
+
+def test_run_again_says_that_nothing_was_left(run_cli, tmp_path):
+    path = written(tmp_path / "g.yaml", grid(3))
+    run_cli("run", path, "--out", "x", "-j", 1)
+    code, out, _ = run_cli("run", path, "--out", "x")
+    assert code == 0
+    assert out.startswith("0 cases ran")
+    assert "(3 were there before)" in out
+
+
+def test_failed_cases_are_listed_with_their_reason_and_give_exit_code_3(run_cli, tmp_path):
+    code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(5, (GOOD, FAILS))))
+    assert code == 3
+    assert "Failed cases: 5 step-budget" in out
+    assert "the step budget was used up" in out
+    assert "--retry-failed" in out
+
+
+def test_json_holds_the_same_in_si(run_cli, tmp_path):
+    code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(3, (GOOD, FAILS))), "--json")
+    facts = json.loads(out)
+    assert code == 3
+    assert (facts["cases"], facts["ok"], facts["failed"], facts["statuses"]) == (6, 3, 3, {"ok": 3, "step-budget": 3})
+    assert facts["worst"][0]["swept"]["mechanism.slider.mass"] == pytest.approx(0.102)
+    assert facts["worst"][0]["force_peak"] == pytest.approx(0.102)
+    assert Path(facts["files"]["orbits.h5"]).exists()
+    assert facts["derived"]["joints.rod-slider.contact.stiffness"]["unit"] == "N/m^1.5"
+
+
+def test_dry_run_prints_counts_derived_values_time_and_bytes_and_writes_nothing(run_cli, tmp_path):
+    code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(3)), "--dry-run")
+    assert code == 0
+    assert out.startswith("3 cases, 0 of them there already, 3 to run")
+    assert "stiffness = 6.61e+10 N/m^1.5" in out
+    assert "time: about" in out
+    assert "storage: about" in out
+    assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    ({"drive": {"sped": "3000 rpm"}}, "did you mean 'speed'"),
+    ({"drive": {"speed": "3000 mm"}}, "drive.speed"),
+    ({"sweep": {}}, "sweep"),
+    ({"sweep": {"drive.sped": [1.0]}}, "drive.sped"),
+])
+def test_bad_input_is_exit_code_2_with_the_place_and_nothing_is_written(run_cli, tmp_path, change, said):
+    path = written(tmp_path / "g.yaml", grid(3) | change)
+    code, out, err = run_cli("run", path)
+    assert code == 2
+    assert out == ""
+    assert said in err
+    assert "g.yaml:" in err
+    assert not (tmp_path / "results").exists()
+
+
+def test_directories_that_do_not_fit_are_exit_code_2(run_cli, tmp_path):
+    path = written(tmp_path / "g.yaml", grid(1))
+    (tmp_path / "file").write_text("")
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter.tex").write_text("")
+    run_cli("run", path, "--out", "x")
+    other = written(tmp_path / "h.yaml", grid(1, drive={"speed": "3000 rpm"}))
+    refused = [((path, "--out", "file"), "not a directory"), ((path, "--out", "thesis"), "chapter.tex"),
+               ((other, "--out", "x"), "drive.speed"), ((path, "--out", "file/below"), "cannot be written")]
+    for arguments, said in refused:
+        code, out, err = run_cli("run", *arguments)
+        assert code == 2
+        assert out == ""
+        assert said in err
+    for arguments in (("report", "nothing"), ("show", "nothing", "00"), ("report", "thesis")):
+        code, _, err = run_cli(*arguments)
+        assert code == 2
+        assert "no run.json" in err
+
+
+def test_a_missing_grid_file_is_exit_code_2(run_cli):
+    code, _, err = run_cli("run", "nowhere.yaml")
+    assert code == 2
+    assert "nowhere.yaml" in err
+
+
+@pytest.mark.parametrize(("error", "expected"), [
+    (StorageError("disk full"), 4), (Stopped(2, "stopped"), 130), (Stopped(15, "stopped"), 143),
+    (KeyboardInterrupt(), 130), (ZeroDivisionError("bug"), 1),
+])
+def test_every_outcome_has_its_exit_code(run_cli, monkeypatch, error, expected):
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr(sweeping, "sweep", fail)
+    code, out, err = run_cli("run", "g.yaml")
+    assert code == expected
+    assert out == ""
+    assert (str(error) in err)
+
+
+def test_init_writes_a_grid_that_loads_and_never_overwrites(run_cli, tmp_path):
+    code, out, _ = run_cli("init", "new.yaml")
+    assert code == 0
+    assert "new.yaml" in out
+    text = (tmp_path / "new.yaml").read_text()
+    assert run_cli("init")[1] == text
+    (tmp_path / "new.yaml").write_text("mine")
+    code, _, err = run_cli("init", "new.yaml")
+    assert code == 2
+    assert "exists already" in err
+    assert (tmp_path / "new.yaml").read_text() == "mine"
+    assert run_cli("init", "no/such/place.yaml")[0] == 2
+
+
+def test_schema_is_a_json_schema(run_cli, monkeypatch):
+    monkeypatch.setattr("clearsweep.physics.Physics.catalogue", staticmethod(lambda: fake_physics.CATALOGUE))
+    code, out, _ = run_cli("schema")
+    assert code == 0
+    assert json.loads(out)["type"] == "object"
+
+
+def test_a_grid_runs_resumes_and_reports_from_the_command_line(tmp_path):
+    source = grid(2, (0.0,), wear=True) | {"simulate": {"revolutions": 3, "discard": 1}}
+    path = written(tmp_path / "g.yaml", source)
+    first = subprocess_cli("run", path, "--json", cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    facts = json.loads(first.stdout)
+    assert facts["ran"] == facts["ok"] == 2
+    assert facts["worst"][0]["force_peak"] > 100.0
+    again = subprocess_cli("run", path, cwd=tmp_path)
+    assert again.returncode == 0
+    assert again.stdout.startswith("0 cases ran")
+    report = subprocess_cli("report", cwd=tmp_path)
+    assert report.returncode == 0, report.stderr
+    assert (tmp_path / report.stdout.strip()).stat().st_size > 10_000
