@@ -157,6 +157,9 @@ _SAVED = Field(
     "revolutions", "1", "the last revolutions that `last` saves; default 2, or all where there are fewer", optional=True
 )
 _ORBITS = Word(("none", "last", "all"), "which time histories are saved", "last")
+_METHOD = Word(
+    ("auto", "explicit", "implicit"), "explicit Runge-Kutta, implicit Radau IIA, or whichever the motion asks for", "auto"
+)
 
 
 def shape(mechanism: str, catalogue: Catalogue) -> Shape:
@@ -177,6 +180,7 @@ def shape(mechanism: str, catalogue: Catalogue) -> Shape:
             tree[f"joints.pair.{field.name}"] = Number((Use(field, tree["joints.pair.contact.elastic"].when),))
         tree["simulate"] = Section("how long and how exactly", "implied")
         _numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
+        tree["simulate.method"] = _METHOD
         tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
         _numbers(tree, "save", (_SAMPLES,), sweep=False)
         return tree
@@ -192,6 +196,7 @@ def shape(mechanism: str, catalogue: Catalogue) -> Shape:
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
     _numbers(tree, "simulate", _SIMULATE)
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
+    tree["simulate.method"] = _METHOD
     _numbers(tree, "simulate", _BUDGETS)
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
     _numbers(tree, "save", (_SAVED, _SAMPLES), sweep=False)

@@ -140,6 +140,7 @@ class _Run:
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             mode=np.zeros(3, dtype=np.int64),
             limit=np.zeros(1),
+            history=np.zeros(2),
             jacobian=np.zeros((n, n)),
             newton=np.zeros((3 * n, 3 * n)),
             newton_pivots=np.zeros(3 * n, dtype=np.int64),
@@ -193,7 +194,7 @@ def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:
         separations=int(settings["impacts"]) if pair else 0,
         step_budget=int(settings["step_budget"] * turns),
         event_budget=int(settings["event_budget"] * turns),
-        method=_METHODS[settings.get("method", "auto")],
+        method=_METHODS[settings["method"]],
         keep_events=scene.case["save"]["orbits"] != "none" or times.size > 0,
     )
     if control.method == events.IMPLICIT:

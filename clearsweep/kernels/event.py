@@ -18,6 +18,7 @@ NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP = 0, 1, 2, 3, 4, 5
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
 MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
 ROUNDING = 4.0e-16
+EXPLICIT, IMPLICIT = 0, 1  # methods
 # Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
 STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
 
@@ -45,6 +46,17 @@ class Work(NamedTuple):
     clearance: np.ndarray  # (j,) m
     side: np.ndarray  # (j,) Joint.side
     counts: np.ndarray  # (COUNTS,) int64
+    mode: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
+    limit: np.ndarray  # (1,) length of the last step before the method changed
+    history: np.ndarray  # (2,) length of the step whose implicit interpolant is in `f` (0: none), 1 if it was accepted
+    jacobian: np.ndarray  # (n, n), and the rest of what the implicit method works on
+    newton: np.ndarray  # (3 n, 3 n)
+    newton_pivots: np.ndarray  # (3 n,) int64
+    small: np.ndarray  # (n, n)
+    small_pivots: np.ndarray  # (n,) int64
+    stages: np.ndarray  # (3 n,)
+    change: np.ndarray  # (3 n,)
+    offset: np.ndarray  # (n,)
 
 
 @kernel

@@ -36,7 +36,8 @@ from .motion import (
     RATE,
     TORQUE,
 )
-from .step import finish_dense, meet, share_at, take_step
+from .step import finish_dense, finish_ends, meet, share_at, take_step
+from .stiff import choose_method
 from .tally import (
     ACCELERATION_MAX,
     APPROACH,
@@ -62,6 +63,7 @@ from .tally import (
     stage_peak,
 )
 
+AUTO = 2  # of Control.method
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW = range(5)
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic, so grow with care
 TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
@@ -78,6 +80,7 @@ class Control(NamedTuple):
     step_budget: int
     event_budget: int
     keep_events: bool
+    method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
 
 
 class Record(NamedTuple):
@@ -263,6 +266,7 @@ def open_window(tally):
 @kernel
 def go_on(work):
     """Make the end of a step the start of the next."""
+    work.history[1] = 1.0
     for i in range(work.y.size):
         work.y[i], work.k[0, i] = work.end[i], work.k[END, i]
     for column in range(work.o.shape[1]):
@@ -274,6 +278,8 @@ def restart(work):
     """Begin a step at `work.end`, where something has changed."""
     for i in range(work.y.size):
         work.y[i] = work.end[i]
+    work.mode[0], work.mode[1] = work.mode[2], 0
+    work.history[0] = 0.0
     evaluate(work, work.y, 0)
 
 
@@ -290,13 +296,23 @@ def first_length(work, proposals, pattern):
 
 
 @kernel
-def contact_pattern(state):
-    """Return the set of joints in contact as the bits of a number."""
-    pattern = 0
-    for j in range(state.size):
-        if state[j] != FREE:
+def proposal_of(work):
+    """Return where the step length for this method and these joints in contact is remembered: the bits of a number."""
+    pattern = work.mode[0] << work.state.size
+    for j in range(work.state.size):
+        if work.state[j] != FREE:
             pattern |= 1 << j
     return pattern
+
+
+@kernel
+def next_length(work, proposals, pattern):
+    """Change the method if that was decided, and return the length of the next step."""
+    if work.mode[2] == work.mode[0]:
+        return proposals[pattern]
+    work.mode[0] = work.mode[2]
+    work.history[0] = 0.0
+    return work.limit[0]
 
 
 @njit(error_model="numpy", cache=True)
@@ -312,7 +328,7 @@ def integrate(control, work, tally, record):
     """
     time = work.time
     events = np.empty((64 if control.keep_events else 0, 5))
-    proposals = np.zeros(1 << work.state.size)
+    proposals = np.zeros(2 << work.state.size)
     windowed = control.window <= 0.0
     stop = control.end if windowed else control.window
     evaluate(work, work.y, 0)
@@ -322,7 +338,7 @@ def integrate(control, work, tally, record):
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[time]:
         write_sample(work, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
-    h = first_length(work, proposals, contact_pattern(work.state))
+    h = first_length(work, proposals, proposal_of(work))
     grow, tries = GROW, 0
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
         h = min(h, work.longest / work.o[0, KAPPA])
@@ -335,14 +351,16 @@ def integrate(control, work, tally, record):
                 return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS]]
             continue
         tries = 0
-        evaluate(work, work.end, END)
-        pattern = contact_pattern(work.state)
+        finish_ends(work)
+        if control.method == AUTO:
+            choose_method(work, h)
+        pattern = proposal_of(work)
         proposals[pattern] = h * min(grow, SAFETY * max(error, 1e-10) ** -0.125)
         kind, joint, taken, dense = meet(work, h, stop)
         enter(work, tally, taken, windowed, record, dense)
         if kind == NOTHING:
-            h, grow = proposals[pattern], GROW
             go_on(work)
+            h, grow = next_length(work, proposals, pattern), GROW
             continue
         if kind == STOP:
             if windowed:
@@ -356,5 +374,5 @@ def integrate(control, work, tally, record):
             if work.counts[EVENTS] >= control.event_budget:
                 return EVENT_BUDGET, events[: work.counts[EVENTS]]
         restart(work)
-        h, grow = first_length(work, proposals, contact_pattern(work.state)), GROW
+        h, grow = first_length(work, proposals, proposal_of(work)), GROW
     return STEP_BUDGET, events[: work.counts[EVENTS]]

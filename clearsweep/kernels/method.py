@@ -168,6 +168,8 @@ D7_16 = -149.72683625798564
 
 # Rows of k: 0 to 11 the stages of a step, END the rates at its end, up to ROWS those that the dense output adds.
 END, SCRATCH, ROWS = 12, 15, 16  # SCRATCH is free again once the coefficients of the dense output are made
+NODE_SHARES = np.array([0.0, 0.0526, 0.0789, 0.11835034190722739, 0.28164965809277260, 1.0 / 3.0, 0.25,
+                        0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0, 1.0])  # fmt: skip
 WEIGHTS = np.array([B1, 0.0, 0.0, 0.0, 0.0, B6, B7, B8, B9, B10, B11, B12])
 
 

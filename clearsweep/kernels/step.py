@@ -1,9 +1,10 @@
 """One step: its stages, its dense output, and the step again where an event cuts it short."""
 
-from .event import EVALUATIONS, LOCATING, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
+from .event import EVALUATIONS, IMPLICIT, LOCATING, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
 from .family import kernel
-from .method import END, ROWS, dense_coefficients, dense_component, error_norm, stage_state
+from .method import END, ROWS, dense_coefficients, dense_component, dense_state, error_norm, stage_state
 from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE
+from .stiff import FAILED, implicit_step, look_along
 
 
 @kernel
@@ -17,6 +18,8 @@ def run_stages(work, h, first, last):
 @kernel
 def finish_dense(work, h):
     """Make the dense output of the step that has just been taken."""
+    if work.mode[0] == IMPLICIT:
+        return  # the implicit step made it
     run_stages(work, h, END + 1, ROWS)
     dense_coefficients(h, work.y, work.end, work.k, work.f)
 
@@ -24,17 +27,28 @@ def finish_dense(work, h):
 @kernel
 def take_step(work, h):
     """Put the state at the end of a step of length `h` into `work.end` and return its error over the allowed one."""
+    if work.mode[0] == IMPLICIT:
+        return implicit_step(work, h)
     run_stages(work, h, 1, END)
     stage_state(END, h, work.y, work.k, work.end)
     return error_norm(h, work.k, work.scale)
 
 
 @kernel
+def finish_ends(work):
+    """Evaluate the rates at the end of a step, and the observables on its way where the method has not."""
+    evaluate(work, work.end, END)
+    if work.mode[0] == IMPLICIT:
+        look_along(work)
+
+
+@kernel
 def land(work, share, kind, joint, h, stop):
     """Take the step again with the length at which the event was found, put it exactly there; return the length."""
     h *= share
-    take_step(work, h)
-    evaluate(work, work.end, END)
+    if take_step(work, h) == FAILED:  # the interpolant of the longer step has to do
+        dense_state(share, work.y, work.f, work.end)
+    finish_ends(work)
     block = JOINTS + JOINT_WIDTH * joint
     miss, slope = 0.0, 0.0
     if kind == ONSET:

@@ -107,21 +107,19 @@ def fill_ramp(time, ramp, a, b, duration):
     ramp[k] -= density
 
 
-@kernel
 def force_exceeded(time, ramp, duration):
-    """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that."""
-    density = 0.0
-    for place in range(BINS):  # turn ramps into the time in each bin
-        density += ramp[place]
-        ramp[place] = 0.0
-        time[place] += density * (bin_edge(place + 1) - bin_edge(place))
-    above = 0.0
-    for place in range(BINS - 1, -1, -1):
-        if above + time[place] >= duration:
-            share = (above + time[place] - duration) / time[place]
-            return bin_edge(place) + share * (bin_edge(place + 1) - bin_edge(place))
-        above += time[place]
-    return 0.0
+    """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that.
+
+    time, ramp : (BINS,) rows of the Tally.
+    """
+    edges = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)
+    spent = time + np.cumsum(ramp) * np.diff(edges)
+    above = np.cumsum(spent[::-1])[::-1]  # time at a force of each bin or higher
+    places = np.flatnonzero(above >= duration)
+    if places.size == 0:
+        return 0.0
+    place = places[-1]
+    return edges[place] + (above[place] - duration) / spent[place] * (edges[place + 1] - edges[place])
 
 
 @kernel

@@ -1,6 +1,7 @@
-"""Problems whose answers are known: quadruple-precision trajectories of slider-cranks, and the impact of two bodies.
+"""Problems whose answers are known: quadruple-precision trajectories of slider-cranks, and impacts of two bodies.
 
-`reference.json` says where its trajectories come from and what its rows hold.
+`reference.json` says where its trajectories come from and what its rows hold.  A problem makes its scene, says where to
+report, and judges what an integrator found.
 """
 
 import json
@@ -11,7 +12,173 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import lambertw
 
-from .. import scene as scenes
-from ..kernels.event import SEPARATION
-from ..laws import exact_factor  # noqa: F401
+from .. import grid, scene
+from ..kernels.event import ONSET, SEPARATION
 from .yardsticks import Solution
+
+CRANK, ROD = 0.05, 0.12  # m
+KINDS = {"on": ONSET, "off": SEPARATION}
+
+
+class Verdict(NamedTuple):
+    """How far from the truth a solution is; None where that cannot be said."""
+
+    first_half: float | None  # largest error of a sample in the first half of the run, over its scale
+    whole: float  # the same over the whole run; impact pair: largest error of a restitution
+    events: int  # contact onsets and separations found
+    events_exact: bool  # as many as there are, of the same joints and kinds in the same order
+    peaks: float | None  # largest relative error of a force peak in the first half
+
+
+class Trajectory(NamedTuple):
+    """A slider-crank whose motion is known at some times."""
+
+    name: str
+    title: str
+    grid: dict
+    scales: np.ndarray  # (2 coordinates,) 0.05 rad, 0.05 m, crank rate, crank rate x crank length
+    samples: np.ndarray  # (samples, 2 coordinates) in the order of the compiled state
+    times: np.ndarray  # (samples,) s, equidistant, the last one is the end
+    events: np.ndarray  # (events, 5) time (s), joint, ONSET or SEPARATION, rate (m/s), force peak (N, nan: not known)
+    revolutions: float
+    separations: int = 0
+    measure: str = "pointwise"
+
+    @property
+    def end(self) -> float:
+        """Return the length of the run, s."""
+        return self.times[-1]
+
+    def judge(self, found: Solution) -> Verdict:
+        """Return how far a solution is from the truth, pointwise at the samples."""
+        half = len(self.times) // 2
+        complete = found.states.shape == self.samples.shape and bool(np.all(np.isfinite(found.states)))
+        error = np.abs(found.states - self.samples) / self.scales if complete else np.full((2 * half, 1), np.nan)
+        exact = _same_events(found.events, self.events)
+        peaks = self._peak_error(found) if complete else None
+        return Verdict(float(error[:half].max()), float(error.max()), len(found.events), exact, peaks)
+
+    def _peak_error(self, found: Solution) -> float | None:
+        """Return the largest relative error of the force peaks of contacts that end in the first half."""
+        ours, truth = (log[(log[:, 2] == SEPARATION) & (log[:, 0] <= 0.5 * self.end), 4]
+                       for log in (found.events, self.events))  # fmt: skip
+        if len(ours) != len(truth) or not np.all(ours > 0.0):
+            return None
+        return float(np.nanmax(np.abs(ours / truth - 1.0)))  # nan: a peak that is not known
+
+
+class ImpactPair(NamedTuple):
+    """Two bodies that bounce against each other; the ratio of rebound to approach speed is known in closed form."""
+
+    name: str
+    title: str
+    grid: dict
+    restitution: float  # the ratio, of every impact
+    separations: int
+    end: float  # s, not reached before the last separation
+    times: np.ndarray = np.empty(0)
+    revolutions: float = 1.0  # its cost is that of the whole run
+    measure: str = "restitution"
+
+    @property
+    def events(self) -> np.ndarray:
+        """Return the events as `Trajectory.events` has them, of which only joint and kind are given."""
+        return np.array([(0.0, 0.0, kind, 0.0, 0.0) for kind in (ONSET, SEPARATION)] * self.separations)
+
+    def judge(self, found: Solution) -> Verdict:
+        """Return the largest error of the ratio of rebound to approach speed."""
+        exact = _same_events(found.events, self.events)
+        rates = found.events[:, 3]
+        worst = float(np.max(np.abs(-rates[1::2] / rates[::2] - self.restitution))) if exact else math.nan
+        return Verdict(None, worst, len(found.events), exact, None)
+
+
+def _same_events(found: np.ndarray, truth: np.ndarray) -> bool:
+    return len(found) == len(truth) and bool(np.all(found[:, 1:3] == truth[:, 1:3]))
+
+
+def scene_of(problem, tolerance: float):
+    """Return the Scene of a problem, to be integrated with `tolerance`; nothing is stored on the way."""
+    return scene.build(grid.load(problem.grid, scene.catalogue(), {"simulate.tolerance": tolerance}).case(0))
+
+
+def returned(factor: float) -> float:
+    """Return the ratio of rebound to approach speed under F = F_elastic (1 + chi u), chi being `factor`.
+
+    (1 + W(-(1 + chi) exp(-(1 + chi)))) / chi with Lambert's W, whatever the elastic law, the masses and the speed.
+    """
+    return float(1.0 + lambertw(-(1.0 + factor) * math.exp(-(1.0 + factor))).real) / factor
+
+
+def problems() -> list:
+    """Return all problems."""
+    held = json.loads(resources.files(__package__).joinpath("reference.json").read_text(encoding="utf-8"))
+    return [*(_trajectory(name, entry) for name, entry in held["problems"].items()), _pair()]
+
+
+def _trajectory(name: str, entry: dict) -> Trajectory:
+    """Return a reference trajectory as a problem."""
+    joint = {
+        "clearance": entry["clearance"],
+        "bearing_radius": 0.01,
+        "contact": {
+            "law": "lankarani-nikravesh", "stiffness": entry["stiffness"], "restitution": entry["restitution"],
+        },
+    }  # fmt: skip
+    if "friction" in entry:
+        joint["friction"] = entry["friction"]
+    source = {
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": CRANK, "mass": 0.3, "inertia": 1e-4},
+            "rod": {"length": ROD, "mass": 0.21, "inertia": 2.5e-4},
+            "slider": {"mass": 0.14},
+            "gravity": entry["gravity"],
+        },
+        "drive": {"speed": entry["speed"]},
+        "joints": dict.fromkeys(entry["joints"], joint),
+        "simulate": {"revolutions": entry["revolutions"], "discard": 0},
+        "save": {"orbits": "none"},
+    }
+    samples = np.array(entry["samples"])
+    names = [joint.replace("-", "_") for joint in entry["joints"]]
+    events = [(t, names.index(joint), KINDS[kind], rate, peak) for t, joint, kind, rate, peak in entry["events"]]
+    speed = 2.0 * math.pi * entry["revolutions"] / samples[-1, 0]
+    order, places = ([0, 1], 2) if len(names) == 1 else ([2, 3, 0, 1], 4)  # two joints: the rod's centre comes first
+    scales = np.array([0.05] * places + [speed] + [speed * CRANK] * (places - 1))
+    values = samples[:, 1:][:, order + [places + place for place in order]]
+    return Trajectory(name, entry["title"], source, scales, values, samples[:, 0], np.array(events, dtype=float),
+                      entry["revolutions"])  # fmt: skip
+
+
+def _pair() -> ImpactPair:
+    """Return the impact pair as a problem."""
+    source = {
+        "mechanism": {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0},
+        "joints": {"pair": {"clearance": 1e-3, "contact": {
+            "law": "lankarani-nikravesh", "stiffness": 6.61e10, "restitution": 0.9}}},
+        "simulate": {"impacts": 5},
+        "save": {"orbits": "none"},
+    }  # fmt: skip
+    ratio = returned(0.75 * (1.0 - 0.9**2))
+    return ImpactPair("impact_pair", "five impacts of two bodies", source, ratio, 5, 1.0)
+
+
+def found_by_simulate(problem, trajectory) -> Solution:
+    """Return the Trajectory of `clearsweep.simulate` as a Solution."""
+    summary, channels = trajectory.summary, trajectory.channels
+    names = _channel_names(problem)
+    states = np.column_stack([channels[name] for name in names]) if channels and names else np.empty((0, 0))
+    events, joints = trajectory.events, [joint.replace("-", "_") for joint in problem.grid["joints"]]
+    rows = [(e["t"], joints.index(e["joint"]), KINDS[e["kind"]], e["rate"], e["force_peak"]) for e in events]
+    return Solution(states, np.array(rows).reshape(-1, 5), summary["steps"], summary["steps_rejected"],
+                    summary["rhs_evaluations"])  # fmt: skip
+
+
+def _channel_names(problem) -> list[str]:
+    """Return the channels that hold the compiled state of a problem with known samples, in its order."""
+    if problem.measure == "restitution":
+        return []
+    rod = ["rod/x", "rod/y"] if len(problem.grid["joints"]) == 2 else []
+    rates = ["rod/vx", "rod/vy"] if rod else []
+    return ["rod/angle", "slider/x", *rod, "rod/rate", "slider/v", *rates]

@@ -13,14 +13,19 @@ from numba import njit, types
 from numba.extending import overload
 from scipy.integrate import solve_ivp
 
+from ..kernels.dynamics import motion
 from ..kernels.event import ONSET, SEPARATION
 from ..kernels.family import OPTIONS, Entry, entry, flatten, invoke, kernel, shaped
 from ..kernels.integrate import ONSET_FLOOR
 from ..kernels.joint import CLIPPED, FREE, PRESSED, joint_load
-from ..kernels.mechanism import gaps, motion, pose
+from ..kernels.mechanism import gaps, pose
 
 ROWS = 4  # of the rates: the stages of Runge-Kutta 4
 DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # what stands after the rates, for every joint
+TINY = 1e-300  # m
+RELATIVE = 2.3e-14  # the least relative tolerance that scipy takes
+BLIND = 1e-9  # turns of the crank after an event during which its joint has no further one
+LONGEST = 0.02  # turns of the crank a step may span: none over a contact from free flight to free flight
 
 
 class Solution(NamedTuple):
@@ -48,7 +53,8 @@ def loads_of(joints, relative, state, onset, j):
     """Return one Load per joint of the tuple `joints`."""
     if len(joints) == 0:
         return ()
-    return (load_of(joints[0], relative[0], state[j], onset[j]), *loads_of(joints[1:], relative[1:], state, onset, j + 1))
+    load = load_of(joints[0], relative[0], state[j], onset[j])
+    return (load, *loads_of(joints[1:], relative[1:], state, onset, j + 1))
 
 
 @overload(loads_of, strict=False, jit_options=dict(OPTIONS))
@@ -65,7 +71,7 @@ def _loads_of(joints, relative, state, onset, j):
 
 @kernel
 def rates_in_time(scene, y, state, onset, k, row):
-    """Put the rates of `y` with respect to time into `k[row]`, then depth, its rate and the normal force of every joint.
+    """Put the rates of `y` in time into `k[row]`, then depth, its rate and the normal force of every joint.
 
     y : (n,) coordinates, rates, time; k : (ROWS, n + JOINT_WIDTH * joints); state, onset : (joints,).
     """
@@ -175,22 +181,34 @@ def _march(rates, y, joints, step, each, states, separations):
 def scipy_dop853(scene, times, end, tolerance, separations=0) -> Solution:
     """Integrate with `scipy.integrate.solve_ivp`, method DOP853, from event to event, each located on its dense output.
 
-    `times` : (n,) s, where to report, may be empty; `end` : s, or `separations`, after which to stop.  `tolerance` is
-    relative; the absolute one is that times clearance, and times clearance and crank speed for rates.
+    `times` : (n,) s, where to report, may be empty; `end` : s, or `separations`, after which to stop.  Errors are
+    measured as ours are, in clearances: a step may err by `tolerance` times clearance, rates by that times crank
+    speed, whatever the size of the coordinates.  Steps are counted where nothing is reported; force peaks are not
+    sought.
     """
     value = scene.value
     parameters = flatten(value)
     rates = rates_of(value, parameters)
-    half, joints = len(value.coordinates), len(value.joints)
+    half, joints, turn = len(value.coordinates), len(value.joints), 2.0 * math.pi / value.pace
     state, onset = np.full(joints, FREE), np.ones(joints)
     k, z = np.zeros((ROWS, 2 * half + 1 + JOINT_WIDTH * joints)), np.empty(2 * half + 1)
+    evaluations = 0
+
+    def evaluate(t, y):
+        nonlocal evaluations
+        evaluations += 1
+        return _evaluate(rates, t, y, z, state, onset, k)
 
     def slope(t, y):
-        return _evaluate(rates, t, y, z, state, onset, k)[: 2 * half].copy()
+        return evaluate(t, y)[: 2 * half].copy()
 
     def depth_of(j):
+        place = 2 * half + 1 + JOINT_WIDTH * j + DEPTH
+
         def depth(t, y):
-            return _evaluate(rates, t, y, z, state, onset, k)[2 * half + 1 + JOINT_WIDTH * j + DEPTH]
+            if at_event == j and t - begin < blind:  # zero but for rounding, whose sign must not hide the next event
+                return -TINY * depth.direction
+            return evaluate(t, y)[place]
 
         depth.terminal = True
         return depth
@@ -198,23 +216,25 @@ def scipy_dop853(scene, times, end, tolerance, separations=0) -> Solution:
     depths = [depth_of(j) for j in range(joints)]
     clearance = min(joint.clearance for joint in value.joints)
     allowed = tolerance * clearance * np.repeat([1.0, value.pace], half)
-    t, y = 0.0, scene.start[: 2 * half]
-    states, events, steps, evaluations, ended = [], [], 0, 0, 0
-    while t < end:
+    begin, y, at_event = 0.0, scene.start[: 2 * half], -1
+    blind, longest = BLIND * turn, math.inf if separations else LONGEST * turn
+    states, events, steps, ended = [], [], 0, 0
+    while begin < end:
         for j in range(joints):
             depths[j].direction = 1.0 if state[j] == FREE else -1.0
-        ahead = times[times > t] if len(times) else None
-        found = solve_ivp(slope, (t, end), y, "DOP853", ahead, events=depths, rtol=tolerance, atol=allowed)
-        evaluations += found.nfev
-        steps += len(found.t) if ahead is None else 0
+        ahead = times[times > begin] if len(times) else None
+        with np.errstate(all="ignore"):  # a step tried far too long may overflow; it is rejected
+            found = solve_ivp(slope, (begin, end), y, "DOP853", ahead, events=depths, rtol=RELATIVE, atol=allowed,
+                              max_step=longest)  # fmt: skip
+        steps += len(found.t) - 1 if ahead is None else 0
         states += list(np.transpose(found.y)) if ahead is not None and len(found.t) else []
         if found.status != 1:
             break
-        j = min((j for j in range(joints) if len(found.t_events[j])), key=lambda j: found.t_events[j][0])
-        t, y = found.t_events[j][0], found.y_events[j][0]
-        rate = _evaluate(rates, t, y, z, state, onset, k)[2 * half + 1 + JOINT_WIDTH * j + RATE]
+        j = at_event = min((j for j in range(joints) if len(found.t_events[j])), key=lambda j: found.t_events[j][0])
+        begin, y = found.t_events[j][0], found.y_events[j][0]
+        rate = evaluate(begin, y)[2 * half + 1 + JOINT_WIDTH * j + RATE]
         kind = ONSET if state[j] == FREE else SEPARATION
-        events.append((t, j, kind, rate, 0.0))
+        events.append((begin, j, kind, rate, 0.0))
         state[j], onset[j] = (PRESSED, max(rate, ONSET_FLOOR)) if kind == ONSET else (FREE, 1.0)
         ended += kind == SEPARATION
         if 0 < separations <= ended:

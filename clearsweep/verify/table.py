@@ -1,0 +1,88 @@
+"""What was measured, as text of a fixed width."""
+
+HEAD = (
+    f"  {'method':<15}{'setting':>15}{'error, 1st half':>17}{'error, all':>12}{'events':>11}{'force peaks':>13}"
+    f"{'rhs':>10}{'steps':>9}{'time [ms/rev]':>15}"
+)
+EXPLANATION = (
+    "error: largest deviation at the samples of angle / 0.05 rad, place / 0.05 m, angular rate / crank rate, speed /",
+    "    (crank rate x crank length), over the first half of the run and all of it.  Motion with clearance is chaotic:",
+    "    an error grows a thousandfold and more in a revolution, whatever the method.",
+    "events: contact onsets and separations found; = means that number and order are exact.",
+    "force peaks: largest relative error in the first half; '-' where contacts are missing or no peaks are sought.",
+    "rhs: evaluations of the equations of motion, those for events included.",
+    "time: least of {rounds} interleaved rounds, compilation excluded; event-driven: the whole call of",
+    "    clearsweep.simulate with every figure of the summary.",
+)
+METHODS = (
+    "event-driven    clearsweep.simulate: adaptive order 8, every onset and separation located",
+    "scipy DOP853    solve_ivp on the same compiled right-hand side, every onset and separation located, restarted",
+    "fixed-step RK4  classical Runge-Kutta 4, compiled, on the same right-hand side, events not located",
+)
+
+
+def text(results: dict) -> str:
+    """Return the tables of all problems, what they mean, and the figures that matter most."""
+    machine = results["machine"]
+    lines = [
+        f"clearsweep {results['version']}, error against run time ({results['command']}, {results['date']})",
+        f"{machine['processor']}, {machine['cores']} cores, {machine['system']}; Python {machine['python']}, "
+        f"numpy {machine['numpy']}, scipy {machine['scipy']}, numba {machine['numba']}",
+        "",
+        *METHODS,
+    ]
+    for entry in results["problems"]:
+        lines += ["", *_problem(entry)]
+    lines += ["", *(line.format(rounds=results["rounds"]) for line in EXPLANATION), "", *_headline(results["headline"])]
+    return "\n".join(lines)
+
+
+def _problem(entry: dict) -> list[str]:
+    """Return the lines of one problem."""
+    if entry["measure"] == "restitution":
+        what = "error of the ratio of rebound to approach speed, closed form; time of the run"
+    else:
+        turns = f"{entry['revolutions']:g} revolution" + ("" if entry["revolutions"] == 1 else "s")
+        what = f"{turns}, {entry['events_expected']} contact events"
+    lines, last = [f"{entry['name']}: {entry['title']} ({what})", HEAD], None
+    for row in entry["rows"]:
+        lines.append(_row(row, "" if row["method"] == last else row["method"]))
+        last = row["method"]
+    return lines
+
+
+def _row(row: dict, method: str) -> str:
+    setting = f"tolerance {row['tolerance']:.0e}" if "tolerance" in row else f"step {row['step']:.0e} s"
+    events = f"{'=' if row['events_exact'] else ''}{row['events']}"
+    return (
+        f"  {method:<15}{setting:>15}{_error(row['error_first_half']):>17}{_error(row['error_whole']):>12}{events:>11}"
+        f"{_error(row['peak_error_first_half']):>13}{row['rhs_evaluations']:>10}{row['steps']:>9}"
+        f"{row['ms_per_revolution']:>15.3g}"
+    )
+
+
+def _error(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e}"
+
+
+def _headline(figures: dict) -> list[str]:
+    """Return the lines that tell the flagship figures."""
+    lines = [
+        f"{figures['problem']} at tolerance {figures['tolerance']:g}: "
+        f"{figures['ms_per_revolution']:.3g} ms a revolution, "
+        f"{figures['integration_ms_per_revolution']:.3g} of it integrating, "
+        f"error {figures['error_first_half']:.1e} over the first half;",
+        f"  scipy DOP853 at the same tolerance {figures['scipy_ms_per_revolution']:.4g} ms, error "
+        f"{figures['scipy_error_first_half']:.1e}: {figures['ratio_at_equal_tolerance']:.0f} times slower;",
+    ]
+    if figures["ratio_at_equal_error"]:
+        lines.append(
+            f"  scipy DOP853 at the same error {figures['scipy_ms_per_revolution_at_equal_error']:.4g} ms: "
+            f"{figures['ratio_at_equal_error']:.0f} times slower (between its tolerances, on a log-log line)."
+        )
+    else:
+        lines.append("  scipy DOP853 does not reach that error at any of its tolerances.")
+    ratios = figures["scipy_over_first_measured"].items()
+    first = ", ".join(f"{ratio:.2f} at {tolerance}" for tolerance, ratio in ratios)
+    lines.append(f"  scipy's time over that of its first measurement, on another machine: {first}.")
+    return lines

@@ -1,0 +1,177 @@
+"""The integrator against trajectories in quadruple precision and closed forms, and the yardsticks it is measured by."""
+
+import itertools
+import json
+import math
+
+import numpy as np
+import pytest
+
+from clearsweep import simulate, verify
+from clearsweep.kernels.event import ONSET, SEPARATION
+from clearsweep.verify import measuring, table
+from clearsweep.verify.problems import found_by_simulate, problems, returned, scene_of
+from clearsweep.verify.yardsticks import runge_kutta_4, scipy_dop853
+
+PROBLEMS = {problem.name: problem for problem in problems()}
+TRAJECTORIES = [name for name in PROBLEMS if name != "impact_pair"]
+STEPS = [1e-6 / 1.1**k for k in range(12)] + [1e-7 / 1.1**k for k in range(12)]  # s
+
+
+def judged(name, tolerance):
+    """Return the Verdict on our own solution of a problem."""
+    problem = PROBLEMS[name]
+    times = problem.times if len(problem.times) else [0.0]
+    return problem.judge(found_by_simulate(problem, simulate(scene_of(problem, tolerance), times=times)))
+
+
+def test_references_hold_five_trajectories_with_one_and_two_open_joints():
+    assert TRAJECTORIES == ["b_base", "b_grav_fric", "a_base", "ab_base", "b_stiff"]
+    assert {name: len(PROBLEMS[name].events) for name in TRAJECTORIES} == {
+        "b_base": 56, "b_grav_fric": 19, "a_base": 25, "ab_base": 60, "b_stiff": 48,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TRAJECTORIES)
+def test_tight_tolerance_follows_the_reference_to_the_end(name):
+    verdict = judged(name, 1e-12)
+    assert verdict.whole <= 1e-6
+    assert verdict.events_exact
+    assert verdict.peaks <= 1e-6
+
+
+@pytest.mark.parametrize("name", TRAJECTORIES)
+def test_usual_tolerance_follows_the_reference_through_the_first_half(name):
+    verdict = judged(name, 1e-9)
+    assert verdict.first_half <= 1e-6
+    assert verdict.events_exact
+
+
+@pytest.mark.parametrize("name", TRAJECTORIES)
+def test_event_times_and_rates_are_those_of_the_reference(name):
+    problem = PROBLEMS[name]
+    found = found_by_simulate(problem, simulate(scene_of(problem, 1e-12), times=problem.times)).events
+    assert found[:, 0] == pytest.approx(problem.events[:, 0], abs=1e-6 * problem.end)
+    assert found[:, 3] == pytest.approx(problem.events[:, 3], abs=1e-6)
+
+
+def test_error_falls_with_the_tolerance():
+    errors = [judged("a_base", tolerance).first_half for tolerance in (1e-4, 1e-6, 1e-8, 1e-10)]
+    assert all(later < 0.1 * earlier for earlier, later in itertools.pairwise(errors))
+
+
+def test_impact_pair_returns_the_closed_form():
+    assert judged("impact_pair", 1e-12).whole <= 1e-9
+    assert judged("impact_pair", 1e-12).events_exact
+
+
+@pytest.mark.parametrize(("factor", "ratio"), [(0.1425, 0.91317668), (1.0, 0.59362426), (10.0, 0.09998162)])
+def test_closed_form_of_restitution_gives_known_values(factor, ratio):
+    assert returned(factor) == pytest.approx(ratio, abs=1e-8)
+    chi, e = factor, returned(factor)
+    assert chi * e + math.log1p(-chi * e) == pytest.approx(-(chi - math.log1p(chi)), rel=1e-9)
+
+
+def test_fixed_step_without_event_location_is_of_first_order():
+    """An onset is found late by any part of a step: the error, averaged over steps close by, falls like the step."""
+    problem = PROBLEMS["b_grav_fric"]
+    scene = scene_of(problem, 1e-9)
+    errors = [problem.judge(runge_kutta_4(scene, problem.times, step)).first_half for step in STEPS]
+    order = np.polyfit(np.log(STEPS), np.log(errors), 1)[0]
+    assert 0.75 < order < 1.25
+    assert np.all(np.array(errors) > 1e-5)  # far from what the same force law gives with located events
+
+
+def test_fixed_step_is_of_fourth_order_in_free_flight():
+    problem = PROBLEMS["b_base"]
+    scene = scene_of(problem, 1e-13)
+    times = np.array([0.5, 1.0]) * 0.9 * problem.events[0, 0]  # before the first onset
+    exact = runge_kutta_4(scene, times, times[0] / 4000).states[-1]
+    coarse, fine = (np.abs(runge_kutta_4(scene, times, times[0] / n).states[-1] - exact).max() for n in (1, 2))
+    assert 12.0 < coarse / fine < 20.0
+
+
+@pytest.mark.parametrize("name", ["b_base", "b_grav_fric", "ab_base"])
+def test_scipy_on_the_same_laws_agrees_with_the_reference_and_with_ours(name):
+    problem = PROBLEMS[name]
+    found = scipy_dop853(scene_of(problem, 1e-9), problem.times, problem.end, 1e-12)
+    verdict = problem.judge(found)
+    assert verdict.first_half < 1e-7
+    assert verdict.events_exact
+    ours = found_by_simulate(problem, simulate(scene_of(problem, 1e-12), times=problem.times))
+    assert np.max(np.abs(found.states - ours.states) / problem.scales) < 1e-5
+    assert found.events[:, 3] == pytest.approx(ours.events[:, 3], abs=1e-4)
+
+
+def test_yardsticks_return_the_closed_form_of_the_impact_pair():
+    problem = PROBLEMS["impact_pair"]
+    scene = scene_of(problem, 1e-9)
+    located = problem.judge(scipy_dop853(scene, (), problem.end, 1e-12, problem.separations))
+    stepped = problem.judge(runge_kutta_4(scene, (), 1e-7, problem.separations))
+    assert located.events_exact
+    assert located.whole < 1e-9
+    assert stepped.events_exact
+    assert stepped.whole < 1e-5
+
+
+def test_verdict_sees_a_missing_event_and_a_wrong_order():
+    problem = PROBLEMS["ab_base"]
+    found = found_by_simulate(problem, simulate(scene_of(problem, 1e-9), times=problem.times))
+    assert problem.judge(found).events_exact
+    assert not problem.judge(found._replace(events=found.events[:-1])).events_exact
+    swapped = found.events[[1, 0, *range(2, len(found.events))]]
+    assert not problem.judge(found._replace(events=swapped)).events_exact
+    assert {ONSET, SEPARATION} == set(found.events[:, 2])
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Return what two problems give, at few settings and in one round."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measuring, "problems", lambda: [PROBLEMS["b_base"], PROBLEMS["impact_pair"]])
+        patch.setattr(measuring, "QUICK_STEPS", (1e-5, 1e-6))
+        patch.setattr(measuring, "QUICK_ROUNDS", 1)
+        return verify.measure(quick=True)
+
+
+def test_results_survive_json_and_are_complete(results):
+    read = json.loads(json.dumps(results, allow_nan=False))
+    assert read["version"]
+    assert read["date"]
+    assert {"processor", "python", "numba", "scipy"} <= set(read["machine"])
+    for entry in read["problems"]:
+        assert {row["method"] for row in entry["rows"]} == {"event-driven", "scipy DOP853", "fixed-step RK4"}
+        for row in entry["rows"]:
+            assert ("tolerance" in row) != ("step" in row)
+            assert row["ms_per_revolution"] > 0.0
+            assert row["rhs_evaluations"] > row["steps"] > 0
+    figures = read["headline"]
+    assert figures["ratio_at_equal_tolerance"] == figures["scipy_ms_per_revolution"] / figures["ms_per_revolution"]
+    assert figures["error_first_half"] <= 1e-6
+
+
+def test_table_is_narrow_and_has_a_line_for_every_row(results):
+    lines = table.text(results).splitlines()
+    assert sum("tolerance 1e-06" in line for line in lines) == 4
+    assert all(len(line) <= 132 for line in lines)
+    assert any(line.startswith("b_base at tolerance 1e-09") for line in lines)
+
+
+def test_main_prints_text_or_json(results, monkeypatch, capsys):
+    monkeypatch.setattr(verify, "measure", lambda quick, note: results)
+    verify.main(json=True, quick=True)
+    assert json.loads(capsys.readouterr().out)["headline"]["problem"] == "b_base"
+    verify.main(json=False, quick=True)
+    assert "b_base: rod-slider" in capsys.readouterr().out
+
+
+def test_time_at_equal_error_lies_between_the_settings():
+    rows = [{"method": "m", "error_first_half": e, "ms_per_revolution": t} for e, t in ((1e-2, 10.0), (1e-6, 1000.0))]
+    assert measuring.time_at_error({"rows": rows}, "m", 1e-4) == pytest.approx(100.0)
+    assert measuring.time_at_error({"rows": rows}, "m", 1e-8) is None
+
+
+@pytest.mark.parametrize("ending", ["svg", "png"])
+def test_figure_is_written(results, tmp_path, ending):
+    path = verify.draw(results, tmp_path / f"error.{ending}")
+    assert path.stat().st_size > 10_000
