@@ -68,7 +68,7 @@ def _cross(a, b):
 
 def largest_reactions(mechanism: dict, speed: float) -> dict[str, float]:
     """Return the largest reaction (N) of each joint of the ideal mechanism over a turn of the crank."""
-    count = 1440  # with the parabola, exact to about 1e-9
+    count = 720  # with the parabola, exact to about 1e-9
     angles = 2.0 * np.pi * np.arange(count) / count
     result = {}
     for name, forces in reactions(mechanism, speed, angles)._asdict().items():

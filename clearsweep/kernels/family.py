@@ -69,20 +69,35 @@ NO_ENTRY = Entry(0, 0)
 
 def flatten(value):
     """Return the numbers of nested tuples of floats as a (numbers,) float64 array, in the order compiled code reads."""
-    if not isinstance(value, tuple):
-        return np.array([value], dtype=np.float64)
-    return np.concatenate([flatten(part) for part in value]) if value else np.empty(0)
+    return np.array(list(_numbers(value)), dtype=np.float64)
+
+
+def _numbers(value):
+    if isinstance(value, tuple):
+        for part in value:
+            yield from _numbers(part)
+    else:
+        yield value
 
 
 _PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (function, scene)
 
 
-@functools.cache
-def _compiled(function, scene_type, arrays):
-    """Return `function` compiled for scenes of `scene_type`: a C function of pointers and one integer."""
-    return cfunc(types.void(types.CPointer(scene_type), *arrays, types.int64), cache=True, error_model="numpy")(
-        function
-    )
+_COMPILED = {}  # (function, kinds of the scene) -> C function
+
+
+def _kinds(value):
+    """Return the types in nested tuples; numba's own type of them takes a hundred times longer to look up."""
+    return (type(value), *map(_kinds, value)) if isinstance(value, tuple) else type(value)
+
+
+def _compiled(function, scene, arrays):
+    """Return `function` compiled for scenes of the type of `scene`: a C function of pointers and one integer."""
+    key = function, _kinds(scene)
+    if key not in _COMPILED:
+        pointers = (types.CPointer(item) for item in (numba.typeof(scene), *arrays))
+        _COMPILED[key] = cfunc(types.void(*pointers, types.int64), cache=True, error_model="numpy")(function)
+    return _COMPILED[key]
 
 
 def entry(function, scene, arrays, parameters):
@@ -95,8 +110,7 @@ def entry(function, scene, arrays, parameters):
         code = hash((function, id(parameters)))
         _PLAIN[code] = function, scene
         return Entry(code, 0)
-    pointers = tuple(types.CPointer(item) for item in arrays)
-    return Entry(_compiled(function, numba.typeof(scene), pointers).address, parameters.ctypes.data)
+    return Entry(_compiled(function, scene, arrays).address, parameters.ctypes.data)
 
 
 def invoke(code, parameters, arrays, integer):

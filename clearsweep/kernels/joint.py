@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from .family import kernel
 from .friction import friction_force
-from .normal import contact_force
+from .normal import contact_force, lowest_force
 
 FREE, PRESSED, CLIPPED = 0, 1, 2  # what a joint is doing; CLIPPED: penetrating, but its law would pull
 
@@ -46,13 +46,13 @@ class Load(NamedTuple):
     fy: float  # N
     moment_proximal: float  # N m, on the proximal body about its pin
     moment_distal: float  # N m
-    normal: float  # N, at least 0
+    normal: float  # N, at least what its law allows: 0 but where the law pulls
     tangential: float  # N, on the journal
     slip: float  # m/s, sliding speed of the journal surface on the bearing; in free flight the relative speed
     rate: float  # m/s, rate of the eccentricity
     depth: float  # m, eccentricity less clearance; negative where there is a gap
     elastic: float  # N, the elastic part of the normal force
-    raw: float  # N, the normal force before it is clipped at zero
+    raw: float  # N, the normal force before it is clipped, above the least that its law allows
 
 
 @kernel
@@ -75,15 +75,17 @@ def joint_load(joint, gap, state, pen, onset_rate):
     inverse = joint.side / eccentricity
     nx, ny = gap.x * inverse, gap.y * inverse
     rate = joint.side * (gap.vx * nx + gap.vy * ny)
-    raw, elastic = contact_force(joint.law, joint.elastic, pen, rate, onset_rate)
-    normal = raw if state == PRESSED else 0.0
+    force, elastic = contact_force(joint.law, joint.elastic, pen, rate, onset_rate)
+    lowest = lowest_force(joint.law)
+    normal = force if state == PRESSED else 0.0
     slip = surface_speed(joint, gap, -ny, nx)
-    tangential = friction_force(joint.friction, normal, slip)
+    rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
+    tangential = friction_force(joint.friction, rubbing, slip)
     fx = -normal * nx - tangential * ny
     fy = -normal * ny + tangential * nx
     on_journal = joint.journal_radius * tangential
     on_bearing = -joint.bearing_radius * tangential
     depth = eccentricity - joint.clearance
     if joint.side < 0.0:
-        return Load(-fx, -fy, on_journal, on_bearing, normal, tangential, slip, rate, depth, elastic, raw)
-    return Load(fx, fy, on_bearing, on_journal, normal, tangential, slip, rate, depth, elastic, raw)
+        return Load(-fx, -fy, on_journal, on_bearing, normal, tangential, slip, rate, depth, elastic, force - lowest)
+    return Load(fx, fy, on_bearing, on_journal, normal, tangential, slip, rate, depth, elastic, force - lowest)

@@ -1,62 +1,24 @@
-"""Normal contact force: the elastic part over penetration, and the laws that add a loss to it."""
+"""Normal contact force: the laws that add a loss to the elastic force."""
 
 import math
 from typing import NamedTuple
 
+from .elastic import elastic_force
 from .family import family
-
-# ---------------------------------------------------------------------------------------------- elastic part
-
-
-@family
-def elastic_force(elastic, pen):
-    """Return the elastic force (N) at penetration `pen` (m, at least 0)."""
-
-
-class Power(NamedTuple):
-    """F = K pen^n."""
-
-    stiffness: float  # N m^-n
-    exponent: float  # 1
-
-
-class PowerThreeHalves(NamedTuple):
-    """F = K pen^(3/2), Hertz's exponent: a square root in place of a general power."""
-
-    stiffness: float  # N m^-1.5
-
-
-class Linear(NamedTuple):
-    """F = K pen."""
-
-    stiffness: float  # N/m
-
-
-@elastic_force.member(Power)
-def _power(elastic, pen):
-    return elastic.stiffness * pen**elastic.exponent
-
-
-@elastic_force.member(PowerThreeHalves)
-def _power_three_halves(elastic, pen):
-    return elastic.stiffness * pen * math.sqrt(pen)
-
-
-@elastic_force.member(Linear)
-def _linear(elastic, pen):
-    return elastic.stiffness * pen
-
-
-# ---------------------------------------------------------------------------------------------- laws with a loss
 
 
 @family
 def contact_force(law, elastic, pen, rate, onset_rate):
-    """Return (force, elastic part) in N, the force not yet clipped at zero.
+    """Return (force, elastic part) in N, the force not yet clipped at `lowest_force`.
 
     `pen` : penetration, m; `rate` : its rate, m/s, closing positive; `onset_rate` : the closing rate at which this
     contact began, m/s, positive.
     """
+
+
+@family
+def lowest_force(law):
+    """Return the force (N) below which the law is clipped: 0, or -inf where it may pull until the surfaces part."""
 
 
 class Lossless(NamedTuple):
@@ -69,10 +31,47 @@ class Hysteresis(NamedTuple):
     factor: float  # chi, 1
 
 
+class ApproachHysteresis(NamedTuple):
+    """The same while the bodies approach, the elastic force alone while they part."""
+
+    factor: float  # chi, 1
+
+
 class ViscousSpring(NamedTuple):
-    """F = F_elastic + c rate (Kelvin-Voigt)."""
+    """F = F_elastic + c rate."""
+
+    damping: float  # c, N s/m
+
+
+class PullingSpring(NamedTuple):
+    """The same, but it pulls towards the end until the surfaces part."""
 
     damping: float  # N s/m
+
+
+class RootDamper(NamedTuple):
+    """F = F_elastic + d sqrt(F_elastic / pen) rate; it pulls towards the end until the surfaces part."""
+
+    damping: float  # d, kg^0.5: sqrt(F_elastic / pen) is the root of a stiffness
+
+
+class ApproachRootDamper(NamedTuple):
+    """The same while the bodies approach, the elastic force alone while they part."""
+
+    damping: float  # kg^0.5
+
+
+class RootViscous(NamedTuple):
+    """F = F_elastic + g sqrt(pen) rate."""
+
+    damping: float  # g, N s/m^1.5
+
+
+class SteppedDamper(NamedTuple):
+    """F = F_elastic + c step(pen) rate, with step growing as 3 x^2 - 2 x^3 of x = pen / depth from 0 to 1."""
+
+    damping: float  # c, N s/m
+    depth: float  # m
 
 
 @contact_force.member(Lossless)
@@ -87,7 +86,53 @@ def _hysteresis(law, elastic, pen, rate, onset_rate):
     return force * (1.0 + law.factor * rate / onset_rate), force
 
 
+@contact_force.member(ApproachHysteresis)
+def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
+    force = elastic_force(elastic, pen)
+    return force * (1.0 + law.factor * max(rate, 0.0) / onset_rate), force
+
+
 @contact_force.member(ViscousSpring)
+@contact_force.member(PullingSpring)
 def _viscous_spring(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force + law.damping * rate, force
+
+
+@contact_force.member(RootDamper)
+def _root_damper(law, elastic, pen, rate, onset_rate):
+    force = elastic_force(elastic, pen)
+    root = math.sqrt(force / pen) if pen > 0.0 else 0.0  # the limit, but for a linear spring: of no account at a point
+    return force + law.damping * root * rate, force
+
+
+@contact_force.member(ApproachRootDamper)
+def _approach_root_damper(law, elastic, pen, rate, onset_rate):
+    force = elastic_force(elastic, pen)
+    root = math.sqrt(force / pen) if pen > 0.0 else 0.0
+    return force + law.damping * root * max(rate, 0.0), force
+
+
+@contact_force.member(RootViscous)
+def _root_viscous(law, elastic, pen, rate, onset_rate):
+    force = elastic_force(elastic, pen)
+    return force + law.damping * math.sqrt(pen) * rate, force
+
+
+@contact_force.member(SteppedDamper)
+def _stepped_damper(law, elastic, pen, rate, onset_rate):
+    force = elastic_force(elastic, pen)
+    x = min(pen / law.depth, 1.0)
+    return force + law.damping * x * x * (3.0 - 2.0 * x) * rate, force
+
+
+def _pushes(law):
+    return 0.0
+
+
+def _pulls(law):
+    return -math.inf
+
+
+for _law in contact_force.members:
+    lowest_force.member(_law)(_pulls if _law in (PullingSpring, RootDamper) else _pushes)

@@ -47,6 +47,7 @@ BIN_BITS = 8
 LOWEST = -20  # exponent of 2 of the lowest force told apart, N
 BINS = 62 << BIN_BITS
 FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
+EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
 FORCE, KAPPA_COURSE, SLIP = 0, 1, 2  # rows of Tally.course
 NODES = np.array([0, 6, 5, 9, 8, 10, 12])  # rows of o whose stages lie at the distinct times SHARES
@@ -112,14 +113,13 @@ def force_exceeded(time, ramp, duration):
 
     time, ramp : (BINS,) rows of the Tally.
     """
-    edges = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)
-    spent = time + np.cumsum(ramp) * np.diff(edges)
+    spent = time + np.cumsum(ramp) * np.diff(EDGES)
     above = np.cumsum(spent[::-1])[::-1]  # time at a force of each bin or higher
     places = np.flatnonzero(above >= duration)
     if places.size == 0:
         return 0.0
     place = places[-1]
-    return edges[place] + (above[place] - duration) / spent[place] * (edges[place + 1] - edges[place])
+    return EDGES[place] + (above[place] - duration) / spent[place] * (EDGES[place + 1] - EDGES[place])
 
 
 @kernel
