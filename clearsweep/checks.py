@@ -52,7 +52,8 @@ _EXAMPLES = {
 def _elastic(read: Draft, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has what its stiffness laws need, in the range they hold for."""
     law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
-    if elastic not in read.shape or not read.unsure.isdisjoint((law, elastic)) or not read.shape[elastic].used(read.names):
+    known = elastic in read.shape and read.unsure.isdisjoint((law, elastic))
+    if not known or not read.shape[elastic].used(read.names):
         return
     for found in (catalogue.find("elastic", name) for name in sorted(read.names[elastic])):
         for path in _needed(read, joint, found):

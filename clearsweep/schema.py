@@ -158,7 +158,9 @@ _SAVED = Field(
 )
 _ORBITS = Word(("none", "last", "all"), "which time histories are saved", "last")
 _METHOD = Word(
-    ("auto", "explicit", "implicit"), "explicit Runge-Kutta, implicit Radau IIA, or whichever the motion asks for", "auto"
+    ("auto", "explicit", "implicit"),
+    "explicit Runge-Kutta, implicit Radau IIA, or whichever the motion asks for",
+    "auto",
 )
 
 

@@ -1,0 +1,71 @@
+"""The restitution of a free impact in closed form, and the parameters that give a wanted one.
+
+For a law F = F_elastic(pen) (1 + chi rate / onset_rate) the phase curve of m pen'' = -F gives the restitution whatever
+the elastic force, the mass and the speed.  For F = F_elastic + 2 zeta sqrt(m) F_elastic / sqrt(2 U) rate, U the elastic
+energy, sqrt(2 U) and sqrt(m) rate move like the deflection and the speed of a linear oscillator of damping ratio zeta
+(Antypov & Elliott 2011, EPL 94:50004, for the exponent 3/2); for a power n the damping is that of the root of F / pen
+with the factor sqrt(2 (n + 1)) zeta.
+"""
+
+import math
+
+from scipy.optimize import brentq
+
+
+def exact_factor(restitution: float) -> float:
+    """Return the chi with which a free impact gives back exactly `restitution`, for any exponent, stiffness and mass.
+
+    The root of ln((1 + chi) / (1 - e chi)) = chi (1 + e) in (0, 1/e), from the phase curve of
+    m x'' = -K x^n (1 + chi u) integrated from u = 1 to u = -e.
+    """
+    if restitution == 1.0:
+        return 0.0
+    if 1.0 - restitution < 1e-5:  # the root is lost in rounding; two terms of its series are exact to 1e-15
+        return 1.5 * (1.0 - restitution) * (2.0 - restitution)
+
+    def excess(s):  # 1 - e chi = exp(-s) keeps the root away from the singular end
+        chi = -math.expm1(-s) / restitution
+        return math.log1p(chi) + s - chi * (1.0 + restitution)
+
+    return -math.expm1(-brentq(excess, 1e-9, 800.0, xtol=1e-15, rtol=1e-15)) / restitution
+
+
+def approach_loss(chi: float) -> float:
+    """Return chi - ln(1 + chi), without cancellation where chi is small."""
+    if chi > 0.1:
+        return chi - math.log1p(chi)
+    return chi * chi * sum((-chi) ** k / (k + 2) for k in range(16))
+
+
+def hysteresis_rebound(chi: float) -> float:
+    """Return the restitution of a free impact with the hysteresis factor `chi`.
+
+    The root of chi e + ln(1 - chi e) = -(chi - ln(1 + chi)); the closed form is (1 + W0(-(1+chi) exp(-(1+chi)))) / chi.
+    """
+    if chi < 1e-4:
+        return 1.0 - chi * (2.0 / 3.0 - chi * (4.0 / 9.0 - chi * 44.0 / 135.0))
+    loss = approach_loss(chi)
+    # with 1 - chi e = exp(-s) the root s of expm1(-s) + s = loss lies in (0, loss + 1)
+    s = brentq(lambda s: math.expm1(-s) + s - loss, 0.0, loss + 1.0, xtol=1e-16, rtol=1e-15)
+    return -math.expm1(-s) / chi
+
+
+def approach_hysteresis_rebound(chi: float) -> float:
+    """Return the restitution of a free impact with the hysteresis factor `chi` acting on the approach only."""
+    return math.sqrt(2.0 * approach_loss(chi)) / chi if chi > 0.0 else 1.0
+
+
+def damping_ratio(restitution: float) -> float:
+    """Return the zeta of a linear oscillator that comes back through zero with `restitution` times its speed."""
+    loss = -math.log(restitution)
+    return loss / math.hypot(math.pi, loss)
+
+
+def approach_damping_rebound(zeta: float) -> float:
+    """Return the restitution with a damping ratio `zeta` that acts on the approach only."""
+    width = math.sqrt(abs(1.0 - zeta * zeta))
+    if zeta < 1.0:
+        return math.exp(-zeta / width * math.atan2(width, zeta))
+    if width < 1e-6:
+        return math.exp(-1.0)
+    return ((zeta + width) / (zeta - width)) ** (-0.5 * zeta / width)

@@ -1,0 +1,118 @@
+"""Numbers for any law that can be named, made from its description alone."""
+
+import functools
+import math
+
+import numba
+import numpy as np
+import pint
+
+from clearsweep import laws
+from clearsweep.kernels.elastic import elastic_force
+from clearsweep.kernels.friction import friction_force
+from clearsweep.kernels.normal import contact_force
+from clearsweep.laws.describe import REFERENCE
+
+ASKED = (0.10, 0.20, 0.30, 0.40, 0.50, 0.60, 0.70, 0.80, 0.90, 0.95, 0.99)
+SAMPLES = {
+    "1": 0.25,
+    "N/m": 1e8,
+    "N/m^exponent": 6.61e10,
+    "N*s/m": 100.0,
+    "N*s/m^1.5": 1e4,
+    "kg": 0.1,
+    "m": 1e-3,
+    "m/s": 1e-3,
+    "s/m": 10.0,
+}
+RECIPES = laws.RECIPES
+
+
+def names(family):
+    return [name for of, name in RECIPES if of == family]
+
+
+def numbers(law):
+    """Return field -> a value in its range; of several fields with one unit, the later the larger."""
+    chosen, seen = {}, {}
+    for field in law.fields:
+        assert field.unit in SAMPLES, f"{law.name}: give the unit {field.unit} a sample"
+        seen[field.unit] = seen.get(field.unit, 0) + 1
+        chosen[field.name] = SAMPLES[field.unit] * seen[field.unit] if field.default is None else field.default
+        assert field.holds(chosen[field.name])
+    return chosen
+
+
+def joint(law="hertz", elastic="power", friction=None, **changes):
+    """Return a joint section with these laws; `changes` replaces numbers of any of them."""
+    contact = {"law": law} | numbers(RECIPES["law", law].law)
+    section = dict(REFERENCE)
+    if RECIPES["law", law].law.uses_elastic:
+        contact |= {"elastic": elastic} | numbers(RECIPES["elastic", elastic].law)
+        contact["material"] = REFERENCE["contact"]["material"]
+    if friction:
+        section["friction"] = {"law": friction} | numbers(RECIPES["friction", friction].law)
+    for part in (contact, section, section.get("friction", {})):
+        part |= {key: value for key, value in changes.items() if key in part}
+    return section | {"contact": contact}
+
+
+def force(elastic, pen, **changes):
+    """Return the elastic force (N) of a named law in the reference joint."""
+    return elastic_force(RECIPES["elastic", elastic].make(joint(elastic=elastic, **changes)), pen)
+
+
+UNITS = pint.UnitRegistry()
+
+
+@functools.cache
+def length_power(unit, exponent=1.5):
+    """Return the power of a length in a unit."""
+    text = unit.replace("^exponent", f"^{exponent}").replace("^", "**")
+    return float(UNITS(text).dimensionality.get("[length]", 0)) if unit != "1" else 0.0
+
+
+def in_millimetres(section):
+    """Return a joint section with every number in units in which a length is a thousand times what it is in metres."""
+    units = {"bearing_radius": "m", "clearance": "m", "length": "m", "young": "Pa", "poisson": "1"}
+    for recipe in RECIPES.values():
+        units |= {field.name: field.unit for field in recipe.law.fields if recipe.law.family == "friction"}
+    contact, friction = section["contact"], section.get("friction", {})
+    for family, words in (("law", contact), ("elastic", contact), ("friction", friction)):
+        chosen = words.get("law" if family != "elastic" else "elastic")
+        if chosen:
+            units |= {field.name: field.unit for field in RECIPES[family, chosen].law.fields}
+
+    def scaled(part):
+        return {
+            key: scaled(value)
+            if isinstance(value, dict)
+            else value
+            if isinstance(value, str)
+            else value * 1e3 ** length_power(units[key], contact.get("exponent", 1.5))
+            for key, value in part.items()
+        }
+
+    return scaled(section)
+
+
+@numba.njit(error_model="numpy")
+def compiled_elastic(term, pens):
+    """Return the elastic forces of compiled code."""
+    return np.array([elastic_force(term, pen) for pen in pens])
+
+
+@numba.njit(error_model="numpy")
+def compiled_contact(law, term, pen, rates, onset_rate):
+    """Return the forces of compiled code over the rates."""
+    return np.array([contact_force(law, term, pen, rate, onset_rate)[0] for rate in rates])
+
+
+@numba.njit(error_model="numpy")
+def compiled_friction(term, normal, slips):
+    """Return the tangential forces of compiled code."""
+    return np.array([friction_force(term, normal, slip) for slip in slips])
+
+
+def all_finite(values):
+    return all(math.isfinite(value) for value in values)
