@@ -118,6 +118,17 @@ class _Run:
         contact = PRESSED if scene.in_contact else FREE
         worn = any(part.wear_bins for part in scene.layout.joints)
         bins = max(part.wear_bins for part in scene.layout.joints)
+        self.tally = tallies.Tally(
+            whole=np.zeros(tallies.WHOLE),
+            joint=np.zeros((len(joints), tallies.JOINT)),
+            time=np.zeros((len(joints), tallies.BINS)),
+            ramp=np.zeros((len(joints), tallies.BINS)),
+            course=np.zeros((len(joints), 3, tallies.PARTS + 1)),
+            length=np.zeros(1),
+            wear=np.zeros(2 * len(joints) * bins),
+            account=np.zeros((len(joints), wear.ACCOUNT)),
+        )
+        self.record = loop.Record(times, np.zeros((times.size, len(channels(scene.layout)))))
         self.work = events.Work(
             rates=rates_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
@@ -149,18 +160,9 @@ class _Run:
             stages=np.zeros(3 * n),
             change=np.zeros(3 * n),
             offset=np.zeros(n),
+            tally=self.tally,
+            record=self.record,
         )
-        self.tally = tallies.Tally(
-            whole=np.zeros(tallies.WHOLE),
-            joint=np.zeros((len(joints), tallies.JOINT)),
-            time=np.zeros((len(joints), tallies.BINS)),
-            ramp=np.zeros((len(joints), tallies.BINS)),
-            course=np.zeros((len(joints), 3, tallies.PARTS + 1)),
-            length=np.zeros(1),
-            wear=np.zeros(2 * len(joints) * bins),
-            account=np.zeros((len(joints), wear.ACCOUNT)),
-        )
-        self.record = loop.Record(times, np.zeros((times.size, len(channels(scene.layout)))))
         self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
 
 
@@ -200,7 +202,7 @@ def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:
     if control.method == events.IMPLICIT:
         run.work.mode[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     begin = time.perf_counter()
-    run.status, run.events = loop.integrate(control, run.work, run.tally, run.record)
+    run.status, run.events = loop.integrate(control, run.work)
     run.duration = time.perf_counter() - begin
     return run
 

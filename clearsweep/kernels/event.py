@@ -24,7 +24,10 @@ STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = r
 
 
 class Work(NamedTuple):
-    """The arrays and constants of one integration; n numbers in the state, j joints."""
+    """The arrays and constants of one integration; n numbers in the state, j joints.
+
+    Functions get it as `at`, a pointer: handed over by value, its arrays would cost more than what is done with them.
+    """
 
     rates: Entry  # the right-hand side
     sample: Entry  # the time histories
@@ -57,11 +60,14 @@ class Work(NamedTuple):
     stages: np.ndarray  # (3 n,)
     change: np.ndarray  # (3 n,)
     offset: np.ndarray  # (n,)
+    tally: tuple  # tally.Tally
+    record: tuple  # integrate.Record
 
 
 @kernel
-def may_clip(work, j):
+def may_clip(at, j):
     """Return whether the force law of joint `j`, in contact, turns to traction within the step, or back."""
+    work = at[0]
     block = JOINTS + JOINT_WIDTH * j
     if work.state[j] != PRESSED:
         return work.o[END, block + RAW] > 0.0
@@ -72,8 +78,9 @@ def may_clip(work, j):
 
 
 @kernel
-def may_meet(work, h, stop):
+def may_meet(at, h, stop):
     """Return whether the step from `work.y` to `work.end` can hold an event; True wherever that is not excluded."""
+    work = at[0]
     if work.end[work.time] >= stop:
         return True
     for j in range(work.state.size):
@@ -91,51 +98,55 @@ def may_meet(work, h, stop):
         lowest = min(work.y[work.time + 1 + j], work.end[work.time + 1 + j])
         if lowest <= 0.0 or (start < 0.0 < end and lowest < 0.25 * h * min(-start, end)):
             return True
-        if may_clip(work, j):
+        if may_clip(at, j):
             return True
     return False
 
 
 @kernel
-def evaluate(work, y, row):
+def evaluate(at, y, row):
     """Put the rates of the state `y` into row `row` of `work.k` and its observables into that of `work.o`."""
+    work = at[0]
     work.counts[EVALUATIONS] += 1
     invoke(work.rates.code, work.rates.parameters, (y, work.state, work.onset, work.k, work.o), row)
 
 
 @kernel
-def evaluate_dense(work, x):
+def evaluate_dense(at, x):
     """Put the rates and observables at the share `x` of the step into the SCRATCH rows, from the dense output."""
+    work = at[0]
     dense_state(x, work.y, work.f, work.z)
-    evaluate(work, work.z, SCRATCH)
+    evaluate(at, work.z, SCRATCH)
 
 
 @kernel
-def approach(work, j, h, x):
+def approach(at, j, h, x):
     """Return depth (m, negative in free flight) and its slope (m per unit of `x`) of joint `j` at the share `x`."""
-    evaluate_dense(work, x)
+    work = at[0]
+    evaluate_dense(at, x)
     block = JOINTS + JOINT_WIDTH * j
     return work.o[SCRATCH, block + DEPTH], work.o[SCRATCH, block + RATE] * work.o[SCRATCH, KAPPA] * h
 
 
 @kernel
-def excess(work, kind, j, h, stop, x):
+def excess(at, kind, j, h, stop, x):
     """Return the function of an event at the share `x` of the step: it grows through zero where the event is."""
+    work = at[0]
     if kind == ONSET:
-        return approach(work, j, h, x)[0]
+        return approach(at, j, h, x)[0]
     if kind == SEPARATION:
         return -dense_component(x, work.time + 1 + j, work.y, work.f)
     if kind == STOP:
         return dense_component(x, work.time, work.y, work.f) - stop
-    evaluate_dense(work, x)
+    evaluate_dense(at, x)
     raw = work.o[SCRATCH, JOINTS + JOINT_WIDTH * j + RAW]
     return raw if kind == UNCLIP else -raw
 
 
 @kernel
-def crossing(work, kind, j, h, stop, a, b):
+def crossing(at, kind, j, h, stop, a, b):
     """Return the share in [a, b] at which the event's function grows through zero, to rounding (Illinois)."""
-    fa, fb = excess(work, kind, j, h, stop, a), excess(work, kind, j, h, stop, b)
+    fa, fb = excess(at, kind, j, h, stop, a), excess(at, kind, j, h, stop, b)
     if fa >= 0.0:
         return a
     side = 0
@@ -143,7 +154,7 @@ def crossing(work, kind, j, h, stop, a, b):
         x = (a * fb - b * fa) / (fb - fa)
         if not a < x < b:
             x = 0.5 * (a + b)
-        fx = excess(work, kind, j, h, stop, x)
+        fx = excess(at, kind, j, h, stop, x)
         if fx >= 0.0:
             b, fb = x, fx
             if side == 1:
@@ -160,11 +171,11 @@ def crossing(work, kind, j, h, stop, a, b):
 
 
 @kernel
-def turning(work, j, h, a, b, sign):
+def turning(at, j, h, a, b, sign):
     """Return the share in [a, b] at which the slope of the depth, times `sign`, turns from positive to negative."""
     for _ in range(60):
         x = 0.5 * (a + b)
-        _, slope = approach(work, j, h, x)
+        _, slope = approach(at, j, h, x)
         if sign * slope > 0.0:
             a = x
         else:
@@ -175,67 +186,69 @@ def turning(work, j, h, a, b, sign):
 
 
 @kernel
-def first_onset(work, j, h):
+def first_onset(at, j, h):
     """Return the share of the step at which free joint `j` first touches its bearing, closing; 2 if it does not."""
     xa = 0.0
-    da, sa = approach(work, j, h, 0.0)
+    da, sa = approach(at, j, h, 0.0)
     if da >= 0.0 and sa >= 0.0:
         return 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
-        db, sb = approach(work, j, h, xb)
+        db, sb = approach(at, j, h, xb)
         if da < 0.0 <= db:
-            return crossing(work, ONSET, j, h, 0.0, xa, xb)
+            return crossing(at, ONSET, j, h, 0.0, xa, xb)
         if da >= 0.0 and db >= 0.0 and sa < 0.0 <= sb:  # leaves and comes back, or never quite left
-            x = turning(work, j, h, xa, xb, -1.0)
-            return x if approach(work, j, h, x)[0] >= 0.0 else crossing(work, ONSET, j, h, 0.0, x, xb)
+            x = turning(at, j, h, xa, xb, -1.0)
+            return x if approach(at, j, h, x)[0] >= 0.0 else crossing(at, ONSET, j, h, 0.0, x, xb)
         peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb
         if peaks and (da * sb - db * sa + sa * sb / SPANS) / (sb - sa) >= 0.0:  # where the two end tangents meet
-            x = turning(work, j, h, xa, xb, 1.0)
-            if approach(work, j, h, x)[0] >= 0.0:
-                return crossing(work, ONSET, j, h, 0.0, xa, x)
+            x = turning(at, j, h, xa, xb, 1.0)
+            if approach(at, j, h, x)[0] >= 0.0:
+                return crossing(at, ONSET, j, h, 0.0, xa, x)
         xa, da, sa = xb, db, sb
     return 2.0
 
 
 @kernel
-def first_separation(work, j, h):
+def first_separation(at, j, h):
     """Return the share of the step at which joint `j` separates; 2 if it does not."""
+    work = at[0]
     xa = 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
         if dense_component(xb, work.time + 1 + j, work.y, work.f) <= 0.0:
-            return crossing(work, SEPARATION, j, h, 0.0, xa, xb)
+            return crossing(at, SEPARATION, j, h, 0.0, xa, xb)
         xa = xb
     return 2.0
 
 
 @kernel
-def first_clip(work, j, h, kind):
+def first_clip(at, j, h, kind):
     """Return the share of the step at which the raw force of joint `j` changes sign; 2 if it does not."""
     xa = 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
-        if excess(work, kind, j, h, 0.0, xb) > 0.0:
-            return crossing(work, kind, j, h, 0.0, xa, xb)
+        if excess(at, kind, j, h, 0.0, xb) > 0.0:
+            return crossing(at, kind, j, h, 0.0, xa, xb)
         xa = xb
     return 2.0
 
 
 @kernel
-def first_event(work, h, stop):
+def first_event(at, h, stop):
     """Return (share of the step, kind, joint) of the first event in it; needs the dense output in `work.f`."""
+    work = at[0]
     best, kind, joint = 2.0, NOTHING, 0
     if work.end[work.time] >= stop:
-        best, kind = crossing(work, STOP, 0, h, stop, 0.0, 1.0), STOP
+        best, kind = crossing(at, STOP, 0, h, stop, 0.0, 1.0), STOP
     for j in range(work.state.size):
         if work.state[j] == FREE:
-            x, what = first_onset(work, j, h), ONSET
+            x, what = first_onset(at, j, h), ONSET
         else:
-            x, what = first_separation(work, j, h), SEPARATION
-            if may_clip(work, j):
+            x, what = first_separation(at, j, h), SEPARATION
+            if may_clip(at, j):
                 press = CLIP if work.state[j] == PRESSED else UNCLIP
-                touch = first_clip(work, j, h, press)
+                touch = first_clip(at, j, h, press)
                 if touch < x:
                     x, what = touch, press
         if x < best:

@@ -13,6 +13,7 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import carray, cfunc, types
+from numba.core import cgutils
 from numba.extending import intrinsic, overload, register_jitable
 
 #: Options of every compiled function: division by zero gives inf, no reordering of sums, and no reference counting,
@@ -141,6 +142,31 @@ def _call(typing_context, code, parameters, arrays, integer):
 def _invoke(code, parameters, arrays, integer):
     def compiled(code, parameters, arrays, integer):
         _call(code, parameters, arrays, integer)
+
+    return compiled
+
+
+def pointer_to(value):
+    """Return what gives `value` by `[0]`: a pointer in compiled code, good until the calling function returns."""
+    return (value,)
+
+
+@intrinsic
+def _address(typing_context, value):
+    """Emit a copy of a value on the caller's stack and its address."""
+
+    def emit(context, builder, signature, values):
+        place = cgutils.alloca_once(builder, context.get_data_type(signature.args[0]))
+        context.pack_value(builder, signature.args[0], values[0], place)
+        return place
+
+    return types.CPointer(value)(value), emit
+
+
+@overload(pointer_to, strict=False, inline="always")
+def _pointer_to(value):
+    def compiled(value):
+        return _address(value)
 
     return compiled
 

@@ -20,7 +20,7 @@ from .event import (
     STOP,
     evaluate,
 )
-from .family import invoke, kernel
+from .family import invoke, kernel, pointer_to
 from .joint import CLIPPED, FREE, PRESSED
 from .method import END, dense_state
 from .motion import (
@@ -91,44 +91,49 @@ class Record(NamedTuple):
 
 
 @kernel
-def located(work, h, made, best, column, sign, least):
+def located(at, h, made, best, column, sign, least):
     """Return the largest value of an observable times `sign` in the step, and whether the dense output is made now.
 
     `best` is the larger of the values at the ends; what lies between is located unless it stays below `least`.
     """
+    work = at[0]
     if may_peak(work.o, column, sign):
         seen, node = stage_peak(work.o, column, sign)
         if seen > least:
             if not made:
-                finish_dense(work, h)
-            return max(best, refined_peak(work, column, sign, node)), True
+                finish_dense(at, h)
+            return max(best, refined_peak(at, column, sign, node)), True
     return best, made
 
 
 @kernel
-def note_contact(work, tally, h, j, windowed, made):
+def note_contact(at, h, j, windowed, made):
     """Update the largest force and depth of joint `j`, in contact; return whether the dense output is made now."""
+    work = at[0]
+    tally = work.tally
     row, column = tally.joint[j], JOINTS + JOINT_WIDTH * j + NORMAL
     best = max(work.o[0, column], work.o[END, column])
-    best, made = located(work, h, made, best, column, 1.0, 0.9 * row[PEAK])
+    best, made = located(at, h, made, best, column, 1.0, 0.9 * row[PEAK])
     row[PEAK] = max(row[PEAK], best)
     if windowed:
         row[FORCE_MAX] = max(row[FORCE_MAX], best)
         column = JOINTS + JOINT_WIDTH * j + DEPTH
         best = max(work.o[0, column], work.o[END, column])
-        best, made = located(work, h, made, best, column, 1.0, 0.98 * row[DEPTH_MAX])
+        best, made = located(at, h, made, best, column, 1.0, 0.98 * row[DEPTH_MAX])
         row[DEPTH_MAX] = max(row[DEPTH_MAX], best)
     return made
 
 
 @kernel
-def note_motion(work, tally, h, made):
+def note_motion(at, h, made):
     """Update the largest slider acceleration, torque and slider error; return whether the dense output is made now."""
+    work = at[0]
+    tally = work.tally
     whole = tally.whole
     for column, place in ((ACCELERATION, ACCELERATION_MAX), (TORQUE, TORQUE_MAX)):
         best = max(abs(work.o[0, column]), abs(work.o[END, column]))
         sign = math.copysign(1.0, work.o[END, column])
-        best, made = located(work, h, made, best, column, sign, 0.98 * whole[place])
+        best, made = located(at, h, made, best, column, sign, 0.98 * whole[place])
         whole[place] = max(whole[place], best)
     best = max(abs(work.o[0, ERROR]), abs(work.o[END, ERROR]))
     sign = math.copysign(1.0, work.o[END, ERROR])
@@ -136,35 +141,40 @@ def note_motion(work, tally, h, made):
     highest = best + 0.25 * h * work.o[0, KAPPA] * min(rise, -fall)  # a parabola's rise above the higher end
     if rise > 0.0 > fall and highest > whole[ERROR_MAX]:
         if not made:
-            finish_dense(work, h)
+            finish_dense(at, h)
             made = True
-        best = max(best, refined_peak(work, ERROR, sign, NODES.size // 2))
+        best = max(best, refined_peak(at, ERROR, sign, NODES.size // 2))
     whole[ERROR_MAX] = max(whole[ERROR_MAX], best)
     return made
 
 
 @kernel
-def write_sample(work, y, out):
+def write_sample(at, y, out):
     """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
+    work = at[0]
     invoke(work.sample.code, work.sample.parameters, (y, work.state, work.onset, work.side, out), 0)
 
 
 @kernel
-def write_samples(work, record):
+def write_samples(at):
     """Write the samples that fall into the step just taken, from its dense output."""
+    work = at[0]
+    record = work.record
     time = work.time
     i = work.counts[SAMPLES]
     while i < record.times.size and record.times[i] <= work.end[time]:
-        dense_state(share_at(work, time, record.times[i]), work.y, work.f, work.z)
+        dense_state(share_at(at, time, record.times[i]), work.y, work.f, work.z)
         work.z[time] = record.times[i]
-        write_sample(work, work.z, record.samples[i])
+        write_sample(at, work.z, record.samples[i])
         i += 1
     work.counts[SAMPLES] = i
 
 
 @kernel
-def begin_contact(work, tally, j, windowed):
+def begin_contact(at, j, windowed):
     """Latch the onset rate of joint `j` at `work.end` and start its root of penetration."""
+    work = at[0]
+    tally = work.tally
     block = JOINTS + JOINT_WIDTH * j
     rate = max(work.o[END, block + RATE], 0.0)
     work.state[j] = PRESSED
@@ -179,8 +189,10 @@ def begin_contact(work, tally, j, windowed):
 
 
 @kernel
-def end_contact(work, tally, j):
+def end_contact(at, j):
     """Release joint `j` at `work.end`; return the rate of its gap, m/s, closing positive."""
+    work = at[0]
+    tally = work.tally
     rate = work.o[END, JOINTS + JOINT_WIDTH * j + RATE]
     work.state[j] = FREE
     work.end[work.time + 1 + j] = 0.0
@@ -206,8 +218,10 @@ def log_event(events, count, time, joint, kind, rate, force_peak):
 
 
 @register_jitable(error_model="numpy")
-def apply_event(work, tally, kind, j, windowed, events, keep):
+def apply_event(at, kind, j, windowed, events, keep):
     """Change what joint `j` does at `work.end`; return the event log."""
+    work = at[0]
+    tally = work.tally
     moment = work.end[work.time]
     if kind == CLIP:
         work.state[j] = CLIPPED
@@ -218,7 +232,7 @@ def apply_event(work, tally, kind, j, windowed, events, keep):
         work.state[j] = PRESSED
         return events
     peak = tally.joint[j, PEAK]
-    rate = begin_contact(work, tally, j, windowed) if kind == ONSET else end_contact(work, tally, j)
+    rate = begin_contact(at, j, windowed) if kind == ONSET else end_contact(at, j)
     if keep:
         events = log_event(events, work.counts[EVENTS], moment, j, kind, rate, 0.0 if kind == ONSET else peak)
     work.counts[EVENTS] += 1
@@ -226,21 +240,24 @@ def apply_event(work, tally, kind, j, windowed, events, keep):
 
 
 @kernel
-def enter(work, tally, h, windowed, record, dense):
+def enter(at, h, windowed, dense):
     """Take everything that is wanted from the step of length `h` just taken."""
+    work = at[0]
+    tally = work.tally
+    record = work.record
     time = work.time
     duration = work.end[time] - work.y[time]
     work.counts[STEPS] += 1
-    add_powers(work, tally, h, windowed)
+    add_powers(at, h, windowed)
     made = dense
     for j in range(work.state.size):
         if work.state[j] != FREE:
-            made = note_contact(work, tally, h, j, windowed, made)
+            made = note_contact(at, h, j, windowed, made)
             if windowed:
                 tally.joint[j, CONTACT_TIME] += duration
-                add_course(work, tally, j, duration)
+                add_course(at, j, duration)
     if windowed:
-        made = note_motion(work, tally, h, made)
+        made = note_motion(at, h, made)
         if work.wear.code != 0:
             tally.length[0] = h
             arrays = (work.y, work.end, work.state, tally.course, tally.length, tally.wear, tally.account)
@@ -248,13 +265,14 @@ def enter(work, tally, h, windowed, record, dense):
     i = work.counts[SAMPLES]
     if i < record.times.size and record.times[i] <= work.end[time]:
         if not made:
-            finish_dense(work, h)
-        write_samples(work, record)
+            finish_dense(at, h)
+        write_samples(at)
 
 
 @kernel
-def open_window(tally):
+def open_window(at):
     """Begin the figures anew; energies and the present contacts go on."""
+    tally = at[0].tally
     for column in range(RESIDUAL + 1, WHOLE):
         tally.whole[column] = 0.0
     for j in range(tally.joint.shape[0]):
@@ -264,8 +282,9 @@ def open_window(tally):
 
 
 @kernel
-def go_on(work):
+def go_on(at):
     """Make the end of a step the start of the next."""
+    work = at[0]
     work.history[1] = 1.0
     for i in range(work.y.size):
         work.y[i], work.k[0, i] = work.end[i], work.k[END, i]
@@ -274,18 +293,20 @@ def go_on(work):
 
 
 @kernel
-def restart(work):
+def restart(at):
     """Begin a step at `work.end`, where something has changed."""
+    work = at[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
     work.mode[0], work.mode[1] = work.mode[2], 0
     work.history[0] = 0.0
-    evaluate(work, work.y, 0)
+    evaluate(at, work.y, 0)
 
 
 @kernel
-def first_length(work, proposals, pattern):
+def first_length(at, proposals, pattern):
     """Return a step length to begin with: the last one of the same joints in contact, else a guess."""
+    work = at[0]
     if proposals[pattern] > 0.0:
         return proposals[pattern]
     length = 0.01 / work.pace
@@ -296,8 +317,9 @@ def first_length(work, proposals, pattern):
 
 
 @kernel
-def proposal_of(work):
+def proposal_of(at):
     """Return where the step length for this method and these joints in contact is remembered: the bits of a number."""
+    work = at[0]
     pattern = work.mode[0] << work.state.size
     for j in range(work.state.size):
         if work.state[j] != FREE:
@@ -306,8 +328,9 @@ def proposal_of(work):
 
 
 @kernel
-def next_length(work, proposals, pattern):
+def next_length(at, proposals, pattern):
     """Change the method if that was decided, and return the length of the next step."""
+    work = at[0]
     if work.mode[2] == work.mode[0]:
         return proposals[pattern]
     work.mode[0] = work.mode[2]
@@ -316,33 +339,33 @@ def next_length(work, proposals, pattern):
 
 
 @njit(error_model="numpy", cache=True)
-def integrate(control, work, tally, record):
-    """Integrate from the state in `work.y` to the end that `control` sets.
+def integrate(control, work):
+    """Integrate from the state in `work.y` to the end that `control` sets.  Every other function works on `at[0]`.
 
     Returns
     -------
     status : int, OK or the reason why it ended early
     events : (events, 5) float64, rows of time (s), joint, 1 onset or 2 separation, rate (m/s), force peak (N)
 
-    The figures are in `tally`, the samples in `record`.  Never raises; a failure is a status.
+    The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
     """
-    time = work.time
+    at, time, tally, record = pointer_to(work), work.time, work.tally, work.record
     events = np.empty((64 if control.keep_events else 0, 5))
     proposals = np.zeros(2 << work.state.size)
     windowed = control.window <= 0.0
     stop = control.end if windowed else control.window
-    evaluate(work, work.y, 0)
+    evaluate(at, work.y, 0)
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
     if windowed:
-        open_window(tally)
+        open_window(at)
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[time]:
-        write_sample(work, work.y, record.samples[work.counts[SAMPLES]])
+        write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
-    h = first_length(work, proposals, proposal_of(work))
+    h = first_length(at, proposals, proposal_of(at))
     grow, tries = GROW, 0
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
         h = min(h, work.longest / work.o[0, KAPPA])
-        error = take_step(work, h)
+        error = take_step(at, h)
         if not error < 1.0:
             work.counts[REJECTED] += 1
             h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
@@ -351,28 +374,28 @@ def integrate(control, work, tally, record):
                 return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS]]
             continue
         tries = 0
-        finish_ends(work)
+        finish_ends(at)
         if control.method == AUTO:
-            choose_method(work, h)
-        pattern = proposal_of(work)
+            choose_method(at, h)
+        pattern = proposal_of(at)
         proposals[pattern] = h * min(grow, SAFETY * max(error, 1e-10) ** -0.125)
-        kind, joint, taken, dense = meet(work, h, stop)
-        enter(work, tally, taken, windowed, record, dense)
+        kind, joint, taken, dense = meet(at, h, stop)
+        enter(at, taken, windowed, dense)
         if kind == NOTHING:
-            go_on(work)
-            h, grow = next_length(work, proposals, pattern), GROW
+            go_on(at)
+            h, grow = next_length(at, proposals, pattern), GROW
             continue
         if kind == STOP:
             if windowed:
                 return OK, events[: work.counts[EVENTS]]
             windowed, stop = True, control.end
-            open_window(tally)
+            open_window(at)
         else:
-            events = apply_event(work, tally, kind, joint, windowed, events, control.keep_events)
+            events = apply_event(at, kind, joint, windowed, events, control.keep_events)
             if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
                 return OK, events[: work.counts[EVENTS]]
             if work.counts[EVENTS] >= control.event_budget:
                 return EVENT_BUDGET, events[: work.counts[EVENTS]]
-        restart(work)
-        h, grow = first_length(work, proposals, proposal_of(work)), GROW
+        restart(at)
+        h, grow = first_length(at, proposals, proposal_of(at)), GROW
     return STEP_BUDGET, events[: work.counts[EVENTS]]

@@ -8,47 +8,52 @@ from .stiff import FAILED, implicit_step, look_along
 
 
 @kernel
-def run_stages(work, h, first, last):
+def run_stages(at, h, first, last):
     """Fill rows `first` to `last` - 1 of rates and observables; row 0 is there already."""
+    work = at[0]
     for row in range(first, last):
         stage_state(row, h, work.y, work.k, work.z)
-        evaluate(work, work.z, row)
+        evaluate(at, work.z, row)
 
 
 @kernel
-def finish_dense(work, h):
+def finish_dense(at, h):
     """Make the dense output of the step that has just been taken."""
+    work = at[0]
     if work.mode[0] == IMPLICIT:
         return  # the implicit step made it
-    run_stages(work, h, END + 1, ROWS)
+    run_stages(at, h, END + 1, ROWS)
     dense_coefficients(h, work.y, work.end, work.k, work.f)
 
 
 @kernel
-def take_step(work, h):
+def take_step(at, h):
     """Put the state at the end of a step of length `h` into `work.end` and return its error over the allowed one."""
+    work = at[0]
     if work.mode[0] == IMPLICIT:
-        return implicit_step(work, h)
-    run_stages(work, h, 1, END)
+        return implicit_step(at, h)
+    run_stages(at, h, 1, END)
     stage_state(END, h, work.y, work.k, work.end)
     return error_norm(h, work.k, work.scale)
 
 
 @kernel
-def finish_ends(work):
+def finish_ends(at):
     """Evaluate the rates at the end of a step, and the observables on its way where the method has not."""
-    evaluate(work, work.end, END)
+    work = at[0]
+    evaluate(at, work.end, END)
     if work.mode[0] == IMPLICIT:
-        look_along(work)
+        look_along(at)
 
 
 @kernel
-def land(work, share, kind, joint, h, stop):
+def land(at, share, kind, joint, h, stop):
     """Take the step again with the length at which the event was found, put it exactly there; return the length."""
+    work = at[0]
     h *= share
-    if take_step(work, h) == FAILED:  # the interpolant of the longer step has to do
+    if take_step(at, h) == FAILED:  # the interpolant of the longer step has to do
         dense_state(share, work.y, work.f, work.end)
-    finish_ends(work)
+    finish_ends(at)
     block = JOINTS + JOINT_WIDTH * joint
     miss, slope = 0.0, 0.0
     if kind == ONSET:
@@ -66,25 +71,27 @@ def land(work, share, kind, joint, h, stop):
 
 
 @kernel
-def meet(work, h, stop):
+def meet(at, h, stop):
     """Look for events in the step just taken and cut it at the first; `stop` (s) is a time at which to stop.
 
     Return what was met, by which joint, the step's length now, and whether its dense output is made.
     """
-    if not may_meet(work, h, stop):
+    work = at[0]
+    if not may_meet(at, h, stop):
         return NOTHING, 0, h, False
     before = work.counts[EVALUATIONS]
-    finish_dense(work, h)
-    share, kind, joint = first_event(work, h, stop)
+    finish_dense(at, h)
+    share, kind, joint = first_event(at, h, stop)
     if kind != NOTHING:
-        h = land(work, share, kind, joint, h, stop)
+        h = land(at, share, kind, joint, h, stop)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     return kind, joint, h, kind == NOTHING
 
 
 @kernel
-def share_at(work, time, moment):
+def share_at(at, time, moment):
     """Return the share of the step at which the time is `moment` (s), which the step contains."""
+    work = at[0]
     a, b = 0.0, 1.0
     x = (moment - work.y[time]) / (work.end[time] - work.y[time])
     for _ in range(60):

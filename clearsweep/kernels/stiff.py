@@ -1,9 +1,9 @@
 """The implicit method for stiff stretches: Radau IIA of order 5, L-stable, and how stiffness is noticed.
 
-Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed.: coefficients (IV.8.5), simplified Newton
-iteration IV.8, error estimate (IV.8.19 f.), detection of stiffness by the explicit pair section IV.2 and program DOP853.
-Three stages are solved as one system of 3 n equations: n is at most 16 here.  The Jacobian, by forward differences of
-the compiled right-hand side, only steers the Newton iteration; the solution does not depend on it.
+Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed.: coefficients IV.5, simplified Newton iteration
+with its start values and the error estimate (8.19), (8.20) of IV.8, detection of stiffness by the explicit pair IV.2
+and program DOP853.  The three stages are solved as one system of 3 n equations: n is at most 16 here.  The Jacobian, by
+forward differences of the compiled right-hand side, only steers the iteration; the solution does not depend on it.
 """
 
 import math
@@ -74,8 +74,9 @@ def substitute(a, pivots, b):
 
 
 @kernel
-def find_jacobian(work):
+def find_jacobian(at):
     """Put the derivatives of the rates at `work.y` into `work.jacobian`: forward differences."""
+    work = at[0]
     n = work.y.size
     for i in range(n):
         work.z[i] = work.y[i]
@@ -83,18 +84,19 @@ def find_jacobian(work):
         step = max(1.5e-8 * abs(work.y[column]), work.scale[column])
         work.z[column] = work.y[column] + step
         step = work.z[column] - work.y[column]
-        evaluate(work, work.z, 1)
+        evaluate(at, work.z, 1)
         work.z[column] = work.y[column]
         for row in range(n):
             work.jacobian[row, column] = (work.k[1, row] - work.k[0, row]) / step
 
 
 @kernel
-def begin_stages(work, h):
+def begin_stages(at, h):
     """Put into `work.stages` what the interpolant of the step before, or of a rejected one from here, says of them.
 
     work.history : its length, 0 where there is none; 1 if this step follows it, 0 if it begins where it began.
     """
+    work = at[0]
     n = work.y.size
     for s in range(3):
         for i in range(n):
@@ -110,24 +112,32 @@ def begin_stages(work, h):
 
 
 @kernel
-def iterate(work, h):
-    """Solve for the three stages, whose distances from `work.y` come into `work.stages`; return whether it converged."""
-    n = work.y.size
+def fill_newton(newton, jacobian, h):
+    """Put I - h A x J into `newton` (3 n, 3 n), the matrix of the simplified Newton iteration."""
+    n = jacobian.shape[0]
     for s in range(3):
         for m in range(3):
             for row in range(n):
                 for column in range(n):
                     unit = 1.0 if s == m and row == column else 0.0
-                    work.newton[s * n + row, m * n + column] = unit - h * A[s, m] * work.jacobian[row, column]
+                    newton[s * n + row, m * n + column] = unit - h * A[s, m] * jacobian[row, column]
+
+
+@kernel
+def iterate(at, h):
+    """Solve for the three stages, whose distances from `work.y` come into `work.stages`; return if it converged."""
+    work = at[0]
+    n = work.y.size
+    fill_newton(work.newton, work.jacobian, h)
     if not factorise(work.newton, work.newton_pivots):
         return False
-    begin_stages(work, h)
+    begin_stages(at, h)
     before = math.inf
     for _ in range(ITERATIONS):
         for s in range(3):
             for i in range(n):
                 work.z[i] = work.y[i] + work.stages[s * n + i]
-            evaluate(work, work.z, 1 + s)
+            evaluate(at, work.z, 1 + s)
         for s in range(3):
             for i in range(n):
                 slope = A[s, 0] * work.k[1, i] + A[s, 1] * work.k[2, i] + A[s, 2] * work.k[3, i]
@@ -148,12 +158,13 @@ def iterate(work, h):
 
 
 @kernel
-def filtered_error(work, h, offset):
+def filtered_error(at, h, offset):
     """Return the error over the allowed one by (IV.8.19), or (IV.8.20) where `offset` is what that gave, not zeros."""
+    work = at[0]
     n = work.y.size
     for i in range(n):
         work.z[i] = work.y[i] + offset[i]
-    evaluate(work, work.z, 1)
+    evaluate(at, work.z, 1)
     size = 0.0
     for i in range(n):
         stages = E[0] * work.stages[i] + E[1] * work.stages[n + i] + E[2] * work.stages[2 * n + i]
@@ -165,14 +176,15 @@ def filtered_error(work, h, offset):
 
 
 @kernel
-def implicit_step(work, h):
+def implicit_step(at, h):
     """Put the state after an implicit step into `work.end`, its dense output into `work.f`; return its error.
 
     The error is squared, so that the step control, made for order 8, takes the fourth root of it.
     """
+    work = at[0]
     n = work.y.size
-    find_jacobian(work)
-    if not iterate(work, h):
+    find_jacobian(at)
+    if not iterate(at, h):
         return FAILED
     for row in range(n):
         for column in range(n):
@@ -191,27 +203,29 @@ def implicit_step(work, h):
     work.history[0], work.history[1] = h, 0.0
     for i in range(n):
         work.offset[i] = 0.0
-    error = filtered_error(work, h, work.offset)
+    error = filtered_error(at, h, work.offset)
     if error >= 1.0:
-        error = filtered_error(work, h, work.offset)
+        error = filtered_error(at, h, work.offset)
     return error * error
 
 
 @kernel
-def look_along(work):
-    """Evaluate the observables of an implicit step where the explicit method has its stages; sums and maxima use them."""
+def look_along(at):
+    """Evaluate the observables of an implicit step where the explicit method has its stages, for sums and maxima."""
+    work = at[0]
     for row in range(3, END):
         if row != 4:
             dense_state(NODE_SHARES[row], work.y, work.f, work.z)
-            evaluate(work, work.z, row)
+            evaluate(at, work.z, row)
 
 
 @kernel
-def choose_method(work, h):
+def choose_method(at, h):
     """Change the method where the step just taken, of length `h`, shows that the other one serves better.
 
     It takes effect with the next step.  work.limit keeps the length at which the explicit method was left.
     """
+    work = at[0]
     if work.mode[0] == IMPLICIT:
         work.mode[1] = work.mode[1] + 1 if h < NOT_WORTH * work.limit[0] else 0
     else:

@@ -123,8 +123,10 @@ def force_exceeded(time, ramp, duration):
 
 
 @kernel
-def add_powers(work, tally, h, windowed):
+def add_powers(at, h, windowed):
     """Integrate powers and squares over the step of length `h` by the weights of the method, order 8 as the motion."""
+    work = at[0]
+    tally = work.tally
     o, whole = work.o, tally.whole
     for row in range(END):
         share = h * WEIGHTS[row] * o[row, KAPPA]
@@ -149,11 +151,13 @@ def add_powers(work, tally, h, windowed):
 
 
 @kernel
-def add_course(work, tally, j, duration):
+def add_course(at, j, duration):
     """Enter the course of joint `j`'s force over a step that lasts `duration` (s) into its histogram.
 
     The force at PARTS + 1 even places of the step comes from the polynomial through its values at the stages.
     """
+    work = at[0]
+    tally = work.tally
     block = JOINTS + JOINT_WIDTH * j
     course = tally.course[j]
     total = 0.0
@@ -210,20 +214,21 @@ def stage_peak(o, column, sign):
 
 
 @kernel
-def observe(work, x, column):
+def observe(at, x, column):
     """Return the observable at the share `x` of the step, from the dense output in `work.f`."""
-    evaluate_dense(work, x)
+    work = at[0]
+    evaluate_dense(at, x)
     return work.o[SCRATCH, column]
 
 
 @kernel
-def refined_peak(work, column, sign, node):
+def refined_peak(at, column, sign, node):
     """Return the largest value of the observable, times `sign`, near the stage `node`: successive parabolas."""
     m = min(max(node, 1), NODES.size - 2)
     a, b, c = SHARES[m - 1], SHARES[m], SHARES[m + 1]
-    fa = sign * observe(work, a, column)
-    fb = sign * observe(work, b, column)
-    fc = sign * observe(work, c, column)
+    fa = sign * observe(at, a, column)
+    fb = sign * observe(at, b, column)
+    fc = sign * observe(at, c, column)
     best = max(fa, fb, fc)
     for _ in range(3):
         bend = (fa - fb) / (a - b) - (fb - fc) / (b - c)
@@ -233,7 +238,7 @@ def refined_peak(work, column, sign, node):
         x = min(max(x, 0.0), 1.0)
         if x in (a, b, c):
             break
-        fx = sign * observe(work, x, column)
+        fx = sign * observe(at, x, column)
         best = max(best, fx)
         if abs(x - a) > abs(x - c):  # drop the farther end
             a, fa, b, fb = b, fb, x, fx
