@@ -5,6 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+#: Approach speed in m/s above which steel may yield: about 1e-5 sqrt(E/rho), E = 207 GPa, rho = 7850 kg/m^3.
+#: Love's criterion for impacts that stay elastic, as Lankarani and Nikravesh 1990 use it.
+ELASTIC_ONSET = 0.05
+
 EVENT_KINDS = ("on", "off")
 EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", "f8"), ("force_peak", "f8")])
 
@@ -61,6 +65,7 @@ _JOINT_FIGURES = (
     ("onset_rate_max", "m/s", "largest closing rate at a contact onset"),
     ("penetration_max", "m", "largest penetration"),
     ("eccentricity_max", "m", "largest distance of the journal centre from the bearing centre"),
+    ("law_limit_fraction", "1", "share of the window's time at a penetration beyond the elastic law's range"),
     ("force_clips", "1", "times a contact's force law turned to traction and was clipped at zero"),
 )
 _WEAR_FIGURES = (

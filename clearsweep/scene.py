@@ -9,10 +9,10 @@ from . import grid, ideal, laws
 from .errors import InputError
 from .kernels import mechanism as mechanisms
 from .kernels import motion
+from .kernels.elastic import elastic_force
 from .kernels.integrate import ONSET_FLOOR
 from .kernels.joint import Joint
 from .kernels.mechanism import COORDINATES, Links, Pair
-from .kernels.normal import elastic_force
 from .outcome import JointLayout, Layout
 
 JOINTS = {"ground-crank": "A", "crank-rod": "B", "rod-slider": "C"}
@@ -173,8 +173,7 @@ def derived(case: dict) -> dict[str, tuple[float, str]]:
     """Return what follows from other values of a case: dotted path -> (value, unit)."""
     found = {}
     for name, joint in case["joints"].items():
-        if "material" in joint["contact"] and "stiffness" not in joint["contact"]:
-            found[f"joints.{name}.contact.stiffness"] = (laws.material_stiffness(joint), "N/m^1.5")
+        found |= {f"joints.{name}.{key}": value for key, value in laws.derived(joint).items()}
     return found
 
 

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from . import ideal
+from . import ideal, laws
 from .errors import InputError
 from .kernels import event as events
 from .kernels import integrate as loop
@@ -148,6 +148,7 @@ class _Run:
             onset=np.full(len(joints), loop.ONSET_FLOOR),
             clearance=np.array([joint.clearance for joint in joints]),
             side=np.array([joint.side for joint in joints]),
+            limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case["joints"].values()]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             mode=np.zeros(3, dtype=np.int64),
             limit=np.zeros(1),
@@ -274,6 +275,7 @@ def _figures(scene: Scene, run: _Run, end: float) -> dict:
             "penetration_max": max(depth, 0.0),
             "eccentricity_max": joint.clearance + depth,
             "force_clips": row[tallies.CLIPS],
+            "law_limit_fraction": row[tallies.BEYOND_TIME] / duration,
         }
         if part.wear_bins:
             found |= _wear_figures(scene, run, place, duration)

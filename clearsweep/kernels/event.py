@@ -48,6 +48,7 @@ class Work(NamedTuple):
     onset: np.ndarray  # (j,) m/s, closing rate at which the present contact began, floored
     clearance: np.ndarray  # (j,) m
     side: np.ndarray  # (j,) Joint.side
+    limit_depth: np.ndarray  # (j,) m, penetration up to which the elastic law is meant to hold; inf: any
     counts: np.ndarray  # (COUNTS,) int64
     mode: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
     limit: np.ndarray  # (1,) length of the last step before the method changed

@@ -234,6 +234,9 @@ def stage_state(row, h, y, k, w):
                     + A16_9 * k[8, i] + A16_13 * k[12, i] + A16_14 * k[13, i] + A16_15 * k[14, i])
 
 
+HUGE = 1e300
+
+
 @kernel
 def error_norm(h, k, scale):
     """Return the error of a step of length `h` over the tolerance: the step is good below 1.
@@ -250,6 +253,8 @@ def error_norm(h, k, scale):
               + G11 * k[10, i] + G12 * k[11, i]) / scale[i]
         fifth += e5 * e5
         third += e3 * e3
+    if not fifth + third < HUGE:  # also where a stage was not finite: an infinite third alone would look like no error
+        return math.inf
     if fifth == 0.0:
         return 0.0
     return abs(h) * fifth / math.sqrt((fifth + 0.01 * third) * scale.size)

@@ -1,5 +1,6 @@
 """What is summed, counted and maximised along the motion; all of it from the steps themselves, none from samples."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from .joint import FREE
 from .method import END, SCRATCH, WEIGHTS
 from .motion import (
     ACCELERATION,
+    DEPTH,
     DRIVE,
     GRAVITY,
     JOINT_WIDTH,
@@ -37,10 +39,11 @@ ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX, WHOLE = range(8, 1
     CLIPS,
     RESTITUTION,
     REBOUNDS,
+    BEYOND_TIME,
     PEAK,
     APPROACH,
     JOINT,
-) = range(12)
+) = range(13)
 # Histogram of the normal force over time: bins of equal ratio within a factor of two of being so, from the bits of the
 # number: BIN_BITS of the mantissa, so a bin is at most 2^-BIN_BITS wide relative to its lower edge.
 BIN_BITS = 8
@@ -173,6 +176,25 @@ def add_course(at, j, duration):
     for i in range(PARTS):
         part = 0.5 * (course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]) / total
         fill_ramp(tally.time[j], tally.ramp[j], course[FORCE, i], course[FORCE, i + 1], part * duration)
+    if work.limit_depth[j] < math.inf:
+        add_beyond(at, j, duration)
+
+
+@kernel
+def add_beyond(at, j, duration):
+    """Add the time (s) of a step of `duration` in which joint `j` is deeper than its elastic law is meant for."""
+    work = at[0]
+    block = JOINTS + JOINT_WIDTH * j
+    beyond, total = 0.0, 0.0
+    for i in range(PARTS + 1):
+        depth = 0.0
+        for m in range(NODES.size):
+            depth += COURSE[i, m] * work.o[NODES[m], block + DEPTH]
+        kappa = work.tally.course[j, KAPPA_COURSE, i]
+        total += kappa
+        if depth > work.limit_depth[j]:
+            beyond += kappa
+    work.tally.joint[j, BEYOND_TIME] += beyond / total * duration
 
 
 @kernel
