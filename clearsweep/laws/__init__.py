@@ -10,7 +10,7 @@ from ..catalogue import Catalogue
 from ..kernels.elastic import Linear
 from ..kernels.friction import Frictionless
 from ..kernels.wear import NoWear
-from . import elastic, friction, normal, wear  # noqa: F401 - each enters its laws
+from . import elastic, friction, mechanism, normal, wear  # noqa: F401 - each enters its laws
 from .describe import text
 from .material import material_stiffness
 from .recipe import RECIPES, Recipe

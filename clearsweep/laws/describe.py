@@ -20,7 +20,13 @@ REFERENCE = {
     "contact": {"material": {"young": 207e9, "poisson": 0.3}, "thickness": 5e-3},
 }
 _REFERENCE_TEXT = "steel, 207 GPa, 0.3; bearing radius 10 mm, clearance 0.5 mm, length 20 mm"
-_KEYS = {"law": "contact.law", "elastic": "contact.elastic", "friction": "friction.law", "wear": "wear.law"}
+_KEYS = {
+    "mechanism": "mechanism.type",
+    "law": "contact.law",
+    "elastic": "contact.elastic",
+    "friction": "friction.law",
+    "wear": "wear.law",
+}
 
 
 def text(name: str | None = None) -> str:
