@@ -180,6 +180,12 @@ def test_no_contact_passes_unseen(joints, tolerance, speed, clearance, restituti
         assert list(events["kind"]) == ["on", "off"] * (len(events) // 2) + ["on"] * (len(events) % 2)
 
 
+def test_eccentricity_is_told_of_a_window_without_contact_too():
+    summary = run("rod-slider", simulate__revolutions=0.01, save__revolutions=0.01).summary
+    assert summary["rod_slider_penetration_max"] == summary["rod_slider_contact_fraction"] == 0.0
+    assert 0.0 < summary["rod_slider_eccentricity_max"] < 0.5e-3
+
+
 def test_a_run_is_the_same_to_the_bit_every_time_and_whatever_is_reported():
     first = run("crank-rod", "rod-slider")
     again = run("crank-rod", "rod-slider", times=np.linspace(0, 0.012, 7))

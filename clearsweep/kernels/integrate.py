@@ -256,6 +256,9 @@ def enter(at, h, windowed, dense):
             if windowed:
                 tally.joint[j, CONTACT_TIME] += duration
                 add_course(at, j, duration)
+        elif windowed:
+            depth = work.o[END, JOINTS + JOINT_WIDTH * j + DEPTH]
+            tally.joint[j, DEPTH_MAX] = max(tally.joint[j, DEPTH_MAX], depth)
     if windowed:
         made = note_motion(at, h, made)
         if work.wear.code != 0:
