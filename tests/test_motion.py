@@ -93,8 +93,7 @@ def test_ideal_mechanism_has_its_closed_form_values():
     assert a.max() == pytest.approx(9695.856, rel=1e-6)
     assert np.gradient(x, angles)[1:-1] * speed == pytest.approx(v[1:-1], abs=1e-3)
     assert np.gradient(v, angles)[1:-1] * speed == pytest.approx(a[1:-1], abs=1)
-    mechanism = {"crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4, "center": 0.025}, "gravity": 0.0,
-                 "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06}, "slider": {"mass": 0.14}}  # fmt: skip
+    mechanism = clearsweep.load_case(slider_crank("rod-slider")).case["mechanism"]
     assert ideal.reactions(mechanism, speed, 0.0).rod_slider[0] == pytest.approx(-2718.71, rel=1e-6)
 
 
