@@ -16,44 +16,50 @@ _FORMS = {
 }
 
 
-def axis(problems: Problems, path: str, entry: Entry, one: Callable, unit: str) -> list | None:
-    """Return the values of an axis, None where it is wrong.
+def axis(
+    problems: Problems, where: str, entry: Entry, one: Callable, unit: str, *, distinct: bool = True
+) -> list | None:
+    """Return the values of the axis written at the key `where`, None where it is wrong.
 
-    `one(entry)` reads a value, None where that is wrong; `unit` is the SI unit of the values, '' for words.
+    `one(entry)` reads a value, None where that is wrong; `unit` is the SI unit of the values, '' for words.  Values
+    have to be `distinct` unless they go in step with those of other axes.
     """
     if isinstance(entry.value, list):
-        return _listed(problems, path, entry, one)
+        return _listed(problems, where, entry, one, distinct)
     if unit and isinstance(entry.value, dict) and len(entry.value) == 1 and set(entry.value) <= set(_FORMS):
         ((kind, given),) = entry.value.items()
-        return _generated(problems, path, kind, given, one, unit)
+        return _generated(problems, where, kind, given, one, unit)
     spaced = f" or {{linspace: {_FORMS['linspace']}}}, or geomspace or logspace in its place"
     problems.add(
-        entry, f"sweep.{path}", f"found {shown(entry.value)}; expected a list such as [a, b]{spaced if unit else ''}"
+        entry, where, f"found {shown(entry.value)}; expected a list such as [a, b]{spaced if unit else ''}"
     )
     return None
 
 
-def _listed(problems: Problems, path: str, entry: Entry, one) -> list | None:
-    """Return the values of a list, each of them different."""
+def _listed(problems: Problems, where: str, entry: Entry, one, distinct: bool) -> list | None:
+    """Return the values of a list, each of them different where they have to be `distinct`."""
     if not entry.value:
-        problems.add(entry, f"sweep.{path}", "the list is empty; write at least one value, or leave the path out")
-    if entry.line and len(entry.value) > _MOST_WRITTEN:
+        problems.add(entry, where, "the list is empty; write at least one value, or leave the path out")
+    if distinct and entry.line and len(entry.value) > _MOST_WRITTEN:
         problems.add(
             entry,
-            f"sweep.{path}",
+            where,
             f"found a list of {len(entry.value)} values; at most {_MOST_WRITTEN} can be written out: "
             "use {linspace: [first, last, count]} or {geomspace: [first, last, count]}",
         )
         return None
+    if not distinct:
+        values = [one(item) for item in entry.value]
+        return None if not values or None in values else values
     first: dict = {}
     for item in entry.value:
         value = one(item)
         if value is not None and value in first:
-            where = f" (line {first[value].line})" if first[value].line else ""
+            there = f" (line {first[value].line})" if first[value].line else ""
             problems.add(
                 item,
-                f"sweep.{path}",
-                f"duplicate value {shown(item.value)}, the same as {shown(first[value].value)}{where}; "
+                where,
+                f"duplicate value {shown(item.value)}, the same as {shown(first[value].value)}{there}; "
                 "every value may be there once",
             )
         elif value is not None:
@@ -61,7 +67,7 @@ def _listed(problems: Problems, path: str, entry: Entry, one) -> list | None:
     return list(first) if len(first) == len(entry.value) else None
 
 
-def _generated(problems: Problems, path: str, kind: str, given: Entry, one: Callable, unit: str) -> list | None:
+def _generated(problems: Problems, where: str, kind: str, given: Entry, one: Callable, unit: str) -> list | None:
     """Return evenly spaced values."""
     items = given.value if isinstance(given.value, list) else []
     try:
@@ -79,7 +85,7 @@ def _generated(problems: Problems, path: str, kind: str, given: Entry, one: Call
         if len(set(values)) < len(values):
             raise InputError(f"{len(values)} values from {values[0]!r} to {values[-1]!r} (SI) are not all different")
     except InputError as error:
-        problems.add(given, f"sweep.{path}", f"{kind}: {error}")
+        problems.add(given, where, f"{kind}: {error}")
         return None
     checked = [one(Entry(value, given.origin, given.line, given.column)) for value in values]
     return None if None in checked else checked

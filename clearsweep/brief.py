@@ -3,13 +3,13 @@
 import heapq
 from collections import Counter
 
+from clearsweep.outcome import ELASTIC_ONSET
 from clearsweep.progress import clock
 from clearsweep.report import wording
 
 WORST_CASES = 5
 LISTED_FAILURES = 3  # of each status
 FILES = ("summary.parquet", "orbits.h5", "run.json")
-ELASTIC_ONSET = 0.05  # m/s; steel stays elastic below about 1e-5 sqrt(E/rho) (Love's criterion)
 
 
 def of_run(result) -> dict:

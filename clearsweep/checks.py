@@ -28,6 +28,11 @@ def _below(read: Draft, low: str, high: str, reason: str, *, equal: bool = False
     lows, highs = read.reached(low), read.reached(high)
     if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
         return
+    if read.in_step(low, high):
+        wrong = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
+        if not wrong:
+            return
+        lows, highs = zip(*wrong[:1], strict=True)
     where = low if low in read.swept or low in read.written else high
     word = "at most" if equal else "below"
     read.problems.add(

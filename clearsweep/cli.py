@@ -110,11 +110,12 @@ def report(directory, out, tables, as_json):
 @verbs.command()
 @click.option("--quick", is_flag=True, help="Fewer problems and tolerances; ends within a minute.")
 @click.option("--json", "as_json", is_flag=True, help="Print the tables as JSON.")
-def verify(quick, as_json):
-    """Print error against run time on problems with known answers."""
+@click.option("--write", is_flag=True, help=f"Write {RESULTS}/accuracy.md and its figure, too.")
+def verify(quick, as_json, write):
+    """Print error against run time on problems with known answers, and the stability of extreme cases."""
     from clearsweep import verify as verification
 
-    verification.main(json=as_json, quick=quick)
+    verification.main(json=as_json, quick=quick, directory=RESULTS if write else None)
 
 
 @verbs.command()

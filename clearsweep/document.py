@@ -37,6 +37,9 @@ class Problems:
     def __init__(self):
         self._found: dict[str, tuple[int, int]] = {}
 
+    def __len__(self) -> int:
+        return len(self._found)
+
     def add(self, entry: Entry, path: str, sentence: str) -> None:
         """Note that the value at dotted `path` is wrong."""
         self._found.setdefault(f"{entry.place}{path + ': ' if path else ''}{sentence}", (entry.line, entry.column))

@@ -12,7 +12,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import NamedTuple
 
-from . import MODEL_VERSION, checks, quantity, validate
+from . import MODEL_VERSION, checks, design, quantity, validate
 from .catalogue import Catalogue, Field, Law
 from .document import Entry, Problems, override, read
 from .errors import InputError
@@ -40,30 +40,29 @@ def load(source, catalogue: Catalogue, overrides: dict | None = None) -> "Grid":
             f"{root.place}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
     for path, value in (overrides or {}).items():
-        root = override(_unswept(root, path), path, value, problems)
+        root = override(root, path, value, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
     name = _name(root, file, problems)
-    draft = validate.draft(root, catalogue, problems)
+    draft = validate.draft(root, catalogue, problems, frozenset(overrides or ()))
     checks.check(draft, catalogue)
     problems.check()
-    return Grid(name, file, draft.axes, draft.shape, draft.values, frozenset(draft.written), draft.names)
+    return Grid(
+        name,
+        file,
+        draft.axes,
+        draft.limits,
+        draft.shape,
+        draft.values,
+        frozenset(draft.written),
+        draft.names,
+        {draft.way[paths[0]]: paths for paths in design.steps(draft)},
+        _sample(draft),
+    )
 
 
 def starter() -> str:
     """Return the text of a commented grid to start from."""
     return Path(__file__).with_name("starter.yaml").read_text(encoding="utf-8")
-
-
-def _unswept(root: Entry, path: str) -> Entry:
-    """Return the document without the axis of `path`, and without `sweep` if that was the only one."""
-    sweep = root.value.get("sweep")
-    if sweep is None or not isinstance(sweep.value, dict) or path not in sweep.value:
-        return root
-    axes = {other: entry for other, entry in sweep.value.items() if other != path}
-    rest = {key: entry for key, entry in root.value.items() if key != "sweep"}
-    if axes:
-        rest["sweep"] = Entry(axes, sweep.origin, sweep.line, sweep.column, sweep.keys)
-    return Entry(rest, root.origin, root.line, root.column, root.keys)
 
 
 def _name(root: Entry, file: str | None, problems: Problems) -> str:
@@ -82,6 +81,16 @@ def _name(root: Entry, file: str | None, problems: Problems) -> str:
     return "case"
 
 
+def _sample(draft: validate.Draft) -> dict:
+    """Return the section `sample` in SI, {} where there is none."""
+    if draft.sample is None:
+        return {}
+    head = {"method": draft.sample.method}
+    if draft.sample.method != "one-at-a-time":
+        head |= {"n": draft.sample.n, "seed": draft.sample.seed}
+    return head | {"over": {path: draft.distributions[path].written() for path in draft.drawn}}
+
+
 class Block(NamedTuple):
     """One combination of law names, and the axes that are in use with it."""
 
@@ -96,6 +105,11 @@ class Factor(NamedTuple):
     blocks: tuple[Block, ...]
     ends: tuple[int, ...]  # index after each block's last
 
+    @property
+    def size(self) -> int:
+        """Return the number of combinations of these axes."""
+        return self.ends[-1]
+
     def point(self, index: int, axes: dict) -> dict:
         """Return the values of these axes at `index`; the last one runs fastest."""
         which = bisect_right(self.ends, index)
@@ -108,6 +122,22 @@ class Factor(NamedTuple):
         return values
 
 
+class Step(NamedTuple):
+    """Axes that go in step: a grid's cases take their values row by row."""
+
+    paths: tuple[str, ...]
+    rows: tuple[int, ...]  # places on the axes; of equal rows the first
+
+    @property
+    def size(self) -> int:
+        """Return the number of different rows."""
+        return len(self.rows)
+
+    def point(self, index: int, axes: dict) -> dict:
+        """Return the values of these axes at `index`."""
+        return {path: axes[path][self.rows[index]] for path in self.paths}
+
+
 @dataclass(frozen=True)
 class Grid:
     """A checked grid in SI.  `len(grid)` is the number of cases; none of them is made before it is asked for."""
@@ -115,13 +145,16 @@ class Grid:
     name: str
     source: str | None  # file, None for a dict
     axes: dict[str, tuple]  # dotted path -> values, SI or law names, in the order of the file
+    limits: dict[str, float]  # figure of merit -> largest value that is acceptable, SI
     _shape: Shape
     _values: dict
     _written: frozenset
     _names: dict[str, frozenset]
+    _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
+    _sample: dict
 
     def __len__(self) -> int:
-        return math.prod(factor.ends[-1] for factor in self._factors)
+        return math.prod(factor.size for factor in self._factors)
 
     def point(self, index: int) -> dict:
         """Return dotted path -> value of the swept keys of a case; None for a key that its laws do not use."""
@@ -129,7 +162,7 @@ class Grid:
             raise IndexError(f"case {index} of {len(self)}")
         values = dict.fromkeys(self.axes)
         for factor in reversed(self._factors):
-            index, k = divmod(index, factor.ends[-1])
+            index, k = divmod(index, factor.size)
             values |= factor.point(k, self.axes)
         return values
 
@@ -156,13 +189,16 @@ class Grid:
 
     def resolved(self) -> dict:
         """Return the grid in SI as a dict of the shape of its file, from which `load` gives the same cases."""
-        sweep = {"sweep": {path: list(values) for path, values in self.axes.items()}} if self.axes else {}
+        ways = {way: {path: list(self.axes[path]) for path in paths} for way, paths in self._ways.items()}
+        if self._sample:
+            ways["sample"] = self._sample | {"drawn": ways["sample"]}
+        limits = {"limits": self.limits} if self.limits else {}
         sections = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(
             f"{path}." for path in sections if self._shape[path].pair
         )  # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        return {"name": self.name} | self._nested(sections | self._base | fillers) | sweep
+        return {"name": self.name} | self._nested(sections | self._base | fillers) | ways | limits
 
     def layout(self):
         """Return the outcome.Layout that all cases share."""
@@ -208,15 +244,31 @@ class Grid:
         return {path: value for path, value in _derived(flat).items() if path not in self.axes}
 
     @cached_property
-    def _factors(self) -> tuple[Factor, ...]:
-        """The factors of the product: one for each section whose law names are swept, one for each other axis."""
+    def _ways(self) -> dict[str, tuple[str, ...]]:
+        """The section of a grid file -> the axes that it says, as far as there are any."""
+        stepping = {path for paths in self._steps.values() for path in paths}
+        swept = tuple(path for path in self.axes if path not in stepping)
+        return ({"sweep": swept} if swept else {}) | self._steps
+
+    @cached_property
+    def _factors(self) -> tuple[Factor | Step, ...]:
+        """The factors of the product: axes in step, one for each section whose law names are swept, each other axis."""
+        steps = tuple(self._step(paths) for paths in self._steps.values())
         groups: dict[str, list[str]] = {}
-        for path in self.axes:
+        sweep = self._ways.get("sweep", ())
+        for path in sweep:
             node = self._shape[path]
-            swept = [chooser for chooser in node.choosers() if chooser in self.axes]
+            swept = [chooser for chooser in node.choosers() if chooser in sweep]
             together = path if isinstance(node, Word) else swept[0] if swept else None
             groups.setdefault(together.rpartition(".")[0] if together else path, []).append(path)
-        return tuple(self._factor(paths) for paths in groups.values())
+        return (*(self._factor(paths) for paths in groups.values()), *steps)
+
+    def _step(self, paths: tuple[str, ...]) -> Step:
+        """Return axes in step, of equal rows only the first."""
+        rows: dict = {}
+        for row, values in enumerate(zip(*(self.axes[path] for path in paths), strict=True)):
+            rows.setdefault(values, row)
+        return Step(paths, tuple(rows.values()))
 
     def _factor(self, paths: list[str]) -> Factor:
         """Return the blocks of axes that belong together, each combination of law names that differs once."""

@@ -9,21 +9,14 @@ class Physics:
     """What is done with a case; the modules that do it are loaded when they are first needed."""
 
     @staticmethod
-    def prepare() -> None:
-        """Point the compiler to its cache; before anything imports the compiler."""
-        importlib.import_module("clearsweep.kernels.cache").prepare()
-
-    @staticmethod
     def catalogue():
         """Return all laws there are, for reading a grid."""
-        Physics.prepare()
         return importlib.import_module("clearsweep.scene").catalogue()
 
     @staticmethod
     def laws_text(name: str | None) -> str:
         """Return what there is to say of one law, or of all."""
-        Physics.prepare()
-        return importlib.import_module("clearsweep.scene").laws_text(name)
+        return importlib.import_module("clearsweep.laws").text(name)
 
     @staticmethod
     def signature(case: dict):

@@ -10,7 +10,6 @@ from types import ModuleType
 from pebble import CONSTS, ProcessPool
 
 from clearsweep import stopping, worker
-from clearsweep.physics import Physics
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS",
                     "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS")
@@ -43,14 +42,14 @@ class _Context(SpawnContext):
 class Local:
     """Processes of their own on this machine, one thread each; one that dies takes only its own batch along."""
 
-    def __init__(self, jobs: int, physics: type[Physics]):
-        self.jobs, self.physics = jobs, physics
+    def __init__(self, jobs: int):
+        self.jobs = jobs
         self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
         os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
         self._pool = self._started()
 
     def _started(self) -> ProcessPool:
-        pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(), self.physics), _Context())
+        pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(),), _Context())
         with stopping.shielded():
             if not pool.active:  # asking starts the workers
                 raise RuntimeError("the worker processes could not be started")
@@ -85,8 +84,8 @@ class Serial:
 
     jobs = 1
 
-    def __init__(self, _jobs: int, physics: type[Physics]):
-        physics.prepare()
+    def __init__(self, _jobs: int = 1):
+        """Take any number of jobs for one."""
 
     def submit(self, function, *args) -> Future:
         """Run `function(*args)` and return its outcome."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from . import quantity
 from .catalogue import Catalogue, Field, Law
+from .sampling import DISTRIBUTIONS, METHODS
 
 Condition = tuple[str, frozenset[str]]  # path of a law's name, and the names with which a key is in use
 
@@ -273,19 +274,31 @@ def _laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[C
 
 def schema(catalogue: Catalogue) -> dict:
     """Return the JSON Schema (2020-12) of a grid file, for editors: keys, words, units and meanings."""
-    sweep = {
-        "description": "dotted path -> values; the cases are the product",
-        "type": "object",
-        "minProperties": 1,
-        "additionalProperties": {"$ref": "#/$defs/axis"},
-    }
+
+    def axes(text: str) -> dict:
+        return {
+            "description": f"dotted path -> values, {text}",
+            "type": "object",
+            "minProperties": 1,
+            "additionalProperties": {"$ref": "#/$defs/axis"},
+        }
+
     schemas = []
     for mechanism in MECHANISMS:
         tree = shape(mechanism, catalogue)
         top = _object(tree, "")
         top["properties"] |= {
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
-            "sweep": sweep,
+            "sweep": axes("each by each: the cases are the product"),
+            "zip": axes("in step: case after case takes the next value of each"),
+            "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
+            "sample": _sample(),
+            "limits": {
+                "description": "figure (a column of summary.parquet) -> the largest value that is acceptable",
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": {"$ref": "#/$defs/quantity"},
+            },
         }
         top["properties"]["mechanism"]["properties"]["type"] = {"const": mechanism}
         schemas.append(top)
@@ -319,6 +332,28 @@ def schema(catalogue: Catalogue) -> dict:
                     ),
                 ]
             },
+        },
+    }
+
+
+def _sample() -> dict:
+    """Return the schema of the section `sample`."""
+    whole = {"type": "integer", "minimum": 0}
+    kinds = [
+        {"type": "object", "required": [kind], "properties": {kind: {"description": form}}}
+        for kind, form in DISTRIBUTIONS.items()
+    ]
+    return {
+        "description": "cases drawn from distributions",
+        "type": "object",
+        "required": ["method", "over"],
+        "additionalProperties": False,
+        "properties": {
+            "method": {"enum": list(METHODS), "description": "; ".join(map(": ".join, METHODS.items()))},
+            "n": whole | {"minimum": 2},
+            "seed": whole,
+            "over": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": kinds}},
+            "drawn": {"type": "object", "description": "values drawn before, as run.json keeps them"},
         },
     }
 

@@ -76,7 +76,7 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
         ran, case_seconds = 0, 0.0
         if len(pending):
             job = Job(held.directory, grid, physics, case_timeout)
-            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), physics)
+            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)))
             try:
                 warm(workers, grid, pending, physics)
                 batches = Batches(pending, ids, workers.jobs, case_bytes(grid))

@@ -3,12 +3,12 @@
 import math
 from dataclasses import dataclass, field
 
-from . import quantity
-from .axes import axis
+from . import design, quantity
 from .catalogue import Catalogue, Field
 from .document import Entry, Problems
 from .errors import InputError
 from .quantity import nearest, shown
+from .sampling import Distribution, Sample
 from .schema import MECHANISMS, Number, Section, Shape, Word, shape
 
 
@@ -26,12 +26,22 @@ class Draft:
     broken: set[str] = field(default_factory=set)  # paths of sections that could not be read
     values: dict[str, float | int | str] = field(default_factory=dict)  # SI; defaults of words included
     axes: dict[str, tuple] = field(default_factory=dict)
+    way: dict[str, str] = field(default_factory=dict)  # path that is swept -> the section that says so
+    sample: Sample | None = None
+    drawn: tuple[str, ...] = ()  # the paths under `sample`
+    distributions: dict[str, Distribution] = field(default_factory=dict)
+    limits: dict[str, float] = field(default_factory=dict)
 
     def place(self, path: str) -> Entry:
         """Return the entry to blame for the value at `path`: its own, or the section's that lacks it."""
         while path and path not in self.swept and path not in self.written and path not in self.sections:
             path = path.rpartition(".")[0]
         return self.swept.get(path) or self.written.get(path) or self.sections[path]
+
+    def in_step(self, *paths: str) -> bool:
+        """Return whether these paths take their values together, row by row."""
+        ways = {self.way.get(path) for path in paths}
+        return len(ways) == 1 and ways.isdisjoint((None, "sweep"))
 
     def reached(self, path: str) -> tuple:
         """Return every value that `path` takes: axis, what is written, or the default; () if unknown or left out."""
@@ -44,20 +54,22 @@ class Draft:
         return tuple(field.default for field in fields if field.default is not None)
 
 
-def draft(root: Entry, catalogue: Catalogue, problems: Problems) -> Draft:
-    """Return what the document `root` says; mistakes go to `problems`."""
+def draft(root: Entry, catalogue: Catalogue, problems: Problems, fixed: frozenset = frozenset()) -> Draft:
+    """Return what the document `root` says, the paths in `fixed` not swept; mistakes go to `problems`."""
     read = Draft(problems)
     kind = _mechanism(root)
     whole = shape(kind, catalogue)
     _walk(read, root, "", whole)
     _activate(read, whole)
-    _find_axes(read, root, whole)
+    design.find(read, root, whole, fixed)
     for path, node in read.shape.items():
         if isinstance(node, Word):
             _word(read, path, node)
         elif isinstance(node, Number):
             _number(read, path, node)
     read.axes = {path: read.axes[path] for path in read.swept if path in read.axes}
+    design.check(read)
+    read.limits = design.limits(read, root, kind)
     return read
 
 
@@ -73,7 +85,7 @@ def _mechanism(root: Entry) -> str:
 def _walk(read: Draft, entry: Entry, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
     known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path] + (
-        ["name", "sweep"] if not path else []
+        ["name", "limits", *design.WAYS] if not path else []
     )
     read.sections[path] = entry
     content = entry.value
@@ -127,49 +139,6 @@ def _activate(read: Draft, whole: Shape) -> None:
             read.shape[path] = Number(tuple(use._replace(when=()) for use in node.uses))
 
 
-def _find_axes(read: Draft, root: Entry, whole: Shape) -> None:
-    """Note the entries under `sweep` whose path names something that can be swept."""
-    sweep = root.value.get("sweep") if isinstance(root.value, dict) else None
-    if sweep is None:
-        return
-    if not isinstance(sweep.value, dict) or not sweep.value:
-        read.problems.add(
-            sweep, "sweep", "nothing is swept; write `dotted.path: [value, ...]`, or leave the key 'sweep' out"
-        )
-        return
-    free = [path for path, node in read.shape.items() if not isinstance(node, Section) and node.sweep]
-    for path, entry in sweep.value.items():
-        key = sweep.keys.get(path, entry)
-        parent = path.rpartition(".")[0]
-        node = read.shape.get(path)
-        if path in free:
-            read.swept[path] = entry
-        elif isinstance(node, Section):
-            inside = [other for other in free if other.startswith(f"{path}.")]
-            read.problems.add(key, f"sweep.{path}", f"names a section, not a value; such as {', '.join(inside[:3])}")
-        elif node is not None:
-            read.problems.add(
-                key,
-                f"sweep.{path}",
-                "cannot be swept; write it outside `sweep`, and a grid for each of its values",
-            )
-        elif path in whole:
-            missing = next(section for section in _sections(path) if section not in read.shape)
-            read.problems.add(
-                key, f"sweep.{path}", f"there is no section '{missing}'; write it before a value in it is swept"
-            )
-        else:
-            beside = [other for other in free if other.rpartition(".")[0] == parent]
-            there = f" (allowed beside it: {', '.join(beside)})" if beside else ""
-            read.problems.add(key, f"sweep.{path}", f"names nothing{nearest(path, free)}{there}")
-
-
-def _sections(path: str) -> list[str]:
-    """Return the paths that lead to `path`, outermost first, itself last."""
-    parts = path.split(".")
-    return [".".join(parts[: k + 1]) for k in range(len(parts))]
-
-
 def _word(read: Draft, path: str, node: Word) -> None:
     """Read one word, or the law names on its axis."""
 
@@ -191,7 +160,7 @@ def _word(read: Draft, path: str, node: Word) -> None:
     elif node.default is not None:
         values = (node.default,)
     if path in read.swept:
-        _enter_axis(read, path, one, "")
+        _enter_axis(read, path, one, "", ())
         values = read.axes.get(path, ())
     elif values:
         read.values[path] = values[0]
@@ -225,7 +194,8 @@ def _number(read: Draft, path: str, node: Number) -> None:
             return
         meanings = meanings[:1]
     if path in read.swept:
-        _enter_axis(read, path, lambda entry: _read(read, path, entry, meanings), meanings[0][1][0])
+        inside = tuple(one for one, _ in meanings)
+        _enter_axis(read, path, lambda entry: _read(read, path, entry, meanings), meanings[0][1][0], inside)
     if path in read.written:
         value = _read(read, path, read.written[path], meanings)
         if value is not None and path not in read.swept:
@@ -245,9 +215,9 @@ def _missing(read: Draft, path: str, node: Number, field: Field) -> None:
     read.problems.add(read.place(path), path, f"is missing{whose} ({field.text or field.name}); {wanted}")
 
 
-def _enter_axis(read: Draft, path: str, one, unit: str) -> None:
+def _enter_axis(read: Draft, path: str, one, unit: str, fields: tuple[Field, ...]) -> None:
     """Enter the values of an axis, each read by `one(entry)`."""
-    values = axis(read.problems, path, read.swept[path], one, unit)
+    values = design.values(read, path, one, unit, fields)
     if values:
         read.axes[path] = tuple(values)
 
@@ -280,7 +250,7 @@ def exponent_values(read: Draft, path: str) -> tuple:
     """Return the values of the key `exponent` beside `path`, (1.5,) where they cannot be read."""
     beside = f"{path.rpartition('.')[0]}.exponent"
     node = read.shape.get(beside)
-    quiet = Draft(Problems(), read.shape, read.sections, read.written, read.swept, read.names)
+    quiet = Draft(Problems(), read.shape, read.sections, read.written, read.swept, read.names, way=read.way)
     if isinstance(node, Number) and (beside in read.written or beside in read.swept):
         _number(quiet, beside, node)
     return quiet.reached(beside) or (1.5,)

@@ -58,7 +58,7 @@ class Manifest(NamedTuple):
     seconds: float  # spent on its cases
 
 
-def enter(parent: int, physics: type[Physics]) -> None:
+def enter(parent: int) -> None:
     """Prepare a worker process: it dies with its parent, heeds signals between cases, and has its modules loaded."""
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -66,7 +66,6 @@ def enter(parent: int, physics: type[Physics]) -> None:
         os._exit(1)  # the parent went before it could be tied to
     stopping.in_worker()
     signal.signal(signal.SIGALRM, signal.SIG_DFL)  # of a case that takes too long: ends the process
-    physics.prepare()
     store.use_one_thread()
 
 

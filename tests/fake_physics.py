@@ -44,10 +44,6 @@ class Fake(Physics):
     """A stand-in for the mechanics."""
 
     @staticmethod
-    def prepare():
-        """Do nothing: nothing is compiled."""
-
-    @staticmethod
     def catalogue():
         """Return a few laws."""
         return CATALOGUE

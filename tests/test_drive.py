@@ -20,7 +20,7 @@ class Unreliable(pool.Serial):
     """Runs batches here, but first does what `trouble` says, one word per batch."""
 
     def __init__(self, *trouble):
-        super().__init__(1, Fake)
+        super().__init__()
         self.trouble = list(trouble)
         self.restarts = 0
 

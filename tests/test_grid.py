@@ -51,12 +51,13 @@ def test_a_case_is_in_si_with_every_default_filled_in(at):
     joint["contact"] = contact | {"restitution": 0.9}
     joint["friction"] = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
     joint["wear"] = wear | {"journal_coefficient": 2e-14}
+    words = {"start": "centred", "method": "auto"}
     budgets = {"step_budget": 1_000_000, "event_budget": 100_000}
     assert demo.case(0) == {
         "mechanism": {"type": "slider-crank", **body, "slider": {"mass": 0.14}, "gravity": 0.0},
         "drive": {"speed": pytest.approx(5000 * math.pi / 30, rel=3e-16)},
         "joints": {"rod-slider": joint},
-        "simulate": {"revolutions": 10.0, "discard": 2.0, "tolerance": 1e-8, "start": "centred", "method": "auto", **budgets},
+        "simulate": {"revolutions": 10.0, "discard": 2.0, "tolerance": 1e-8, **words, **budgets},
         "save": {"orbits": "last", "revolutions": 2.0, "samples": 720},
     }
 

@@ -294,7 +294,7 @@ def test_overhead_of_a_thousand_short_cases_is_small(tmp_path):
 def test_one_worker_has_one_thread(tmp_path, monkeypatch):
     for name in pool.THREAD_VARIABLES:
         monkeypatch.setenv(name, "7")
-    workers = pool.Local(1, Fake)
+    workers = pool.Local(1)
     try:
         inside = workers.submit(os.getenv, "OPENBLAS_NUM_THREADS").result()
     finally:

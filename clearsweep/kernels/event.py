@@ -17,6 +17,7 @@ from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, RAW, SPEED
 NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP = 0, 1, 2, 3, 4, 5
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
 MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
+FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step, so that SPANS of it can be followed
 ROUNDING = 4.0e-16
 EXPLICIT, IMPLICIT = 0, 1  # methods
 # Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
@@ -102,6 +103,20 @@ def may_meet(at, h, stop):
         if may_clip(at, j):
             return True
     return False
+
+
+@kernel
+def way(at, h):
+    """Return how far journals in free flight go in a step of length `h`, over what they may."""
+    work = at[0]
+    farthest = 0.0
+    for j in range(work.state.size):
+        if work.state[j] == FREE:
+            speed = 0.0
+            for row in range(END):
+                speed = max(speed, work.o[row, JOINTS + JOINT_WIDTH * j + SPEED] * work.o[row, KAPPA])
+            farthest = max(farthest, h * speed / (FARTHEST * work.clearance[j]))
+    return farthest
 
 
 @kernel

@@ -19,6 +19,7 @@ from .event import (
     STEPS,
     STOP,
     evaluate,
+    way,
 )
 from .family import invoke, kernel, pointer_to
 from .joint import CLIPPED, FREE, PRESSED
@@ -369,6 +370,7 @@ def integrate(control, work):
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
         h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(at, h)
+        error = max(error, way(at, h) ** 8)  # the step control takes the eighth root
         if not error < 1.0:
             work.counts[REJECTED] += 1
             h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK

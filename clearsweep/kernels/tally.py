@@ -107,8 +107,9 @@ def fill_ramp(time, ramp, a, b, duration):
     density = duration / (high - low)
     time[i] += density * (bin_edge(i + 1) - low)
     time[k] += density * (high - bin_edge(k))
-    ramp[i + 1] += density
-    ramp[k] -= density
+    if k > i + 1:  # whole bins between: else a huge density would come and go, and leave its rounding
+        ramp[i + 1] += density
+        ramp[k] -= density
 
 
 def force_exceeded(time, ramp, duration):
@@ -116,7 +117,8 @@ def force_exceeded(time, ramp, duration):
 
     time, ramp : (BINS,) rows of the Tally.
     """
-    spent = time + np.cumsum(ramp) * np.diff(EDGES)
+    bins = np.max(np.flatnonzero(time), initial=-1) + 1  # above, sums of ramps are nothing but rounding
+    spent = time[:bins] + np.cumsum(ramp[:bins]) * np.diff(EDGES[: bins + 1])
     above = np.cumsum(spent[::-1])[::-1]  # time at a force of each bin or higher
     places = np.flatnonzero(above >= duration)
     if places.size == 0:

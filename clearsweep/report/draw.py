@@ -19,6 +19,7 @@ INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
 JOINT_COLOURS = (BLUE, RED, GREEN)
 WRITTEN = (9, 8)  # rows and columns of a heat map up to which its cells carry numbers
 CELLS_VECTOR = 150  # and with more than this are drawn as pixels
+BINS_DRAWN = 41  # edges of a histogram's bars, at most
 POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
 TICKS_NAMED = 9  # axes with more values than this name only some of them
 WIDTH = 36  # characters that fit beside each other below a figure
@@ -179,6 +180,22 @@ def cloud(ax: Axes, x: np.ndarray, y: np.ndarray, colour: tuple[np.ndarray, Axis
         if positive.size and positive.min() > 0.0 and positive.max() > DECADES * positive.min():
             _logarithmic(ax, which)
     ax.set(xlabel=_with_unit(names[0], scales[0]), ylabel=_with_unit(names[1], scales[1]))
+    _quiet(ax)
+
+
+def histogram(ax: Axes, values: np.ndarray, name: str, scale: Scale, marks: tuple[float, ...],
+              limit: float | None) -> None:
+    """Draw how values (SI, scaled) are distributed, with marked values and a limit."""
+    shown = values / scale.factor
+    bins = "auto" if np.ptp(shown) > 1e-9 * np.abs(shown).max() else 1
+    edges = np.histogram_bin_edges(shown, bins)
+    edges = edges if len(edges) <= BINS_DRAWN else np.linspace(edges[0], edges[-1], BINS_DRAWN)
+    ax.hist(shown, edges, weights=np.full(len(shown), 100.0 / len(shown)), color=BLUE, alpha=0.85, linewidth=0)
+    for mark in marks:
+        ax.axvline(mark / scale.factor, color=INK, linewidth=0.9, linestyle=":")
+    if limit is not None:
+        ax.axvline(limit / scale.factor, color=RED, linewidth=1.4)
+    ax.set(xlabel=_with_unit(name, scale), ylabel="cases [%]")
     _quiet(ax)
 
 

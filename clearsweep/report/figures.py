@@ -72,11 +72,11 @@ def _rounded(attribute: re.Match) -> str:
 def drivers(study: Study, canvas: Canvas) -> list[Picture]:
     """Return, per swept axis, the medians of the forces over its values, and those of the p99 over the ideal peak."""
     joint = study.hardest_joint()
-    if study.cases.empty or not study.swept() or not study.has(joint.column(study.lead.figure)):
+    if study.cases.empty or not study.levels() or not study.has(joint.column(study.lead.figure)):
         return []
     lead = study.lead
     forces = _drivers(study, canvas, ((lead.figure, lead.short, True), ("force_rms", "rms", False)), "force")
-    if not study.has(joint.column(RATIO)) or len(study.swept()) == 1:
+    if not study.has(joint.column(RATIO)) or len(study.levels()) == 1:
         return forces
     return forces + _drivers(study, canvas, ((RATIO, "p99 / ideal", True),), "p99 / ideal peak")
 

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearsweep.outcome import ELASTIC_ONSET
 from clearsweep.report import wording
 from clearsweep.report.study import RATIO, Axis, Joint, Study, position
 
-ELASTIC_ONSET = 0.05  # m/s; steel stays elastic below about 1e-5 sqrt(E/rho) (Love), E = 207 GPa, rho = 7850 kg/m^3
 ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)
 CLEAR_FACTOR = 1.05  # largest over smallest median below which an axis is said to have no clear effect
 CLEAR_CONTRAST = 4.0  # F ratio below which it is
@@ -51,7 +51,7 @@ def percent(share: float) -> str:
 
 def effects(study: Study, column: str) -> list[Effect]:
     """Return the main effects of all swept axes on a figure over the finished cases, the strongest first."""
-    axes, values = study.swept(), study.cases[column].to_numpy(float)
+    axes, values = study.levels(), study.cases[column].to_numpy(float)
     places = [position(axis, study.cases[axis.path]) for axis in axes]
     shares = explained(values, places)
     found = []
@@ -96,7 +96,7 @@ def headline(study: Study) -> list[str]:
     joint = study.hardest_joint()
     return [
         *_hardest(study, joint),
-        *(_drivers(study, joint) if study.swept() else []),
+        *(_drivers(study, joint) if study.levels() else []),
         *_slider(study),
         *_wear(study),
         *_restitution(study),

@@ -7,7 +7,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from clearsweep.report import cases, figures, findings, tabular, wording
+from clearsweep.report import cases, figures, findings, probability, tabular, wording
 from clearsweep.report.study import BASE, RATIO, Study, dig, prepare
 from clearsweep.report.tabular import SHOWN
 
@@ -30,6 +30,8 @@ def render(study: Study) -> str:
         cards=cards(study),
         sentences=findings.headline(study),
         decision=tabular.best_by_speed(study),
+        sample=probability.part(study, canvas),
+        method=(record.get("sample") or {}).get("method"),
         drivers=figures.drivers(study, canvas),
         effects=tabular.main_effects(study),
         maps=[(joint, figures.maps(study, joint, canvas)) for joint in study.joints],
@@ -115,6 +117,8 @@ def derived(study: Study) -> list[tuple[str, str]]:
 def provenance(study: Study) -> list[tuple[str, str]]:
     """Return where the figures come from: versions, machine, times, counts, energy residual."""
     told = {key: value for key, value in study.run.grid.items() if key not in (*BASE, *_TOLD_ELSEWHERE) and value}
+    if "sample" in told:
+        told["sample"] = {key: value for key, value in told["sample"].items() if key != "drawn"}
     found = [(path.replace("_", " "), str(value)) for path, value in _leaves(told)]
     if study.has("energy_residual"):
         residual = study.cases["energy_residual"]
@@ -128,7 +132,7 @@ def provenance(study: Study) -> list[tuple[str, str]]:
     return found
 
 
-_TOLD_ELSEWHERE = ("name", "sweep", "layout", "units", "frame", "derived", "warnings")
+_TOLD_ELSEWHERE = ("name", "sweep", "zip", "cases", "limits", "layout", "units", "frame", "derived", "warnings")
 
 
 def _leaves(tree: Mapping, path: str = "") -> list[tuple[str, object]]:

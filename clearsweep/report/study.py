@@ -12,6 +12,7 @@ BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json ke
 RATIO = "p99_over_ideal"  # figure of a joint that is made here: force p99 over the peak of the ideal joint
 
 DIGITS = 4  # of a swept value, where these tell its values apart
+MANY = 30  # different values of an axis in step above which they are scattered, not levels to compare
 
 
 class Axis(NamedTuple):
@@ -22,6 +23,7 @@ class Axis(NamedTuple):
     scale: Scale
     values: tuple  # SI floats or strings
     digits: int  # that keep its values apart, at least DIGITS
+    scattered: bool = False  # drawn or listed case by case: hardly two cases share a value; `values` in order of size
 
     @property
     def numeric(self) -> bool:
@@ -89,6 +91,10 @@ class Study(NamedTuple):
         """Return the axes that have more than one value."""
         return tuple(axis for axis in self.axes if len(axis.values) > 1)
 
+    def levels(self) -> tuple[Axis, ...]:
+        """Return the axes with a few values that many cases share, by which cases can be compared."""
+        return tuple(axis for axis in self.swept() if not axis.scattered)
+
     def setting(self, case_id: str) -> str:
         """Return the swept values of a case in words, '' without sweep."""
         row = self._row(case_id)
@@ -126,9 +132,8 @@ def prepare(run) -> Study:
     """Return a run (of the store) prepared for reading."""
     summary, layout, record = run.summary, run.layout, run.grid
     units = dict(summary.attrs.get("units", {}))
-    swept = record.get("sweep") or {}
     base = {key: record[key] for key in BASE if key in record}
-    axes = tuple(_axis(path, tuple(values), units.get(path, "1"), len(layout.joints)) for path, values in swept.items())
+    axes = _axes(record, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     summary = summary.set_index("case_id")
     finished = (summary["status"] == "ok").to_numpy(dtype=bool)
@@ -161,6 +166,21 @@ def dig(tree: dict, path: str):
             return None
         tree = tree[key]
     return tree
+
+
+def _axes(record: dict, units: dict, joints: int) -> tuple[Axis, ...]:
+    """Return the axes of a run: swept, in step, and drawn."""
+    swept, step = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {})
+    drawn = (record.get("sample") or {}).get("drawn", {})
+    found = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
+    for path, values in (step | drawn).items():
+        different = tuple(dict.fromkeys(values))
+        if path in drawn or len(different) > MANY:
+            axis = _axis(path, tuple(sorted(different))[:: max(len(different) - 1, 1)], units.get(path, "1"), joints)
+            found.append(axis._replace(values=tuple(sorted(different)), digits=DIGITS, scattered=True))
+        else:
+            found.append(_axis(path, different, units.get(path, "1"), joints))
+    return tuple(found)
 
 
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:

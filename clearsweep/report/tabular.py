@@ -107,7 +107,10 @@ def write(run, directory: Path) -> list[Path]:
 
 def every(study: Study) -> list[Table]:
     """Return the tables of a run, those that have nothing to say left out."""
-    found = [best_by_speed(study), main_effects(study), *(peaks(study, joint) for joint in study.joints), slider(study),
+    from clearsweep.report import probability
+
+    found = [best_by_speed(study), *probability.tables(study), main_effects(study),
+             *(peaks(study, joint) for joint in study.joints), slider(study),
              *(wear(study, joint) for joint in study.joints if joint.wears), failed(study)]
     return [table for table in found if table.rows]
 
@@ -170,7 +173,7 @@ def main_effects(study: Study) -> Table:
 
 def best_by_speed(study: Study) -> Table:
     """Return the least and the most loaded design at each crank speed; empty unless speed and another axis vary."""
-    speed = next((axis for axis in study.swept() if axis.path == "drive.speed"), None)
+    speed = next((axis for axis in study.levels() if axis.path == "drive.speed"), None)
     others = [axis for axis in study.swept() if axis is not speed]
     if speed is None or not others or study.cases.empty:
         return Table("by_speed", "", "", (), [])

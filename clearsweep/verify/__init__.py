@@ -1,17 +1,19 @@
 """How true the answers are and what they cost: error against run time on problems with known answers.
 
 A problem (`problems`) is a trajectory in quadruple precision or a closed form; the yardsticks (`yardsticks`) are
-integrators that others use, on the same compiled laws; `measure` runs all on all.
+integrators that others use, on the same compiled laws; `measure` runs all on all, and every case of a table of stiff
+and extreme ones (`stability`).
 """
 
 import sys
 from pathlib import Path
 
 
-def main(json: bool = False, quick: bool = False) -> None:
+def main(json: bool = False, quick: bool = False, directory=None) -> None:
     """Measure, and print the tables or, for programs, JSON; what is being done goes to stderr.
 
-    `quick` takes fewer tolerances, steps and rounds, and ends within a minute.
+    `quick` takes fewer tolerances, steps, rounds and extreme cases, and ends within a minute; `directory` : where the
+    report is written, see `write`.
     """
     from json import dumps
 
@@ -19,13 +21,27 @@ def main(json: bool = False, quick: bool = False) -> None:
 
     results = measure(quick, lambda what: print(f"verify: {what}", file=sys.stderr, flush=True))
     print(dumps(results, indent=2, allow_nan=False) if json else table.text(results), flush=True)
+    if directory is not None:
+        print(f"verify: wrote {write(results, directory)}", file=sys.stderr, flush=True)
 
 
 def measure(quick: bool = False, note=None) -> dict:
-    """Return all figures as a dict that JSON can hold; see `measuring.measure`."""
-    from .measuring import measure as run
+    """Return all figures as a dict that JSON can hold; see `measuring.measure` and `stability.measure`."""
+    from . import measuring, stability
 
-    return run(quick, note)
+    return measuring.measure(quick, note) | {"stability": stability.measure(quick, note)}
+
+
+def write(results: dict, directory) -> Path:
+    """Write `accuracy.md` and its figure, `accuracy/error.svg`, below `directory`; return the path of the former."""
+    from . import figure, table
+
+    directory = Path(directory)
+    (directory / "accuracy").mkdir(parents=True, exist_ok=True)
+    figure.draw(results, directory / "accuracy" / "error.svg")
+    page = directory / "accuracy.md"
+    page.write_text(table.markdown(results), encoding="utf-8")
+    return page
 
 
 def draw(results: dict, path) -> Path:

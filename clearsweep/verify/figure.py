@@ -7,7 +7,11 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 LOOK = {  # method -> colour (Okabe and Ito 2008), marker
     "event-driven": ("#0072B2", "o"),
+    "explicit only": ("#56B4E9", "v"),
+    "implicit only": ("#009E73", "D"),
     "scipy DOP853": ("#E69F00", "s"),
+    "scipy LSODA": ("#CC79A7", "x"),
+    "scipy Radau": ("#666666", "+"),
     "fixed-step RK4": ("#D55E00", "^"),
 }
 COLUMNS = 3

@@ -7,6 +7,7 @@ import os
 import platform
 import sys
 import time
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
@@ -17,13 +18,15 @@ import clearsweep
 
 from ..simulation import simulate
 from .problems import Verdict, found_by_simulate, problems, scene_of
-from .yardsticks import Solution, runge_kutta_4, scipy_dop853
+from .yardsticks import Solution, runge_kutta_4, scipy_ivp
 
 TOLERANCES = tuple(10.0**-k for k in range(4, 13))
 QUICK_TOLERANCES = (1e-4, 1e-6, 1e-9, 1e-12)
+FEW, QUICK_FEW = (1e-4, 1e-6, 1e-8), (1e-6,)  # for methods that are slow at tight tolerances
 STEPS = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)  # s
 QUICK_STEPS = (1e-5, 1e-6, 1e-7)  # s
 ROUNDS, QUICK_ROUNDS = 7, 2
+SLOW = 0.2  # s, a run that takes so long has one round: a moment's disturbance hardly shows in it
 ENOUGH = 0.02  # s, a round repeats a short run until it has taken so long
 FLAGSHIP, TOLERANCE = "b_base", 1e-9
 #: ms per revolution of scipy's DOP853 on the flagship when it was first measured, by tolerance (2-core x86-64 machine):
@@ -41,13 +44,13 @@ class Method(NamedTuple):
     repeat: object  # (problem, setting) -> a function that integrates and returns nothing of use, to be timed
 
 
-def _solve_ours(problem, tolerance: float) -> Solution:
+def _solve_ours(problem, tolerance: float, method: str) -> Solution:
     times = problem.times if len(problem.times) else [0.0]  # with times, events are kept
-    return found_by_simulate(problem, simulate(scene_of(problem, tolerance), times=times))
+    return found_by_simulate(problem, simulate(scene_of(problem, tolerance, method), times=times))
 
 
-def _repeat_ours(problem, tolerance: float):
-    scene = scene_of(problem, tolerance)
+def _repeat_ours(problem, tolerance: float, method: str):
+    scene = scene_of(problem, tolerance, method)
     return lambda: simulate(scene).summary["run_time"]
 
 
@@ -60,22 +63,30 @@ def _repeat_runge_kutta(problem, step: float):
     return lambda: runge_kutta_4(scene, problem.times, step, problem.separations) and None
 
 
-def _solve_scipy(problem, tolerance: float) -> Solution:
-    found = _repeat_scipy(problem, tolerance, problem.times)()
-    return found._replace(steps=_repeat_scipy(problem, tolerance)().steps)
+def _solve_scipy(problem, tolerance: float, method: str) -> Solution:
+    return _repeat_scipy(problem, tolerance, method, problem.times)()
 
 
-def _repeat_scipy(problem, tolerance: float, times=()):
+def _repeat_scipy(problem, tolerance: float, method: str, times=()):
     scene = scene_of(problem, tolerance)
-    return lambda: scipy_dop853(scene, times, problem.end, tolerance, problem.separations)
+    return lambda: scipy_ivp(scene, times, problem.end, tolerance, problem.separations, method)
 
 
 def methods(quick: bool) -> list[Method]:
     """Return the methods and their settings: ours first, then the yardsticks."""
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, STEPS)
+    few = QUICK_FEW if quick else FEW
+
+    def of(name, settings, solve, repeat, method):
+        return Method(name, "tolerance", settings, partial(solve, method=method), partial(repeat, method=method))
+
     return [
-        Method("event-driven", "tolerance", tolerances, _solve_ours, _repeat_ours),
-        Method("scipy DOP853", "tolerance", tolerances, _solve_scipy, _repeat_scipy),
+        of("event-driven", tolerances, _solve_ours, _repeat_ours, "auto"),
+        of("explicit only", few, _solve_ours, _repeat_ours, "explicit"),
+        of("implicit only", few, _solve_ours, _repeat_ours, "implicit"),
+        of("scipy DOP853", tolerances, _solve_scipy, _repeat_scipy, "DOP853"),
+        of("scipy LSODA", few, _solve_scipy, _repeat_scipy, "LSODA"),
+        of("scipy Radau", few, _solve_scipy, _repeat_scipy, "Radau"),
         Method("fixed-step RK4", "step", steps, _solve_runge_kutta, _repeat_runge_kutta),
     ]
 
@@ -111,6 +122,8 @@ def _measure_one(problem, chosen: list[Method], rounds: int) -> dict:
     rows, runs = [], []
     for method in chosen:
         for setting in method.settings:
+            if method.name.startswith("scipy") and setting < problem.tightest:
+                continue
             solution = method.solve(problem, setting)
             rows.append(_row(method, setting, problem.judge(solution), solution))
             runs.append(method.repeat(problem, setting))
@@ -154,6 +167,8 @@ def _least_times(runs: list, rounds: int) -> tuple[np.ndarray, list]:
     least, inner = np.full(len(runs), math.inf), [None] * len(runs)
     for _ in range(rounds):
         for i, run in enumerate(runs):
+            if math.isfinite(least[i]) and least[i] > SLOW:
+                continue
             spent = 0.0
             while spent < ENOUGH:
                 begin = time.perf_counter()

@@ -1,8 +1,8 @@
-"""Two integrators to measure ours by, on the right-hand side in time of the same compiled laws and mechanism.
+"""Integrators to measure ours by, on the right-hand side in time of the same compiled laws and mechanism.
 
 The state here is coordinates, their rates, time; the penetration is that of the coordinates.  One is classical
-Runge-Kutta 4 with a fixed step and no event location, as most papers on clearance joints have it; the other is scipy's
-DOP853, stopped at every contact onset and separation and started anew.
+Runge-Kutta 4 with a fixed step and no event location, as most papers on clearance joints have it; the others are
+scipy's DOP853, LSODA and Radau, stopped at every contact onset and separation and started anew.
 """
 
 import math
@@ -178,13 +178,12 @@ def _march(rates, y, joints, step, each, states, separations):
 # ---------------------------------------------------------------------------------------------- scipy
 
 
-def scipy_dop853(scene, times, end, tolerance, separations=0) -> Solution:
-    """Integrate with `scipy.integrate.solve_ivp`, method DOP853, from event to event, each located on its dense output.
+def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> Solution:
+    """Integrate with `scipy.integrate.solve_ivp` and its `method`, from event to event, each located on dense output.
 
     `times` : (n,) s, where to report, may be empty; `end` : s, or `separations`, after which to stop.  Errors are
     measured as ours are, in clearances: a step may err by `tolerance` times clearance, rates by that times crank
-    speed, whatever the size of the coordinates.  Steps are counted where nothing is reported; force peaks are not
-    sought.
+    speed, whatever the size of the coordinates.  Force peaks are not sought.
     """
     value = scene.value
     parameters = flatten(value)
@@ -224,9 +223,9 @@ def scipy_dop853(scene, times, end, tolerance, separations=0) -> Solution:
             depths[j].direction = 1.0 if state[j] == FREE else -1.0
         ahead = times[times > begin] if len(times) else None
         with np.errstate(all="ignore"):  # a step tried far too long may overflow; it is rejected
-            found = solve_ivp(slope, (begin, end), y, "DOP853", ahead, events=depths, rtol=RELATIVE, atol=allowed,
-                              max_step=longest)  # fmt: skip
-        steps += len(found.t) - 1 if ahead is None else 0
+            found = solve_ivp(slope, (begin, end), y, method, ahead, events=depths, rtol=RELATIVE, atol=allowed,
+                              max_step=longest, dense_output=ahead is not None)  # fmt: skip
+        steps += len(found.t if ahead is None else found.sol.ts) - 1
         states += list(np.transpose(found.y)) if ahead is not None and len(found.t) else []
         if found.status != 1:
             break

@@ -1,0 +1,200 @@
+"""The cases of the stability table: stiff, extreme and degenerate ones, each with a name.
+
+They span stiffness 1e5 to 1e14 N/m^1.5, clearance 1e-7 to 5e-3 m, restitution 0.01 to 1, speed 1 to 50,000 rpm,
+friction 0 to 1, masses over four decades, one to three open joints.  Stiffness and speed go together so that the load
+presses the surfaces by less than the joint's size; a contact is at most some 1e5 oscillations from the next revolution,
+but for the group `dear`, whose cases may take more steps than the budget has.
+"""
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+ALL = ("ground-crank", "crank-rod", "rod-slider")
+LETTERS = dict(zip("ABC", ALL, strict=True))
+OPENINGS = ("A", "B", "C", "AB", "AC", "BC", "ABC")
+STIFFNESS_AND_SPEED = {  # N/m^1.5 -> rpm
+    1e5: 100, 1e6: 200, 1e7: 500, 1e8: 1000, 1e9: 2000, 1e10: 5000, 1e11: 5000, 1e12: 5000, 1e13: 5000, 1e14: 5000,
+}  # fmt: skip
+SPEED_AND_STIFFNESS = {  # rpm -> N/m^1.5
+    1: 1e6, 3: 1e7, 10: 1e8, 30: 1e9, 100: 1e9, 300: 1e10, 1000: 1e10, 3000: 1e10, 10000: 1e11, 20000: 1e12,
+    50000: 1e12,
+}  # fmt: skip
+MIXED, SEED = 48, 20240229  # drawn at random, always the same ones
+CYCLES = 5e4  # oscillations in contact per revolution that a mixed case may have
+
+
+class Case(NamedTuple):
+    """A row of the table."""
+
+    name: str  # group/what
+    grid: dict
+    shift: tuple = ()  # clearances by which the slider, and lengths of the rod's end, are displaced at the start
+    tuning: tuple = ()  # (what: graze or meet, dotted path, low, high): made by bisection, see `tuning`
+
+    @property
+    def group(self) -> str:
+        """Return the name of the group."""
+        return self.name.split("/", maxsplit=1)[0]
+
+
+def contact(stiffness=6.61e10, restitution=0.9) -> dict:
+    """Return a contact section whose free impact gives back exactly `restitution`."""
+    return {"law": "exact", "stiffness": stiffness, "restitution": restitution}
+
+
+def voigt(damping, stiffness=1e8) -> dict:
+    """Return a contact section of a linear spring (N/m) and damper (N s/m)."""
+    return {"law": "kelvin-voigt", "stiffness": stiffness, "damping": damping}
+
+
+def tanh(coefficient, scale=1e-3) -> dict:
+    """Return a friction section."""
+    return {"law": "tanh", "coefficient": coefficient, "velocity_scale": scale}
+
+
+def ambrosio(coefficient) -> dict:
+    """Return a friction section with a dead band."""
+    return {"law": "ambrosio", "coefficient": coefficient, "v0": 1e-3, "v1": 1e-2}
+
+
+def crank(opening, *, speed=5000.0, law=None, clearance=5e-4, friction=None, mass=1.0, slider=0.14, gravity=0.0,
+          start="centred") -> dict:  # fmt: skip
+    """Return a grid of a slider-crank open at the joints that the letters of `opening` name.
+
+    `speed` : rpm; `mass` : factor on all masses and inertias.
+    """
+    joint = {"clearance": clearance, "bearing_radius": 0.01, "contact": law or contact()}
+    if friction:
+        joint["friction"] = friction
+    return {
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": 0.05, "mass": 0.3 * mass, "inertia": 1e-4 * mass},
+            "rod": {"length": 0.12, "mass": 0.21 * mass, "inertia": 2.5e-4 * mass},
+            "slider": {"mass": slider * mass},
+            "gravity": gravity,
+        },
+        "drive": {"speed": speed * math.pi / 30.0},
+        "joints": {LETTERS[letter]: dict(joint) for letter in opening},
+        "simulate": {"revolutions": 2, "discard": 0, "start": start},
+        "save": {"orbits": "none"},
+    }
+
+
+def pair(stiffness, restitution, masses=(0.2, 0.2), speed=1.0, clearance=1e-3) -> dict:
+    """Return a grid of two bodies that bounce ten times."""
+    return {
+        "mechanism": {"type": "impact-pair", "masses": list(masses), "speed": speed},
+        "joints": {"pair": {"clearance": clearance, "contact": contact(stiffness, restitution)}},
+        "simulate": {"impacts": 10},
+        "save": {"orbits": "none"},
+    }
+
+
+def cases() -> list[Case]:
+    """Return all cases of the table."""
+    return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_dear()]
+
+
+def _along_the_axes():
+    """Yield cases in which one quantity goes through its range."""
+    for (stiffness, speed), opening in itertools.product(STIFFNESS_AND_SPEED.items(), ("C", "BC", "ABC")):
+        yield Case(f"stiffness/{opening} {stiffness:.0e}", crank(opening, speed=speed, law=contact(stiffness)))
+    for clearance, opening in itertools.product(
+        (1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")
+    ):
+        yield Case(f"clearance/{opening} {clearance:.0e} m", crank(opening, speed=1500, clearance=clearance))
+    for restitution, opening in itertools.product((0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0), ("C", "BC")):
+        law = contact(restitution=restitution)
+        yield Case(f"restitution/{opening} {restitution:g}", crank(opening, law=law))
+    for (speed, stiffness), opening in itertools.product(SPEED_AND_STIFFNESS.items(), ("C", "ABC")):
+        grid = crank(opening, speed=speed, law=contact(stiffness, 0.7), gravity=9.81)
+        yield Case(f"speed/{opening} {speed} rpm", grid)
+    for law, opening in ((tanh, "C"), (ambrosio, "C"), (tanh, "BC"), (tanh, "ABC")):
+        for coefficient in (0.01, 0.1, 0.3, 0.5, 1.0):
+            name = f"friction/{opening} {law.__name__} {coefficient:g}"
+            yield Case(name, crank(opening, speed=3000, friction=law(coefficient), gravity=9.81))
+    for mass, opening in itertools.product((1e-2, 1e-1, 10.0, 1e2), ("C", "BC", "ABC")):
+        yield Case(f"mass/{opening} all x {mass:g}", crank(opening, mass=mass, speed=2000))
+    for slider, opening in itertools.product((1e-3, 1e-2, 1.0, 10.0), ("C", "BC")):
+        yield Case(f"mass/{opening} slider {slider:g} kg", crank(opening, slider=slider, speed=2000))
+
+
+def _degenerate():
+    """Yield starts in contact, exactly centred without gravity, and at the bearing's edge without force or speed."""
+    for opening, speed in itertools.product(OPENINGS, (300, 5000)):
+        grid = crank(opening, speed=speed, law=contact(restitution=0.5), gravity=9.81, start="seated")
+        yield Case(f"seated/{opening} {speed} rpm", grid)
+    for opening in OPENINGS:
+        yield Case(f"centred/{opening} weightless", crank(opening, speed=1000, law=contact(1e9, 0.5)))
+    for speed in (1, 10, 100):
+        yield Case(f"centred/C weightless, {speed} rpm", crank("C", speed=speed, law=contact(1e7, 0.1)))
+    for along, across in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
+        for speed in (100, 3000):
+            name = f"touching/C at {along:.2g}, {across:.2g} clearances, {speed} rpm"
+            yield Case(name, crank("C", speed=speed, law=contact(1e10, 0.5)), (along, across))
+
+
+def _tuned():
+    """Yield grazing onsets, and onsets of two joints at one time."""
+    for opening, speed, restitution in itertools.product("ABC", (1000, 5000), (0.9, 0.7)):
+        grid = crank(opening, speed=speed, law=contact(restitution=restitution))
+        tuning = ("graze", f"joints.{LETTERS[opening]}.clearance", 1e-4, 3e-3)
+        yield Case(f"graze/{opening} {speed} rpm {restitution:g}", grid, tuning=tuning)
+    for (free, opening), speed in itertools.product((("C", "BC"), ("C", "AC"), ("B", "AB")), (1000, 5000)):
+        tuning = ("meet", f"joints.{LETTERS[free]}.clearance", 1e-6, 4e-3)
+        yield Case(f"simultaneous/{opening} {speed} rpm", crank(opening, speed=speed), tuning=tuning)
+    for opening in ("BC", "ABC"):  # all separate together, from rest under their static load
+        yield Case(f"simultaneous/{opening} equal joints, seated", crank(opening, law=contact(1e12), start="seated"))
+
+
+def _stiff():
+    """Yield contacts whose damping or friction outruns the motion."""
+    for damping, opening, speed in itertools.product((1e6, 1e7), ("C", "BC"), (300, 1500, 5000)):
+        grid = crank(opening, speed=speed, law=voigt(damping))
+        yield Case(f"stiff/{opening} damping {damping:.0e}, {speed} rpm", grid)
+    for stiffness, opening in itertools.product((1e12, 1e13, 1e14), ("C", "B")):
+        grid = crank(opening, speed=300, law=contact(stiffness, 0.01), gravity=9.81)
+        yield Case(f"stiff/{opening} {stiffness:.0e}, restitution 0.01", grid)
+    for scale, opening in itertools.product((1e-3, 1e-4, 1e-5), ("C", "B")):
+        grid = crank(opening, speed=60, law=contact(1e9, 0.1), friction=tanh(0.3, scale), gravity=9.81)
+        yield Case(f"stiff/{opening} friction full at {scale:.0e} m/s", grid)
+
+
+def _mixed():
+    """Yield cases in which everything differs at once."""
+    draw = np.random.default_rng(SEED)
+    for number in range(MIXED):
+        opening = OPENINGS[number % len(OPENINGS)]
+        speed, clearance = 10.0 ** draw.uniform(0.0, math.log10(5e4)), 10.0 ** draw.uniform(-7.0, math.log10(5e-3))
+        mass, restitution = 10.0 ** draw.uniform(-2.0, 2.0), float(draw.choice([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0]))
+        coefficient, gravity = float(draw.choice([0.0, 0.05, 0.3, 1.0])), float(draw.choice([0.0, 9.81]))
+        load = 0.65 * mass * (gravity + 0.05 * (speed * math.pi / 30.0) ** 2)
+        softest = max(1e5, load / 5e-4**1.5)  # presses by half a millimetre
+        # the frequency of small oscillations, sqrt(1.5 K^(2/3) F^(1/3) / m), times the duration of a revolution
+        stiffest = ((CYCLES * speed / 60.0 * 2.0 * math.pi) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
+        stiffest = min(max(stiffest, softest), 1e14)
+        stiffness = softest * (stiffest / softest) ** draw.uniform()
+        friction = tanh(coefficient, 1e-2) if coefficient else None
+        grid = crank(opening, speed=speed, law=contact(stiffness, restitution), clearance=clearance, mass=mass,
+                     friction=friction, gravity=gravity)  # fmt: skip
+        yield Case(f"mixed/{number:02d} {opening}", grid)
+
+
+def _pairs():
+    """Yield impacts of two bodies."""
+    for stiffness, restitution in itertools.product((1e5, 1e9, 1e14), (0.01, 0.5, 1.0)):
+        yield Case(f"pair/{stiffness:.0e}, restitution {restitution:g}", pair(stiffness, restitution))
+    yield Case("pair/mass ratio 1e4", pair(1e9, 0.5, masses=(0.01, 100.0)))
+    yield Case("pair/creeping", pair(1e5, 0.5, speed=1e-4))
+    yield Case("pair/tight", pair(1e10, 0.5, clearance=1e-7))
+
+
+def _dear():
+    """Yield contacts that oscillate so often in a revolution that the budget of steps is at stake."""
+    yield Case("dear/C undamped 1e14, 1 rpm", crank("C", speed=1, law=contact(1e14, 1.0)))
+    yield Case("dear/ABC undamped 1e14, 1 rpm", crank("ABC", speed=1, law=contact(1e14, 1.0), gravity=9.81))
+    yield Case("dear/C 1e14, 10 rpm", crank("C", speed=10, law=contact(1e14, 0.9), gravity=9.81))

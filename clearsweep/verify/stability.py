@@ -1,0 +1,201 @@
+"""Stiff, extreme and degenerate cases: does every one end as it should, and stay within what mechanics allows?
+
+A case passes if it ends `ok` over two revolutions (impact pair: ten impacts) with the default tolerance and budgets, if
+nothing in it is not finite, if its energies balance to ENERGY tolerances a revolution, if no journal is found outside
+its clearance but in a contact that the event log has, and if no penetration exceeds its bound.
+
+The bound on the penetration of a joint.  Let a body of reduced mass m touch at the rate v and be pushed on by a load of
+at most F.  Its deepest penetration d has K d^(n+1) / (n+1) <= E + F d with E = 1/2 m v^2 2 [chi - ln(1 + chi)] / chi^2:
+the elastic energy of the deepest point is what the damper leaves of the onset energy (the phase curve of
+F = K pen^n (1 + chi rate / v)), and the work of the load.  Alone, the first gives d1 = ((n+1) E / K)^(1/(n+1)) and the
+second, a load that is applied at once, d2 = ((n+1) F / K)^(1/n); as (d1 + d2)^n >= d1^n + d2^n, d <= d1 + d2.
+What stands in for m, v and F:
+m : the largest reduced mass of the mechanism in which only that joint is open, over all crank angles and directions
+    (to hold the other joints closed can only raise it);
+E : summed over all open joints at the largest onset rate each of them had in this run, as an impact in one joint
+    strikes the others through the bodies between them;
+F : the largest load of the joint in the ideal mechanism, times LOAD as clearance displaces the bodies, and times
+    1 + mu as friction adds to it.
+Not in the bound is what steady sliding can feed into a contact: friction turns work of the drive into an oscillation
+across the surface.  Such a case counts as failed, though its energies balance, and passes with its friction left out.
+"""
+
+import dataclasses
+import math
+import time
+
+import numpy as np
+
+from .. import grid, ideal, scene
+from ..kernels.integrate import ONSET_FLOOR
+from ..simulation import simulate
+from .extremes import Case, cases
+from .tuning import tuned
+
+ENERGY = 1000.0  # tolerances a revolution
+LOAD = 2.0
+SLACK = 1e-6  # of the bound, and of the clearance outside of contacts: what the tolerance leaves
+SAMPLES = 4000  # places of the run at which every joint is looked at
+QUICK = 30
+ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
+
+
+def measure(quick: bool = False, note=None) -> dict:
+    """Return what became of every case of the table: `rows`, and their summary.
+
+    `quick` takes some of each group; `note` is called with a sentence on what is being done.
+    """
+    rows, begin = [], time.perf_counter()
+    chosen = some(cases()) if quick else cases()
+    for group in dict.fromkeys(case.group for case in chosen):
+        if note:
+            note(f"stability: {group}")
+        rows += [run(case) for case in chosen if case.group == group]
+    failures = [row for row in rows if row["failure"]]
+    return {
+        "cases": len(rows),
+        "passed": len(rows) - len(failures),
+        "share_passed": 1.0 - len(failures) / len(rows),
+        "seconds": time.perf_counter() - begin,
+        "largest_share_of_penetration_bound": max(row["share_of_bound"] or 0.0 for row in rows),
+        "largest_share_of_energy_bound": max(row["share_of_energy"] or 0.0 for row in rows),
+        "failures": failures,
+        "rows": rows,
+    }
+
+
+def some(table: list[Case], count: int = QUICK) -> list[Case]:
+    """Return `count` cases: of each group but the dear one in turn, evenly from its range."""
+    groups = [[case for case in table if case.group == name] for name in dict.fromkeys(case.group for case in table)]
+    groups = [group for group in groups if group[0].group != "dear"]
+    each = math.ceil(count / len(groups))
+    picked = [group[(2 * i + 1) * len(group) // (2 * each)] for i in range(each) for group in groups]
+    return picked[:count]
+
+
+def run(case: Case) -> dict:
+    """Return the row of a case; `failure` is empty where it passes."""
+    made, note = scene_of(case)
+    pair = made.layout.mechanism == "impact-pair"
+    turns = 1.0 if pair else made.case["simulate"]["revolutions"]
+    times = np.empty(0) if pair else np.linspace(0.0, turns * 2.0 * math.pi / made.value.pace, SAMPLES + 1)
+    found = simulate(made, times=times)
+    summary = found.summary
+    row = {
+        "name": case.name,
+        "note": note,
+        "status": found.status,
+        "failure": "",
+        "rhs_evaluations": summary["rhs_evaluations"],
+        "steps": summary["steps"],
+        "run_time": summary["run_time"],
+        "energy_residual": summary["energy_residual"],
+        "share_of_energy": None,
+        "share_of_bound": None,
+    }
+    if found.status != "ok":
+        return row | {"failure": f"{found.status}: {found.message}"}
+    allowed = ENERGY * made.case["simulate"]["tolerance"] * turns
+    row["share_of_energy"] = summary["energy_residual"] / allowed
+    row["share_of_bound"] = share_of_bound(made, summary)
+    return row | {"failure": _failure(made, found, row)}
+
+
+def scene_of(case: Case):
+    """Return the Scene of a case, tuned and displaced as it asks, and a note on that."""
+    source, note = tuned(case) if case.tuning else (case.grid, "")
+    made = scene.build(grid.load(source, scene.catalogue()).case(0))
+    if case.shift:
+        clearance, length = made.value.joints[0].clearance, case.grid["mechanism"]["rod"]["length"]
+        start = made.start.copy()
+        start[0] = math.asin(-case.shift[1] * clearance / length)
+        pin = case.grid["mechanism"]["crank"]["length"]
+        start[1] = pin + length * math.cos(start[0]) + case.shift[0] * clearance
+        made = dataclasses.replace(made, start=start)
+    return made, note
+
+
+def _failure(made, found, row: dict) -> str:
+    """Return why a run that ended `ok` does not pass; empty where it does."""
+    figures = [value for value in found.summary.values() if isinstance(value, float)]
+    if not np.all(np.isfinite(figures)) or not all(np.all(np.isfinite(v)) for v in found.channels.values()):
+        return "not finite: a figure or a sample"
+    if row["share_of_energy"] > 1.0:
+        return f"energy: the balance is off by {row['energy_residual']:.1e} of the largest kinetic energy"
+    if row["share_of_bound"] > 1.0 + SLACK:
+        return f"penetration: {row['share_of_bound']:.2f} of its bound"
+    for place, part in enumerate(made.layout.joints):
+        if found.channels and (outside := _largest_escape(made, found, place, part.name)) > SLACK:
+            return f"contact lost: {part.name} is {outside:.1e} clearances beyond its bearing, and no contact is logged"
+    return ""
+
+
+def _largest_escape(made, found, place: int, name: str) -> float:
+    """Return how far (clearances) a sample outside of the logged contacts of a joint is beyond its bearing."""
+    clearance, events = made.value.joints[place].clearance, found.events[found.events["joint"] == name]
+    touching = (np.searchsorted(events["t"], found.t, side="right") + made.in_contact) % 2 == 1
+    eccentricity = np.hypot(found[f"joints/{name}/x"], found[f"joints/{name}/y"])[~touching]
+    return float(np.max(eccentricity, initial=0.0)) / clearance - 1.0
+
+
+# ---------------------------------------------------------------------------------------------- bound
+
+
+def share_of_bound(made, summary: dict) -> float:
+    """Return the largest penetration of a run over its bound, the largest of its joints."""
+    energies, loads = [], []
+    for part, joint in zip(made.layout.joints, made.value.joints, strict=True):
+        rate = summary[f"{part.name}_onset_rate_max"]
+        factor = getattr(joint.law, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws divide by no less
+        energies.append(_damped_energy(_reduced_mass(made.case, part.name), rate, factor))
+        loads.append(_largest_load(made.case, part.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
+    shares = []
+    for part, joint, load in zip(made.layout.joints, made.value.joints, loads, strict=True):
+        stiffness, exponent = joint.elastic.stiffness, getattr(joint.elastic, "exponent", _exponent(joint.elastic))
+        bound = ((exponent + 1.0) * sum(energies) / stiffness) ** (1.0 / (exponent + 1.0))
+        bound += ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent)
+        shares.append(summary[f"{part.name}_penetration_max"] / bound if bound > 0.0 else 0.0)
+    return max(shares)
+
+
+def _exponent(elastic) -> float:
+    return 1.0 if type(elastic).__name__ == "Linear" else 1.5
+
+
+def _damped_energy(mass: float, rate: float, factor: float) -> float:
+    """Return the elastic energy (J) at the deepest point of a free impact; `factor` is chi."""
+    if factor < 1e-4:
+        return 0.5 * mass * rate**2  # the limit; the difference below cancels
+    return mass * rate**2 * (factor - math.log1p(factor)) / factor**2
+
+
+def _largest_load(case: dict, name: str) -> float:
+    """Return LOAD times the largest load (N) of a joint in the ideal mechanism."""
+    if case["mechanism"]["type"] == "impact-pair":
+        return 0.0
+    return LOAD * ideal.largest_reactions(case["mechanism"], case["drive"]["speed"])[name]
+
+
+def _reduced_mass(case: dict, name: str) -> float:
+    """Return the largest reduced mass (kg) of a joint, the others closed, over crank angles and directions."""
+    mechanism = case["mechanism"]
+    if mechanism["type"] == "impact-pair":
+        first, second = mechanism["masses"]
+        return first * second / (first + second)
+    rod, length, center = mechanism["rod"], mechanism["rod"]["length"], mechanism["rod"]["center"]
+    largest = 0.0
+    for angle in ANGLES:
+        sin = -mechanism["crank"]["length"] * math.sin(angle) / length
+        cos = math.sqrt(1.0 - sin**2)
+        gap = np.array([[length * sin, 1.0], [-length * cos, 0.0]])  # its rate, from those of rod angle and slider
+        if name == "rod_slider":
+            mass = np.diag([rod["inertia"] + rod["mass"] * center**2, mechanism["slider"]["mass"]])
+        else:
+            arm = length - center
+            heart = np.array([[arm * sin, 1.0], [-arm * cos, 0.0]])
+            mass = rod["mass"] * heart.T @ heart + np.diag([rod["inertia"], mechanism["slider"]["mass"]])
+        if name == "ground_crank":
+            mass = mass + mechanism["crank"]["mass"] * gap.T @ gap
+        inverse = np.linalg.inv(gap)
+        largest = max(largest, np.linalg.eigvalsh(inverse.T @ mass @ inverse)[-1])
+    return float(largest)

@@ -1,0 +1,86 @@
+"""A parameter of a case tuned, by bisection to the last bit, until a contact just grazes or two joints meet at once."""
+
+import copy
+
+import numpy as np
+
+from .. import grid, scene
+from ..simulation import simulate
+from .extremes import Case
+
+HORIZON = 0.25  # revolutions, within which it shall happen
+SCAN = 64  # values of the parameter among which a change is looked for
+HALVINGS = 60
+FAINT = 1e-4  # of the largest onset rate: a graze closes slower
+
+
+def tuned(case: Case) -> tuple[dict, str]:
+    """Return the grid of a case with its parameter tuned, and a note that says to what."""
+    what, path, low, high = case.tuning
+    find = _graze if what == "graze" else _meeting
+    value, rate = find(case, path, low, high)
+    return changed(case.grid, path, value), f"{path} = {value!r}; {rate}"
+
+
+def changed(source: dict, path: str, value) -> dict:
+    """Return a grid with the value at a dotted path replaced."""
+    source = copy.deepcopy(source)
+    section = source
+    *parents, last = path.split(".")
+    for key in parents:
+        section = section[key]
+    section[last] = value
+    return source
+
+
+def onsets(source: dict, path: str, value: float) -> np.ndarray:
+    """Return the event log's onsets within HORIZON revolutions."""
+    short = changed(changed(source, path, value), "simulate.revolutions", HORIZON)
+    found = simulate(scene.build(grid.load(short, scene.catalogue()).case(0)), times=[0.0])
+    return found.events[found.events["kind"] == "on"]
+
+
+def bisected(holds, low: float, high: float) -> tuple[float, float]:
+    """Return neighbours between `low`, where `holds`, and `high`, where it does not."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
+
+
+def _graze(case: Case, path: str, low: float, high: float) -> tuple[float, str]:
+    """Return the value at which an onset is about to vanish, closing ever slower."""
+    values = np.geomspace(low, high, SCAN)
+    counts = [len(onsets(case.grid, path, value)) for value in values]
+    for i in np.flatnonzero(np.diff(counts)):
+        fewer = counts[i] if counts[i] < counts[i + 1] else counts[i + 1]
+        ends = (values[i], values[i + 1]) if counts[i] > fewer else (values[i + 1], values[i])
+        value, _ = bisected(lambda v, fewer=fewer: len(onsets(case.grid, path, v)) > fewer, *ends)
+        rates = onsets(case.grid, path, value)["rate"]
+        if rates.min() < FAINT * rates.max():  # else an onset crossed the horizon
+            return float(value), f"onset at {rates.min():.1e} m/s after {rates.max():.1e} m/s"
+    raise LookupError(f"{case.name}: no graze between {low:g} and {high:g}")
+
+
+def _meeting(case: Case, path: str, low: float, high: float) -> tuple[float, str]:
+    """Return the clearance at which the first onset of its joint falls upon one of the other joint."""
+    joint = path.split(".")[1].replace("-", "_")
+
+    def ahead(value):  # onsets of the other joint before the first one of this
+        log = onsets(case.grid, path, value)
+        own = np.flatnonzero(log["joint"] == joint)
+        return own[0] if own.size else len(log)
+
+    values = np.geomspace(low, high, SCAN)
+    counts = [ahead(value) for value in values]
+    for i in np.flatnonzero(np.diff(counts)):
+        if counts[i + 1] < counts[i]:
+            continue
+        value, _ = bisected(lambda v, count=counts[i]: ahead(v) <= count, values[i], values[i + 1])
+        log = onsets(case.grid, path, value)
+        own, other = (log["t"][log["joint"] == joint], log["t"][log["joint"] != joint])
+        if own.size and other.size > counts[i]:
+            return float(value), f"onsets {abs(own[0] - other[counts[i]]):.1e} s apart"
+    raise LookupError(f"{case.name}: no onsets of two joints meet between {low:g} and {high:g} m")

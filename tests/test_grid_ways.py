@@ -1,0 +1,389 @@
+"""Claims about cases in step (`zip`, `cases`), drawn (`sample`) and bounded (`limits`), and what a mistake is told."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from grid_fake import CONTACT, JOINT, TEXT, ids, load
+
+from clearsweep.errors import InputError
+
+CLEARANCE, SPEED, RESTITUTION = f"{JOINT}.clearance", "drive.speed", f"{CONTACT}.restitution"
+
+
+@pytest.fixture
+def at(tmp_path, monkeypatch):
+    """Return a function that loads the demo grid with further text from grid.yaml, after writing a table of cases."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(more="", table="", overrides=None):
+        Path("cases.csv").write_text(table, encoding="utf-8")
+        Path("grid.yaml").write_text(TEXT + more, encoding="utf-8")
+        return load("grid.yaml", overrides)
+
+    return write
+
+
+def points(cases, *paths):
+    """Return the values of these paths, case by case."""
+    return [tuple(cases.point(k)[path] for path in paths) for k in range(len(cases))]
+
+
+def sample(over, method="sobol", n=16, seed=7, more=""):
+    """Return the text of a section `sample`, its distributions on lines of their own from line 22 on."""
+    head = f"sample: {{method: {method}, n: {n}, seed: {seed}, over: {{\n"
+    return head + "".join(f"  {path}: {form},\n" for path, form in over.items()) + f"}}}}\n{more}"
+
+
+OVER = {
+    CLEARANCE: "{lognormal: {mean: 0.5 mm, cv: 0.2}}",
+    RESTITUTION: "{truncated-normal: {mean: 0.9, std: 0.03, low: 0.8, high: 1}}",
+    SPEED: "{uniform: [1000 rpm, 5000 rpm]}",
+    f"{CONTACT}.stiffness": "{loguniform: [1e10 N/m^1.5, 1e11 N/m^1.5]}",
+    f"{JOINT}.friction.coefficient": "{normal: {mean: 0.05, cv: 0.1}}",
+}
+
+
+# --------------------------------------------------------------------------------------------------- in step
+
+
+def test_axes_in_step_give_case_after_case(at):
+    cases = at(f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm, 0.2 mm]\n  {SPEED}: {{linspace: [10, 30, 3]}}\n")
+    assert points(cases, CLEARANCE, SPEED) == [(1e-4, 10.0), (2e-4, 20.0), (2e-4, 30.0)]
+    assert cases.case(1)["drive"]["speed"] == 20.0
+    assert cases.frame()["swept"] == [SPEED, CLEARANCE]
+
+
+def test_what_goes_in_step_is_one_factor_of_the_product(at):
+    more = f"sweep:\n  {SPEED}: [10, 20]\nzip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n  {RESTITUTION}: [0.8, 0.9]\n"
+    cases = at(more + "cases:\n  mechanism.gravity: [0, 9.81]\n")
+    assert len(cases) == 8
+    assert {point[:2] for point in points(cases, CLEARANCE, RESTITUTION)} == {(1e-4, 0.8), (2e-4, 0.9)}
+    assert len(set(ids(cases))) == 8
+    again = load(json.loads(json.dumps(cases.resolved())))
+    assert ids(again) == ids(cases)
+    assert again.resolved() == cases.resolved()
+
+
+def test_law_names_go_in_step_with_what_they_use(at):
+    cases = at(f"zip:\n  {CONTACT}.law: [flores, exact]\n  {RESTITUTION}: [0.8, 0.9]\n")
+    contacts = [cases.case(k)["joints"]["rod-slider"]["contact"] for k in range(2)]
+    assert [(contact["law"], contact["restitution"]) for contact in contacts] == [("flores", 0.8), ("exact", 0.9)]
+
+
+def test_values_in_step_are_compared_row_by_row(at):
+    cases = at(f"zip:\n  {CLEARANCE}: [1 mm, 11 mm]\n  {JOINT}.bearing_radius: [10 mm, 20 mm]\n")
+    assert len(cases) == 2
+    with pytest.raises(InputError, match=r"up to 0\.011; allowed: below"):
+        at(f"zip:\n  {CLEARANCE}: [11 mm, 1 mm]\n  {JOINT}.bearing_radius: [10 mm, 20 mm]\n")
+
+
+def test_a_csv_table_lists_cases_with_units_in_its_head(at):
+    cases = at("cases: cases.csv\n", f'\ufeff"{CLEARANCE} [mm]", {SPEED} [rpm]\n0.1, 60 \n\n0.2,120\n')
+    assert points(cases, CLEARANCE) == [(1e-4,), (2e-4,)]
+    assert cases.point(0)[SPEED] == pytest.approx(2.0 * np.pi, rel=1e-15)
+    same = at(f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n  {SPEED}: [60 rpm, 120 rpm]\n")
+    assert ids(same) == ids(cases)
+
+
+def test_a_parquet_table_lists_cases(at):
+    pq.write_table(pa.table({f"{CLEARANCE} [mm]": [0.1, 0.2], SPEED: [10, 20]}), "cases.parquet")
+    assert points(at("cases: cases.parquet\n"), CLEARANCE, SPEED) == [(1e-4, 10.0), (2e-4, 20.0)]
+
+
+def test_the_table_is_looked_for_beside_the_grid(at, tmp_path, monkeypatch):
+    at("cases: cases.csv\n", f"{SPEED}\n10\n")
+    monkeypatch.chdir("/")
+    assert len(load(tmp_path / "grid.yaml")) == 1
+
+
+def test_an_override_ends_that_a_value_is_varied(at):
+    more = f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n  {SPEED}: [10, 20]\n"
+    cases = at(more, overrides={SPEED: 50})
+    assert (len(cases), list(cases.axes)) == (2, [CLEARANCE])
+    assert len(at(more, overrides={SPEED: 50, CLEARANCE: "0.1 mm"})) == 1
+    assert list(at(sample(OVER), overrides={SPEED: 50}).axes) == [path for path in OVER if path != SPEED]
+
+
+# ---------------------------------------------------------------------------------------------------- drawn
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin-hypercube", "random", "saltelli"])
+def test_the_same_seed_gives_the_same_cases(at, method):
+    cases = at(sample(OVER, method))
+    assert len(cases) == 16 * (len(OVER) + 2 if method == "saltelli" else 1)
+    assert ids(at(sample(OVER, method))) == ids(cases)
+    assert not set(ids(at(sample(OVER, method, seed=8)))) & set(ids(cases))
+
+
+@pytest.mark.parametrize("method", ["sobol", "random"])
+def test_a_larger_sample_keeps_the_cases_of_a_smaller_one(at, method):
+    assert ids(at(sample(OVER, method, n=32)))[:16] == ids(at(sample(OVER, method)))
+
+
+def test_drawn_values_are_kept_in_the_resolved_grid(at):
+    cases = at(sample(OVER))
+    resolved = json.loads(json.dumps(cases.resolved()))
+    assert resolved["sample"]["seed"] == 7
+    assert load(resolved).resolved() == cases.resolved()
+    resolved["sample"]["drawn"][SPEED][3] = 123.0  # as if another version had drawn it
+    assert load(resolved).point(3)[SPEED] == 123.0
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        *("{normal: {mean: 0.5 mm, std: 0}}", "{normal: {mean: 0.5 mm, cv: 0}}", "{lognormal: {mean: 0.5 mm, cv: 0}}"),
+        *("{truncated-normal: {mean: 0.5 mm, std: 0, low: 0.1 mm}}", "{uniform: [0.5 mm, 500 um]}"),
+        *("{loguniform: [0.5 mm, 500 um]}", "{normal: {mean: 0.5 mm, std: 1e-30 mm}}"),
+    ],
+)
+@pytest.mark.parametrize("method", ["sobol", "saltelli"])
+def test_without_variance_the_case_is_the_deterministic_one_bit_for_bit(at, form, method):
+    cases, plain = at(sample({CLEARANCE: form}, method)), at()
+    assert len(cases) == 1  # sixteen equal draws
+    assert cases.case(0) == plain.case(0)
+    assert ids(cases) == ids(plain)
+
+
+def test_the_moments_are_those_asked_for(at):
+    cases = at(sample(OVER, n=4096))
+    drawn = {path: np.array(values) for path, values in cases.axes.items()}
+    for path, mean, std in ((CLEARANCE, 5e-4, 1e-4), (f"{JOINT}.friction.coefficient", 0.05, 0.005)):
+        assert drawn[path].mean() == pytest.approx(mean, rel=1e-3)
+        assert drawn[path].std() == pytest.approx(std, rel=1e-2)
+    assert np.median(drawn[f"{CONTACT}.stiffness"]) == pytest.approx(10**10.5, rel=1e-3)
+    assert np.median(drawn[SPEED]) == pytest.approx(np.pi * 100.0, rel=1e-3)
+    assert 0.8 <= drawn[RESTITUTION].min() < 0.81
+    assert 0.99 < drawn[RESTITUTION].max() <= 1.0
+
+
+def test_one_at_a_time_begins_with_the_middle(at):
+    text = sample({SPEED: "{uniform: [10, 20]}", "mechanism.gravity": "{normal: {mean: 0, std: 1}}"})
+    cases = at(text.replace("method: sobol, n: 16, seed: 7", "method: one-at-a-time"))
+    low, high = 1.6448536269514722, 1e-9 * np.sqrt(2.0 * np.pi)
+    expected = [(15, 0), (10.5, 0), (19.5, 0), (15 + 1e-8, 0), (15, -low), (15, low), (15, high)]
+    assert np.allclose(points(cases, SPEED, "mechanism.gravity"), expected, rtol=1e-14, atol=1e-15)
+
+
+def test_limits_are_read_in_si(at):
+    assert at("limits: {rod_slider_force_peak: 5 kN, slider_error_max: 1 mm}\n").limits == {
+        "rod_slider_force_peak": 5000.0,
+        "slider_error_max": 0.001,
+    }
+
+
+# ------------------------------------------------------------------------------------------------- mistakes
+
+ROWS = f"{CLEARANCE} [mm],{SPEED} [rpm]\n0.1,60\n"
+#: further lines of the grid from line 21 on, the table, and what a message begins with
+MISTAKES = {
+    "zip of nothing": ("zip:\n", "", "grid.yaml:21:1: zip: nothing goes in step; write `dotted.path: [value, ...]`"),
+    "unequal lengths": (
+        f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n  {SPEED}: [1, 2, 3]\n",
+        "",
+        f"grid.yaml:23:16: zip.{SPEED}: found 3 values, but {CLEARANCE} has 2 (line 22); axes in step",
+    ),
+    "equal rows": (
+        f"zip:\n  {CLEARANCE}: [0.1 mm, 0.1 mm]\n  {SPEED}: [1, 1]\n",
+        "",
+        "grid.yaml:22:41: zip: row 2 has the values of row 1",
+    ),
+    "twice": (
+        f"sweep:\n  {SPEED}: [1, 2]\nzip:\n  {SPEED}: [1, 2]\n",
+        "",
+        f"grid.yaml:24:3: zip.{SPEED}: is under 'sweep' already",
+    ),
+    "wrong value in step": (f"zip:\n  {SPEED}: [1, 2 mm]\n", "", f"grid.yaml:22:20: {SPEED}: found '2 mm', whose unit"),
+    "law that does not use it": (
+        f"zip:\n  {CONTACT}.law: [hertz, flores]\n  {RESTITUTION}: [0.8, 0.9]\n",
+        "",
+        f"grid.yaml:23:42: zip.{RESTITUTION}: is not used by hertz; in step or drawn, every",
+    ),
+    "no file": ("cases: none.csv\n", "", "grid.yaml:21:8: cases: there is no file none.csv; the name is relative"),
+    "wrong kind of file": ("cases: grid.yaml\n", "", "grid.yaml:21:8: cases: found 'grid.yaml'; expected the name of"),
+    "no rows": ("cases: cases.csv\n", f"{SPEED}\n", "grid.yaml:21:8: cases: cases.csv holds 0 cases; expected 1"),
+    "unknown path": (
+        "cases: cases.csv\n",
+        ROWS.replace("clearance", "clearanse"),
+        f"cases.csv:1:1: cases.{JOINT}.clearanse: names nothing; did you mean '{CLEARANCE}'?",
+    ),
+    "wrong unit in the head": (
+        "cases: cases.csv\n",
+        ROWS.replace("rpm", "mm"),
+        f"cases.csv:2:2: {SPEED}: found '60 mm', whose unit mm",
+    ),
+    "wrong cell": ("cases: cases.csv\n", f"{ROWS}0.2,fast\n", f"cases.csv:3:2: {SPEED}: found 'fast rpm', which does"),
+    "cell out of range": ("cases: cases.csv\n", f"{ROWS}-1,5\n", f"cases.csv:3:1: {CLEARANCE}: found -1 mm, out of"),
+    "blank cell": ("cases: cases.csv\n", f"{ROWS}0.2,\n", f"cases.csv:3:2: {SPEED}: found nothing; expected"),
+    "ragged row": ("cases: cases.csv\n", f"{ROWS}0.2\n", "cases.csv:3:1: cases: row 3 has 1 cells, the head 2"),
+    "column twice": ("cases: cases.csv\n", f"{SPEED},{SPEED}\n1,2\n", "cases.csv:1:2: cases: column 2: 'drive.speed'"),
+    "sample of nothing": (
+        "sample: {method: sobol, n: 4, over: {}}\n",
+        "",
+        "grid.yaml:21:37: sample.over: nothing is drawn; write",
+    ),
+    "no distributions": ("sample: {method: sobol, n: 4}\n", "", "grid.yaml:21:9: sample.over: is missing"),
+    "no method": (
+        f"sample: {{n: 4, over: {{{SPEED}: {{uniform: [1, 2]}}}}}}\n",
+        "",
+        "grid.yaml:21:9: sample.method: is missing (known: sobol, latin-hypercube",
+    ),
+    "unknown method": (
+        sample({SPEED: "{uniform: [1, 2]}"}, "soboll"),
+        "",
+        "grid.yaml:21:18: sample.method: unknown method 'soboll'; did you mean 'sobol'?",
+    ),
+    "no power of two": (
+        sample({SPEED: "{uniform: [1, 2]}"}, n=100),
+        "",
+        "grid.yaml:21:28: sample.n: found 100; sobol needs a power of 2, such as 64 or 128",
+    ),
+    "no n": (
+        f"sample: {{method: random, over: {{{SPEED}: {{uniform: [1, 2]}}}}}}\n",
+        "",
+        "grid.yaml:21:9: sample.n: is missing; write the number of points",
+    ),
+    "half a point": (
+        sample({SPEED: "{uniform: [1, 2]}"}, n=2.5),
+        "",
+        "grid.yaml:21:28: sample.n: found 2.5; expected a whole",
+    ),
+    "negative seed": (
+        sample({SPEED: "{uniform: [1, 2]}"}, seed=-1),
+        "",
+        "grid.yaml:21:38: sample.seed: found -1; expected a whole number from 0",
+    ),
+    "unknown key": (
+        f"sample: {{method: random, n: 4, sead: 1, over: {{{SPEED}: {{uniform: [1, 2]}}}}}}\n",
+        "",
+        "grid.yaml:21:32: sample.sead: unknown key 'sead'; did you mean 'seed'?",
+    ),
+    "unknown variable": (
+        sample({"drive.sped": "{uniform: [1, 2]}"}),
+        "",
+        "grid.yaml:22:3: sample.over.drive.sped: names nothing; did you mean 'drive.speed'?",
+    ),
+    "drawn law": (
+        sample({f"{CONTACT}.law": "{uniform: [1, 2]}"}),
+        "",
+        f"grid.yaml:22:3: sample.over.{CONTACT}.law: is a law's name, which cannot be drawn",
+    ),
+    "drawn budget": (
+        sample({"simulate.step_budget": "{uniform: [1, 2]}"}),
+        "",
+        "grid.yaml:22:3: sample.over.simulate.step_budget: is a whole number, which cannot be drawn",
+    ),
+    "drawn exponent": (
+        sample({f"{CONTACT}.exponent": "{uniform: [1, 2]}"}),
+        "",
+        f"grid.yaml:22:3: sample.over.{CONTACT}.exponent: cannot be drawn, because units depend on it",
+    ),
+    "drawn where a law does not use it": (
+        sample({RESTITUTION: "{uniform: [0.8, 0.9]}"}, more=f"sweep: {{{CONTACT}.law: [hertz, flores]}}\n"),
+        "",
+        f"grid.yaml:22:42: sample.over.{RESTITUTION}: is not used by hertz; in step or drawn, every law",
+    ),
+    "no distribution": (
+        sample({SPEED: "[1, 2]"}),
+        "",
+        f"grid.yaml:22:16: sample.over.{SPEED}: found a list; expected one of {{uniform: [low, high]}}",
+    ),
+    "unknown distribution": (
+        sample({SPEED: "{gauss: {mean: 1, std: 1}}"}),
+        "",
+        f"grid.yaml:22:17: sample.over.{SPEED}: unknown distribution 'gauss' (known: ",
+    ),
+    "low above high": (
+        sample({SPEED: "{uniform: [2, 1]}"}),
+        "",
+        f"grid.yaml:22:26: sample.over.{SPEED}: uniform: the low end 2 is above the high end 1",
+    ),
+    "end out of range": (
+        sample({RESTITUTION: "{uniform: [0.5, 1.5]}"}),
+        "",
+        f"grid.yaml:22:58: {RESTITUTION}: found 1.5, out of range; allowed: above 0 and at most 1",
+    ),
+    "loguniform from zero": (
+        sample({"mechanism.gravity": "{loguniform: [0, 1]}"}),
+        "",
+        "grid.yaml:22:35: sample.over.mechanism.gravity: loguniform: found 0; both ends have to be above 0",
+    ),
+    "no spread": (
+        sample({SPEED: "{normal: {mean: 100}}"}),
+        "",
+        f"grid.yaml:22:25: sample.over.{SPEED}: normal: expected mean and either std or cv",
+    ),
+    "two spreads": (
+        sample({SPEED: "{normal: {mean: 100, std: 1, cv: 0.1}}"}),
+        "",
+        f"grid.yaml:22:25: sample.over.{SPEED}: normal: expected mean and either std or cv",
+    ),
+    "negative spread": (
+        sample({SPEED: "{normal: {mean: 100, std: -1}}"}),
+        "",
+        f"grid.yaml:22:25: sample.over.{SPEED}: normal: the spread is negative",
+    ),
+    "unit of the spread": (
+        sample({SPEED: "{normal: {mean: 100, std: 1 mm}}"}),
+        "",
+        f"grid.yaml:22:42: sample.over.{SPEED}: found '1 mm', whose unit mm",
+    ),
+    "unknown moment": (
+        sample({SPEED: "{normal: {mean: 100, stdd: 1}}"}),
+        "",
+        f"grid.yaml:22:37: sample.over.{SPEED}.normal: unknown key 'stdd'; did you mean 'std'?",
+    ),
+    "normal out of range": (
+        sample({RESTITUTION: "{normal: {mean: 0.9, std: 0.05}}"}),
+        "",
+        f"grid.yaml:22:42: sample.over.{RESTITUTION}: normal: 1.13767 is among its values, out of range",
+    ),
+    "no bound": (
+        sample({SPEED: "{truncated-normal: {mean: 100, cv: 0.1}}"}),
+        "",
+        f"grid.yaml:22:35: sample.over.{SPEED}: truncated-normal: has no bound; write low, high or both",
+    ),
+    "mean outside": (
+        sample({SPEED: "{normal: {mean: 100, cv: 0.1, low: 110}}"}),
+        "",
+        f"grid.yaml:22:25: sample.over.{SPEED}: normal: the mean 100 is not between low 110 and high inf",
+    ),
+    "negative lognormal": (
+        sample({"mechanism.gravity": "{lognormal: {mean: -1, cv: 0.1}}"}),
+        "",
+        "grid.yaml:22:34: sample.over.mechanism.gravity: lognormal: found the mean -1; it has to be above 0",
+    ),
+    "draws that do not fit together": (
+        sample({CLEARANCE: "{uniform: [1 mm, 15 mm]}"}),
+        "",
+        f"grid.yaml:22:32: {CLEARANCE}: found {CLEARANCE} up to",
+    ),
+    "unknown limit": (
+        "limits: {rod_slider_force_peek: 5 kN}\n",
+        "",
+        "grid.yaml:21:10: limits.rod_slider_force_peek: is no figure of this grid; did you mean 'rod_slider",
+    ),
+    "unit of a limit": (
+        "limits: {rod_slider_force_peak: 5 mm}\n",
+        "",
+        "grid.yaml:21:33: limits.rod_slider_force_peak: found '5 mm', whose unit mm",
+    ),
+    "no limits": ("limits: 5 kN\n", "", "grid.yaml:21:9: limits: holds no limit; write such as"),
+}
+
+
+@pytest.mark.parametrize(("more", "table", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_told_with_its_place(at, more, table, message):
+    with pytest.raises(InputError) as caught:
+        at(more, table)
+    assert any(problem.startswith(message) for problem in caught.value.problems), caught.value.problems
+
+
+def test_a_parquet_row_is_named(at):
+    pq.write_table(pa.table({f"{SPEED} [rpm]": [60.0, None]}), "cases.parquet")
+    with pytest.raises(InputError, match=r"^cases.parquet:2:1: drive.speed: found nothing"):
+        at("cases: cases.parquet\n")
