@@ -28,7 +28,7 @@ E = ((-13.0 - 7.0 * ROOT6) / 3.0, (-13.0 + 7.0 * ROOT6) / 3.0, -1.0 / 3.0)
 ITERATIONS = 12
 CLOSE = 0.01  # of the allowed error: the Newton iteration stops there
 FAILED = 256.0  # error of a step whose iteration did not converge: the step control then takes 0.4 of its length
-STIFF = 6.1  # h times the largest eigenvalue at which the explicit pair is at its limit
+STIFF = 3.5  # h times the largest eigenvalue; the explicit pair is at its limit at 6.1, its error control before
 PATIENCE = 15  # steps in a row at that limit before the method is changed
 NOT_WORTH = 4.0  # steps of the explicit method that one implicit step must span to be worth its price
 
