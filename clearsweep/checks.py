@@ -38,7 +38,7 @@ def _below(read: Draft, low: str, high: str, reason: str, *, equal: bool = False
     read.problems.add(
         read.place(where),
         where,
-        f"found {low} up to {max(lows):.15g}; allowed: {word} {high}, {min(highs):.15g}; {reason}",
+        f"found {max(lows):.15g}; allowed: {word} {min(highs):.15g}, the value of {high}; {reason}",
     )
 
 

@@ -14,6 +14,7 @@ from .kernels import tally as tallies
 from .kernels.family import NO_ENTRY, flatten
 from .kernels.joint import FREE, PRESSED
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
+from .kernels.record import Record
 from .outcome import EVENT_DTYPE, Trajectory, channels, summary_columns
 from .scene import Scene
 
@@ -128,7 +129,7 @@ class _Run:
             wear=np.zeros(2 * len(joints) * bins),
             account=np.zeros((len(joints), wear.ACCOUNT)),
         )
-        self.record = loop.Record(times, np.zeros((times.size, len(channels(scene.layout)))))
+        self.record = Record(times, np.zeros((times.size, len(channels(scene.layout)))))
         self.work = events.Work(
             rates=rates_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,

@@ -20,18 +20,6 @@ from clearsweep.outcome import JointLayout, Layout
 
 
 @pytest.fixture
-def at(tmp_path, monkeypatch):
-    """Return a function that writes a text as grid.yaml and loads it from there."""
-    monkeypatch.chdir(tmp_path)
-
-    def write(text, overrides=None):
-        Path("grid.yaml").write_text(text, encoding="utf-8")
-        return load("grid.yaml", overrides)
-
-    return write
-
-
-@pytest.fixture
 def base(at):
     """The demo grid as a dict in SI."""
     return at(TEXT).resolved()

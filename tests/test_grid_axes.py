@@ -1,36 +1,8 @@
 """Claims about what a mistake under `sweep` is told."""
 
-from pathlib import Path
 
 import pytest
-from grid_fake import CONTACT, JOINT, TEXT, load
-
-from clearsweep.errors import InputError
-
-
-@pytest.fixture
-def at(tmp_path, monkeypatch):
-    """Return a function that writes a text as grid.yaml and loads it from there."""
-    monkeypatch.chdir(tmp_path)
-
-    def write(text, overrides=None):
-        Path("grid.yaml").write_text(text, encoding="utf-8")
-        return load("grid.yaml", overrides)
-
-    return write
-
-
-@pytest.fixture
-def told(at):
-    """Return a function that gives the problems of a text."""
-
-    def problems(text, overrides=None):
-        with pytest.raises(InputError) as caught:
-            at(text, overrides)
-        return caught.value.problems
-
-    return problems
-
+from grid_fake import CONTACT, JOINT, TEXT
 
 #: the lines under `sweep:`, and what the message begins with
 AXES = {
@@ -125,11 +97,11 @@ AXES = {
     ),
     "too wide": (
         f"{JOINT}.clearance: [0.1 mm, 11 mm]",
-        f"22:32: {JOINT}.clearance: found {JOINT}.clearance up to 0.011; allowed: below",
+        f"22:32: {JOINT}.clearance: found 0.011; allowed: below",
     ),
     "short run": (
         "simulate.revolutions: [2, 20]",
-        "19:38: simulate.discard: found simulate.discard up to 2; allowed: below simulate.revolutions, 2",
+        "19:38: simulate.discard: found 2; allowed: below 2",
     ),
     "overridden": (
         f"{JOINT}.wear.hardness: [1e13]",

@@ -1,7 +1,6 @@
 """Claims about what a mistake in a grid is told: its place, its key, what was found and what is allowed."""
 
 import time
-from pathlib import Path
 
 import pytest
 from grid_fake import CONTACT, JOINT, TEXT, load
@@ -9,30 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearsweep.errors import InputError
-
-
-@pytest.fixture
-def at(tmp_path, monkeypatch):
-    """Return a function that writes a text as grid.yaml and loads it from there."""
-    monkeypatch.chdir(tmp_path)
-
-    def write(text, overrides=None):
-        Path("grid.yaml").write_text(text, encoding="utf-8")
-        return load("grid.yaml", overrides)
-
-    return write
-
-
-@pytest.fixture
-def told(at):
-    """Return a function that gives the problems of a text."""
-
-    def problems(text, overrides=None):
-        with pytest.raises(InputError) as caught:
-            at(text, overrides)
-        return caught.value.problems
-
-    return problems
 
 
 @pytest.fixture
@@ -152,17 +127,17 @@ MISTAKES = {
     "too wide": (
         "clearance: 0.5 mm",
         "clearance: 10 mm",
-        f"10:16: {JOINT}.clearance: found {JOINT}.clearance up to 0.01; allowed: below {JOINT}.bearing_radius, 0.01",
+        f"10:16: {JOINT}.clearance: found 0.01; allowed: below 0.01",
     ),
     "discard": (
         "discard: 2",
         "discard: 10",
-        "19:38: simulate.discard: found simulate.discard up to 10; allowed: below",
+        "19:38: simulate.discard: found 10; allowed: below",
     ),
     "too much saved": (
         "samples: 720",
         "revolutions: 11",
-        "20:35: save.revolutions: found save.revolutions up to 11; allowed: at most",
+        "20:35: save.revolutions: found 11; allowed: at most",
     ),
     "tolerance": (
         "tolerance: 1e-8",
@@ -187,12 +162,12 @@ MISTAKES = {
     "short rod": (
         "rod:    {length: 120 mm",
         "rod:    {length: 40 mm",
-        "4:20: mechanism.crank.length: found mechanism.crank.length up to 0.05",
+        "4:20: mechanism.crank.length: found 0.05",
     ),
     "friction speeds": (
         "v0: 1 mm/s",
         "v0: 10 mm/s",
-        f"17:54: {JOINT}.friction.v0: found {JOINT}.friction.v0 up to 0.01; allowed: below",
+        f"17:54: {JOINT}.friction.v0: found 0.01; allowed: below 0.01",
     ),
     "wear without length": (
         "    length: 20 mm\n",

@@ -63,7 +63,7 @@ class Work(NamedTuple):
     change: np.ndarray  # (3 n,)
     offset: np.ndarray  # (n,)
     tally: tuple  # tally.Tally
-    record: tuple  # integrate.Record
+    record: tuple  # record.Record
 
 
 @kernel

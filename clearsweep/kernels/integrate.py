@@ -23,7 +23,7 @@ from .event import (
 )
 from .family import invoke, kernel, pointer_to
 from .joint import CLIPPED, FREE, PRESSED
-from .method import END, dense_state
+from .method import END
 from .motion import (
     ACCELERATION,
     DEPTH,
@@ -37,7 +37,8 @@ from .motion import (
     RATE,
     TORQUE,
 )
-from .step import finish_dense, finish_ends, meet, share_at, take_step
+from .record import write_sample, write_samples
+from .step import finish_dense, finish_ends, meet, take_step
 from .stiff import choose_method
 from .tally import (
     ACCELERATION_MAX,
@@ -82,13 +83,6 @@ class Control(NamedTuple):
     event_budget: int
     keep_events: bool
     method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
-
-
-class Record(NamedTuple):
-    """What is written along the motion."""
-
-    times: np.ndarray  # (samples,) s, increasing
-    samples: np.ndarray  # (samples, channels)
 
 
 @kernel
@@ -147,28 +141,6 @@ def note_motion(at, h, made):
         best = max(best, refined_peak(at, ERROR, sign, NODES.size // 2))
     whole[ERROR_MAX] = max(whole[ERROR_MAX], best)
     return made
-
-
-@kernel
-def write_sample(at, y, out):
-    """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
-    work = at[0]
-    invoke(work.sample.code, work.sample.parameters, (y, work.state, work.onset, work.side, out), 0)
-
-
-@kernel
-def write_samples(at):
-    """Write the samples that fall into the step just taken, from its dense output."""
-    work = at[0]
-    record = work.record
-    time = work.time
-    i = work.counts[SAMPLES]
-    while i < record.times.size and record.times[i] <= work.end[time]:
-        dense_state(share_at(at, time, record.times[i]), work.y, work.f, work.z)
-        work.z[time] = record.times[i]
-        write_sample(at, work.z, record.samples[i])
-        i += 1
-    work.counts[SAMPLES] = i
 
 
 @kernel

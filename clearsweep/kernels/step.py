@@ -2,7 +2,7 @@
 
 from .event import EVALUATIONS, IMPLICIT, LOCATING, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
 from .family import kernel
-from .method import END, ROWS, dense_coefficients, dense_component, dense_state, error_norm, stage_state
+from .method import END, ROWS, dense_coefficients, dense_state, error_norm, stage_state
 from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE
 from .stiff import FAILED, implicit_step, look_along
 
@@ -86,26 +86,3 @@ def meet(at, h, stop):
         h = land(at, share, kind, joint, h, stop)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     return kind, joint, h, kind == NOTHING
-
-
-@kernel
-def share_at(at, time, moment):
-    """Return the share of the step at which the time is `moment` (s), which the step contains."""
-    work = at[0]
-    a, b = 0.0, 1.0
-    x = (moment - work.y[time]) / (work.end[time] - work.y[time])
-    for _ in range(60):
-        miss = dense_component(x, time, work.y, work.f) - moment
-        if miss > 0.0:
-            b = x
-        else:
-            a = x
-        step = 1e-7  # the slope by a difference is good enough: only the root matters
-        slope = (dense_component(x + step, time, work.y, work.f) - miss - moment) / step
-        new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
-        if not a <= new <= b:
-            new = 0.5 * (a + b)
-        if abs(new - x) <= 1e-15:
-            return new
-        x = new
-    return x

@@ -1,0 +1,32 @@
+"""Fixtures that several files of tests share."""
+
+from pathlib import Path
+
+import pytest
+from grid_fake import load
+
+from clearsweep.errors import InputError
+
+
+@pytest.fixture
+def at(tmp_path, monkeypatch):
+    """Return a function that writes a text as grid.yaml and loads it from there."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(text, overrides=None):
+        Path("grid.yaml").write_text(text, encoding="utf-8")
+        return load("grid.yaml", overrides)
+
+    return write
+
+
+@pytest.fixture
+def told(at):
+    """Return a function that gives the problems of a text."""
+
+    def problems(text, overrides=None):
+        with pytest.raises(InputError) as caught:
+            at(text, overrides)
+        return caught.value.problems
+
+    return problems
