@@ -15,7 +15,7 @@ FILES = ("summary.parquet", "orbits.h5", "run.json")
 def of_run(result) -> dict:
     """Return what `run` tells of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
     run = result.open()
-    swept = list(run.grid.get("sweep", {}))
+    swept = list(run.grid["units"])
     joints = [joint.name for joint in run.layout.joints]
     worst, failures, statuses, fast, fastest = [], [], Counter(), 0, 0.0
     figures = [f"{joint}_{figure}" for figure in ("force_peak", "onset_rate_max") for joint in joints]
