@@ -3,7 +3,7 @@
 import math
 
 from .catalogue import Catalogue, Law
-from .schema import Section
+from .schema import JOINTS, Section
 from .validate import Draft, exponent_values
 
 _LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a body would lose what it touches
@@ -14,13 +14,20 @@ def check(read: Draft, catalogue: Catalogue) -> None:
     _below(read, "mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod")
     _below(read, "simulate.discard", "simulate.revolutions", "nothing would be left")
     _below(read, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
-    for path, node in read.shape.items():
-        if isinstance(node, Section) and path.startswith("joints.") and path.count(".") == 1:
-            _below(read, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
-            _below(read, f"{path}.friction.v0", f"{path}.friction.v1", "friction grows from v0 to v1")
-            _elastic(read, path, catalogue)
-            if f"{path}.wear" in read.shape:
-                _wear(read, path)
+    joints = [path for path, node in read.shape.items() if isinstance(node, Section) and _is_joint(path)]
+    if not joints and "mechanism.crank.length" in read.shape:
+        text = f"no joint has clearance; name at least one of {', '.join(JOINTS)}"
+        read.problems.add(read.place("joints"), "joints", text)
+    for path in joints:
+        _below(read, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
+        _below(read, f"{path}.friction.v0", f"{path}.friction.v1", "friction grows from v0 to v1")
+        _elastic(read, path, catalogue)
+        if f"{path}.wear" in read.shape:
+            _wear(read, path)
+
+
+def _is_joint(path: str) -> bool:
+    return path.startswith("joints.") and path.count(".") == 1
 
 
 def _below(read: Draft, low: str, high: str, reason: str, *, equal: bool = False) -> None:

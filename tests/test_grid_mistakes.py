@@ -337,3 +337,11 @@ def test_any_nonsense_gives_an_input_error(nonsense):
         load({"mechanism": {"type": "slider-crank"}, "sweep": nonsense, "joints": nonsense})
     with pytest.raises(InputError):
         load(nonsense if isinstance(nonsense, dict) else {"mechanism": nonsense})
+
+
+@pytest.mark.parametrize("ending", ["", "joints: {}\n"])
+def test_a_slider_crank_without_any_clearance_is_refused(told, ending):
+    head = TEXT[: TEXT.index("joints:")]
+    problems = told(head + ending)
+    assert len(problems) == 1
+    assert "joints: no joint has clearance; name at least one of ground-crank, crank-rod, rod-slider" in problems[0]
