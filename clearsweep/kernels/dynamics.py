@@ -67,7 +67,7 @@ def _floating_crank_torque(links, p, ax, ay, fx, fy, moment):
 def _floating_crank_acceleration(links, p, fx, fy):
     """Return the pivot's acceleration (m/s^2) of a floating crank under the force (fx, fy)."""
     swing = links.crank_center * links.speed * links.speed
-    return (fx / links.crank_mass + swing * p.c1, fy / links.crank_mass - links.gravity + swing * p.s1)
+    return (fx * (1.0 / links.crank_mass) + swing * p.c1, fy * (1.0 / links.crank_mass) - links.gravity + swing * p.s1)
 
 
 @kernel
@@ -113,9 +113,9 @@ def _motion_c(mechanism, p, loads):
         - links.rod_length * (p.c2 * c.fy - p.s2 * c.fx)
         + links.rod_mass * arm * (pull * (p.c2 * p.s1 - p.s2 * p.c1) - links.gravity * p.c2)
     )
-    alpha = turning / (links.rod_inertia + links.rod_mass * arm * arm)
+    alpha = turning * (1.0 / (links.rod_inertia + links.rod_mass * arm * arm))
     fx, fy = _crank_pin_force(links, p, -pull * p.c1, -pull * p.s1, alpha, -c.fx, -c.fy)
-    return Motion(alpha, c.fx / links.slider_mass, 0.0, 0.0, 0.0, 0.0, _fixed_crank_torque(links, p, fx, fy, 0.0))
+    return Motion(alpha, c.fx * (1.0 / links.slider_mass), 0.0, 0.0, 0.0, 0.0, _fixed_crank_torque(links, p, fx, fy, 0.0))
 
 
 @motion.member(OpenB)
@@ -166,7 +166,7 @@ def _motion_ac(mechanism, p, loads):
     fx, fy = _crank_pin_force(links, p, bx, by, alpha, -c.fx, -c.fy)
     torque = _floating_crank_torque(links, p, f.fx, f.fy, fx, fy, f.moment_distal)
     pull = speed2 * links.crank_length
-    return Motion(alpha, c.fx / links.slider_mass, bx + pull * p.c1, by + pull * p.s1, 0.0, 0.0, torque)
+    return Motion(alpha, c.fx * (1.0 / links.slider_mass), bx + pull * p.c1, by + pull * p.s1, 0.0, 0.0, torque)
 
 
 @motion.member(OpenBC)
@@ -174,7 +174,7 @@ def _motion_bc(mechanism, p, loads):
     links, b, c = mechanism.links, loads[0], loads[1]
     alpha, gx, gy = _floating_rod(links, p, b.fx, b.fy, b.moment_distal, -c.fx, -c.fy, c.moment_proximal)
     torque = _fixed_crank_torque(links, p, b.fx, b.fy, b.moment_proximal)
-    return Motion(alpha, c.fx / links.slider_mass, gx, gy, 0.0, 0.0, torque)
+    return Motion(alpha, c.fx * (1.0 / links.slider_mass), gx, gy, 0.0, 0.0, torque)
 
 
 @motion.member(OpenABC)
@@ -183,12 +183,12 @@ def _motion_abc(mechanism, p, loads):
     alpha, gx, gy = _floating_rod(links, p, b.fx, b.fy, b.moment_distal, -c.fx, -c.fy, c.moment_proximal)
     px, py = _floating_crank_acceleration(links, p, f.fx - b.fx, f.fy - b.fy)
     torque = _floating_crank_torque(links, p, f.fx, f.fy, b.fx, b.fy, f.moment_distal + b.moment_proximal)
-    return Motion(alpha, c.fx / links.slider_mass, gx, gy, px, py, torque)
+    return Motion(alpha, c.fx * (1.0 / links.slider_mass), gx, gy, px, py, torque)
 
 
 @motion.member(Pair)
 def _motion_pair(mechanism, p, loads):
-    return Motion(loads[0].fx / mechanism.mass, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Motion(loads[0].fx * (1.0 / mechanism.mass), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 # ---------------------------------------------------------------------------------------------- energy

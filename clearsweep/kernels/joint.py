@@ -67,12 +67,13 @@ def surface_speed(joint, gap, tx, ty):
 @kernel
 def joint_load(joint, gap, state, pen, onset_rate):
     """Return the Load of a joint in `state` whose contact has penetration `pen` (m) and began at `onset_rate` (m/s)."""
-    eccentricity = math.sqrt(gap.x * gap.x + gap.y * gap.y)
+    square = gap.x * gap.x + gap.y * gap.y
+    eccentricity = math.sqrt(square)
     if state == FREE:
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
         rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
         return Load(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, speed, rate, eccentricity - joint.clearance, 0.0, 0.0)
-    inverse = joint.side / eccentricity
+    inverse = joint.side / square * eccentricity  # root and division side by side: what follows waits for them
     nx, ny = gap.x * inverse, gap.y * inverse
     rate = joint.side * (gap.vx * nx + gap.vy * ny)
     force, elastic = contact_force(joint.law, joint.elastic, pen, rate, onset_rate)

@@ -15,9 +15,9 @@ ABC      rod angle, slider x, rod centre x, y, crank pivot x, y
 =======  =======================================  =============================================================
 """
 
-import math
 from typing import NamedTuple
 
+from .direction import direction
 from .family import family, kernel
 from .joint import Gap
 
@@ -133,8 +133,9 @@ def _on_slider(mechanism, y, time, ax, ay, avx, avy):
     """Return the Pose with the rod hinged to the slider; coordinates begin with rod angle and slider x."""
     links = mechanism.links
     n = time // 2
-    c1, s1 = math.cos(links.speed * y[time]), math.sin(links.speed * y[time])
-    c2, s2, rate, x, v = math.cos(y[0]), math.sin(y[0]), y[n], y[1], y[n + 1]
+    c1, s1 = direction(links.speed * y[time])
+    c2, s2 = direction(y[0])
+    rate, x, v = y[n], y[1], y[n + 1]
     length = links.rod_length
     bx, by, bvx, bvy = x - length * c2, -length * s2, v + length * rate * s2, -length * rate * c2
     return Pose(c1, s1, c2, s2, rate, ax, ay, avx, avy, bx, by, bvx, bvy, x, v)
@@ -145,13 +146,14 @@ def _on_crank(mechanism, y, time, ax, ay, avx, avy):
     """Return the Pose with the rod hinged to the crank pin; coordinates begin with rod angle and slider x."""
     links = mechanism.links
     n = time // 2
-    c1, s1 = math.cos(links.speed * y[time]), math.sin(links.speed * y[time])
+    c1, s1 = direction(links.speed * y[time])
+    c2, s2 = direction(y[0])
     length, tip = links.crank_length, links.crank_length * links.speed
     return Pose(
         c1,
         s1,
-        math.cos(y[0]),
-        math.sin(y[0]),
+        c2,
+        s2,
         y[n],
         ax,
         ay,
@@ -171,8 +173,9 @@ def _floating(mechanism, y, time, ax, ay, avx, avy):
     """Return the Pose of a rod held by contacts alone; coordinates begin with rod angle, slider x, rod centre x, y."""
     links = mechanism.links
     n = time // 2
-    c1, s1 = math.cos(links.speed * y[time]), math.sin(links.speed * y[time])
-    c2, s2, rate, arm = math.cos(y[0]), math.sin(y[0]), y[n], links.rod_center
+    c1, s1 = direction(links.speed * y[time])
+    c2, s2 = direction(y[0])
+    rate, arm = y[n], links.rod_center
     return Pose(
         c1,
         s1,

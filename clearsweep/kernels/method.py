@@ -247,10 +247,11 @@ def error_norm(h, k, scale):
     fifth = 0.0
     third = 0.0
     for i in range(scale.size):
+        inverse = 1.0 / scale[i]
         e5 = (E1 * k[0, i] + E6 * k[5, i] + E7 * k[6, i] + E8 * k[7, i] + E9 * k[8, i] + E10 * k[9, i]
-              + E11 * k[10, i] + E12 * k[11, i]) / scale[i]
+              + E11 * k[10, i] + E12 * k[11, i]) * inverse
         e3 = (G1 * k[0, i] + G6 * k[5, i] + G7 * k[6, i] + G8 * k[7, i] + G9 * k[8, i] + G10 * k[9, i]
-              + G11 * k[10, i] + G12 * k[11, i]) / scale[i]
+              + G11 * k[10, i] + G12 * k[11, i]) * inverse
         fifth += e5 * e5
         third += e3 * e3
     if not fifth + third < HUGE:  # also where a stage was not finite: an infinite third alone would look like no error
