@@ -18,7 +18,7 @@ from numba.extending import intrinsic, overload, register_jitable
 
 #: Options of every compiled function: division by zero gives inf, no reordering of sums, and no reference counting,
 #: which costs twice the arithmetic where arrays travel in tuples (nothing here keeps an array beyond the call).
-OPTIONS = {"error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}
+OPTIONS = {"error_model": "numpy", "_nrt": False, "fastmath": {"contract", "nsz"}}
 
 
 def kernel(function):
@@ -97,7 +97,7 @@ def _compiled(function, scene, arrays):
     key = function, _kinds(scene)
     if key not in _COMPILED:
         pointers = (types.CPointer(item) for item in (numba.typeof(scene), *arrays))
-        _COMPILED[key] = cfunc(types.void(*pointers, types.int64), cache=True, error_model="numpy", fastmath={"contract"})(function)
+        _COMPILED[key] = cfunc(types.void(*pointers, types.int64), cache=True, error_model="numpy", fastmath={"contract", "nsz"})(function)
     return _COMPILED[key]
 
 

@@ -73,9 +73,10 @@ def joint_load(joint, gap, state, pen, onset_rate):
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
         rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
         return Load(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, speed, rate, eccentricity - joint.clearance, 0.0, 0.0)
-    inverse = joint.side / square * eccentricity  # root and division side by side: what follows waits for them
-    nx, ny = gap.x * inverse, gap.y * inverse
-    rate = joint.side * (gap.vx * nx + gap.vy * ny)
+    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
+    inverse = 1.0 / square * eccentricity  # root and division side by side: all that follows waits for them
+    nx, ny = x * inverse, y * inverse
+    rate = vx * nx + vy * ny
     force, elastic = contact_force(joint.law, joint.elastic, pen, rate, onset_rate)
     lowest = lowest_force(joint.law)
     normal = force if state == PRESSED else 0.0

@@ -83,13 +83,13 @@ def _lossless(law, elastic, pen, rate, onset_rate):
 @contact_force.member(Hysteresis)
 def _hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    return force * (1.0 + law.factor / onset_rate * rate), force
+    return force + force * (law.factor / onset_rate) * rate, force
 
 
 @contact_force.member(ApproachHysteresis)
 def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    return force * (1.0 + law.factor / onset_rate * max(rate, 0.0)), force
+    return force + force * (law.factor / onset_rate) * max(rate, 0.0), force
 
 
 @contact_force.member(ViscousSpring)
