@@ -19,6 +19,7 @@ SPANS = 8  # parts of a step in free flight: the path of a journal within an eig
 MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step, so that SPANS of it can be followed
 ROUNDING = 4.0e-16
+CLOSE_ENOUGH = 1e-9  # of a step: the step that ends at an onset corrects what is left
 EXPLICIT, IMPLICIT = 0, 1  # methods
 # Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
 STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
@@ -80,6 +81,16 @@ def may_clip(at, j):
 
 
 @kernel
+def fastest(at, j, last):
+    """Return the largest speed of the journal of free joint `j`, m per unit of tau, at the stages up to row `last`."""
+    work = at[0]
+    speed = 0.0
+    for row in range(last + 1):
+        speed = max(speed, work.o[row, JOINTS + JOINT_WIDTH * j + SPEED] * work.o[row, KAPPA])
+    return speed
+
+
+@kernel
 def may_meet(at, h, stop):
     """Return whether the step from `work.y` to `work.end` can hold an event; True wherever that is not excluded."""
     work = at[0]
@@ -88,11 +99,9 @@ def may_meet(at, h, stop):
     for j in range(work.state.size):
         block = JOINTS + JOINT_WIDTH * j
         if work.state[j] == FREE:
-            speed = 0.0
-            for row in range(END + 1):
-                speed = max(speed, work.o[row, block + SPEED] * work.o[row, KAPPA])
             # a path from one end to the other strays from the farther end by at most half its length
-            reach = max(work.o[0, block + DEPTH], work.o[END, block + DEPTH]) + 0.5 * MARGIN * h * speed
+            reach = max(work.o[0, block + DEPTH], work.o[END, block + DEPTH])
+            reach += 0.5 * MARGIN * h * fastest(at, j, END)
             if reach >= 0.0:
                 return True
             continue
@@ -112,10 +121,7 @@ def way(at, h):
     farthest = 0.0
     for j in range(work.state.size):
         if work.state[j] == FREE:
-            speed = 0.0
-            for row in range(END):
-                speed = max(speed, work.o[row, JOINTS + JOINT_WIDTH * j + SPEED] * work.o[row, KAPPA])
-            farthest = max(farthest, h * speed / (FARTHEST * work.clearance[j]))
+            farthest = max(farthest, h * fastest(at, j, END - 1) / (FARTHEST * work.clearance[j]))
     return farthest
 
 
@@ -202,22 +208,62 @@ def turning(at, j, h, a, b, sign):
 
 
 @kernel
+def reached(at, j, h, a, da, sa, b, db, sb):
+    """Return the share in [a, b] at which free joint `j` reaches its bearing; depths and slopes at both ends are given.
+
+    Newton's method on the depth, kept in the bracket, from where the cubic through the ends crosses zero.  To 1e-9 of
+    the step: where it is taken again for the event, the rest is corrected.
+    """
+    wide, rise = b - a, db - da
+    bend, lean = wide * (sa + sb) - 2.0 * rise, 3.0 * rise - wide * (2.0 * sa + sb)
+    x = a - wide * da / rise
+    for _ in range(3):
+        u = (x - a) / wide
+        value = da + u * (wide * sa + u * (lean + u * bend))
+        slope = sa + u * (2.0 * lean + 3.0 * u * bend) / wide
+        better = x - value / slope
+        x = better if a < better < b else x
+    for _ in range(60):
+        depth, slope = approach(at, j, h, x)
+        if depth >= 0.0:
+            b = x
+        else:
+            a = x
+        better = x - depth / slope
+        if not a <= better <= b:
+            better = 0.5 * (a + b)
+        move, x = abs(better - x), better
+        if move <= CLOSE_ENOUGH:
+            break
+    return x
+
+
+@kernel
 def first_onset(at, j, h):
-    """Return the share of the step at which free joint `j` first touches its bearing, closing; 2 if it does not."""
-    xa = 0.0
-    da, sa = approach(at, j, h, 0.0)
+    """Return the share of the step at which free joint `j` first touches its bearing, closing; 2 if it does not.
+
+    From each place on the way the next is as far as the journal cannot have come to the bearing, or a SPANS-th.
+    """
+    work = at[0]
+    block = JOINTS + JOINT_WIDTH * j
+    xa, da = 0.0, work.o[0, block + DEPTH]
+    sa = work.o[0, block + RATE] * work.o[0, KAPPA] * h
     if da >= 0.0 and sa >= 0.0:
         return 0.0
-    for i in range(SPANS):
-        xb = (i + 1.0) / SPANS
-        db, sb = approach(at, j, h, xb)
+    reach = MARGIN * h * fastest(at, j, END)
+    while xa < 1.0:
+        xb = min(xa + max(-da / reach if reach > 0.0 else 1.0, 1.0 / SPANS), 1.0)
+        if xb < 1.0:
+            db, sb = approach(at, j, h, xb)
+        else:
+            db, sb = work.o[END, block + DEPTH], work.o[END, block + RATE] * work.o[END, KAPPA] * h
         if da < 0.0 <= db:
-            return crossing(at, ONSET, j, h, 0.0, xa, xb)
+            return reached(at, j, h, xa, da, sa, xb, db, sb)
         if da >= 0.0 and db >= 0.0 and sa < 0.0 <= sb:  # leaves and comes back, or never quite left
             x = turning(at, j, h, xa, xb, -1.0)
             return x if approach(at, j, h, x)[0] >= 0.0 else crossing(at, ONSET, j, h, 0.0, x, xb)
         peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb
-        if peaks and (da * sb - db * sa + sa * sb / SPANS) / (sb - sa) >= 0.0:  # where the two end tangents meet
+        if peaks and (da * sb - db * sa + sa * sb * (xb - xa)) / (sb - sa) >= 0.0:  # where the two end tangents meet
             x = turning(at, j, h, xa, xb, 1.0)
             if approach(at, j, h, x)[0] >= 0.0:
                 return crossing(at, ONSET, j, h, 0.0, xa, x)
