@@ -1,5 +1,7 @@
 """The slider-crank without clearance, in closed form: the yardstick of every comparison.  Imports numpy alone."""
 
+import functools
+import json
 from typing import NamedTuple
 
 import numpy as np
@@ -68,10 +70,15 @@ def _cross(a, b):
 
 def largest_reactions(mechanism: dict, speed: float) -> dict[str, float]:
     """Return the largest reaction (N) of each joint of the ideal mechanism over a turn of the crank."""
+    return _largest_reactions(json.dumps(mechanism), speed)
+
+
+@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
+def _largest_reactions(mechanism: str, speed: float) -> dict[str, float]:
     count = 720  # with the parabola, exact to about 1e-9
     angles = 2.0 * np.pi * np.arange(count) / count
     result = {}
-    for name, forces in reactions(mechanism, speed, angles)._asdict().items():
+    for name, forces in reactions(json.loads(mechanism), speed, angles)._asdict().items():
         size = np.hypot(forces[:, 0], forces[:, 1])
         top = int(np.argmax(size))
         before, here, after = size[top - 1], size[top], size[(top + 1) % count]

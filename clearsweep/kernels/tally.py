@@ -51,6 +51,7 @@ LOWEST = -20  # exponent of 2 of the lowest force told apart, N
 BINS = 62 << BIN_BITS
 FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
+WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
 FORCE, KAPPA_COURSE, SLIP = 0, 1, 2  # rows of Tally.course
 NODES = np.array([0, 6, 5, 9, 8, 10, 12])  # rows of o whose stages lie at the distinct times SHARES
@@ -117,14 +118,18 @@ def force_exceeded(time, ramp, duration):
 
     time, ramp : (BINS,) rows of the Tally.
     """
-    bins = np.max(np.flatnonzero(time), initial=-1) + 1  # above, sums of ramps are nothing but rounding
-    spent = time[:bins] + np.cumsum(ramp[:bins]) * np.diff(EDGES[: bins + 1])
-    above = np.cumsum(spent[::-1])[::-1]  # time at a force of each bin or higher
-    places = np.flatnonzero(above >= duration)
-    if places.size == 0:
-        return 0.0
-    place = places[-1]
-    return EDGES[place] + (above[place] - duration) / spent[place] * (EDGES[place + 1] - EDGES[place])
+    for count in (4 << BIN_BITS, BINS):  # the highest bins mostly suffice
+        top = BINS - int((time[::-1] != 0.0).argmax())  # above, nothing was entered
+        low = max(top - count, 0)
+        density = -np.cumsum(ramp[low:top][::-1])  # of the bins from the top down, each without its own change
+        density[1:], density[0] = density[:-1].copy(), 0.0
+        spent = time[low:top][::-1] + density * WIDTHS[low:top][::-1]
+        above = np.cumsum(spent)  # time at a force of each bin or higher
+        if above[-1] >= duration:
+            place = int((above >= duration).argmax())
+            edge = top - 1 - place
+            return EDGES[edge] + (above[place] - duration) / spent[place] * WIDTHS[edge]
+    return 0.0
 
 
 @kernel
