@@ -15,6 +15,11 @@ def elastic_force(elastic, pen):
     """Return the elastic force (N) at penetration `pen` (m, at least 0)."""
 
 
+@family
+def parity(elastic):
+    """Return -1 where the force is, at small penetration, an odd power of the root of the penetration; else 1."""
+
+
 class Power(NamedTuple):
     """F = K pen^n."""
 
@@ -168,3 +173,16 @@ def _conformal(elastic, pen):
     if depth < CONFORMAL_END:
         return elastic.stiffness * conformal_load(depth)
     return elastic.stiffness * conformal_load(CONFORMAL_END) * (2.0 * depth / CONFORMAL_END - 1.0)
+
+
+def _odd(elastic):
+    return -1.0
+
+
+def _even(elastic):
+    return 1.0
+
+
+for _elastic in elastic_force.members:
+    _is_odd = _elastic in (PowerThreeHalves, Liu, LiuTangent, Foundation)
+    parity.member(_elastic)(_odd if _is_odd else _even)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from .family import kernel
 from .friction import friction_force
-from .normal import contact_force, lowest_force
+from .normal import contact_force, lowest_force, sign_beyond
 
 FREE, PRESSED, CLIPPED = 0, 1, 2  # what a joint is doing; CLIPPED: penetrating, but its law would pull
 
@@ -66,7 +66,10 @@ def surface_speed(joint, gap, tx, ty):
 
 @kernel
 def joint_load(joint, gap, state, pen, onset_rate):
-    """Return the Load of a joint in `state` whose contact has penetration `pen` (m) and began at `onset_rate` (m/s)."""
+    """Return the Load of a joint in `state` whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
+
+    A negative `pen` is that of a trial step past the separation.
+    """
     square = gap.x * gap.x + gap.y * gap.y
     eccentricity = math.sqrt(square)
     if state == FREE:
@@ -77,8 +80,12 @@ def joint_load(joint, gap, state, pen, onset_rate):
     inverse = 1.0 / square * eccentricity  # root and division side by side: all that follows waits for them
     nx, ny = x * inverse, y * inverse
     rate = vx * nx + vy * ny
-    force, elastic = contact_force(joint.law, joint.elastic, pen, rate, onset_rate)
+    force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
     lowest = lowest_force(joint.law)
+    raw = force - lowest
+    if pen < 0.0:
+        sign = sign_beyond(joint.law, joint.elastic)
+        force, elastic = sign * force, sign * elastic
     normal = force if state == PRESSED else 0.0
     slip = surface_speed(joint, gap, -ny, nx)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
@@ -89,5 +96,5 @@ def joint_load(joint, gap, state, pen, onset_rate):
     on_bearing = -joint.bearing_radius * tangential
     depth = eccentricity - joint.clearance
     if joint.side < 0.0:
-        return Load(-fx, -fy, on_journal, on_bearing, normal, tangential, slip, rate, depth, elastic, force - lowest)
-    return Load(fx, fy, on_bearing, on_journal, normal, tangential, slip, rate, depth, elastic, force - lowest)
+        return Load(-fx, -fy, on_journal, on_bearing, normal, tangential, slip, rate, depth, elastic, raw)
+    return Load(fx, fy, on_bearing, on_journal, normal, tangential, slip, rate, depth, elastic, raw)

@@ -44,7 +44,7 @@ def loads_of(joints, relative, y, first, state, onset, j):
     if len(joints) == 0:
         return ()
     root = y[first + j]
-    load = joint_load(joints[0], relative[0], state[j], root * root, onset[j])
+    load = joint_load(joints[0], relative[0], state[j], root * abs(root), onset[j])
     return (load, *loads_of(joints[1:], relative[1:], y, first, state, onset, j + 1))
 
 
@@ -54,13 +54,13 @@ def _loads_of(joints, relative, y, first, state, onset, j):
 
         def last(joints, relative, y, first, state, onset, j):
             root = y[first + j]
-            return (joint_load(joints[0], relative[0], state[j], root * root, onset[j]),)
+            return (joint_load(joints[0], relative[0], state[j], root * abs(root), onset[j]),)
 
         return last
 
     def more(joints, relative, y, first, state, onset, j):
         root = y[first + j]
-        load = joint_load(joints[0], relative[0], state[j], root * root, onset[j])
+        load = joint_load(joints[0], relative[0], state[j], root * abs(root), onset[j])
         return (load,) + loads_of(joints[1:], relative[1:], y, first, state, onset, j + 1)  # noqa: RUF005
 
     return more

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from .elastic import elastic_force
+from .elastic import elastic_force, parity
 from .family import family
 
 
@@ -19,6 +19,15 @@ def contact_force(law, elastic, pen, rate, onset_rate):
 @family
 def lowest_force(law):
     """Return the force (N) below which the law is clipped: 0, or -inf where it may pull until the surfaces part."""
+
+
+@family
+def sign_beyond(law, elastic):
+    """Return the sign with which the force goes on smoothly where a trial step passes the separation.
+
+    The force is a function of the root of the penetration, which goes through zero like a straight line: one of its odd
+    powers, such as Hertz's third, changes sign there, an even one does not.  Only trial steps go that far.
+    """
 
 
 class Lossless(NamedTuple):
@@ -136,3 +145,15 @@ def _pulls(law):
 
 for _law in contact_force.members:
     lowest_force.member(_law)(_pulls if _law in (PullingSpring, RootDamper) else _pushes)
+
+
+def _product(law, elastic):
+    return parity(elastic)
+
+
+def _sum(law, elastic):
+    return 1.0
+
+
+for _law in contact_force.members:
+    sign_beyond.member(_law)(_product if _law in (Lossless, Hysteresis, ApproachHysteresis) else _sum)
