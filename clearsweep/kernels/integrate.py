@@ -338,7 +338,7 @@ def integrate(control, work):
         write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
     h = first_length(at, proposals, proposal_of(at))
-    grow, tries = GROW, 0
+    grow, tries, expected = GROW, 0, 0.0
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
         h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(at, h)
@@ -355,7 +355,9 @@ def integrate(control, work):
         if control.method == AUTO:
             choose_method(at, h)
         pattern = proposal_of(at)
-        proposals[pattern] = h * min(grow, SAFETY * max(error, 1e-10) ** -0.125)
+        # of the errors of this step and the one before, the larger: the estimate goes through zero now and then
+        change = min(grow, SAFETY * max(error, expected, 1e-10) ** -0.125)
+        proposals[pattern], expected = h * change, error * change**8
         kind, joint, taken, dense = meet(at, h, stop)
         enter(at, taken, windowed, dense)
         if kind == NOTHING:
@@ -374,5 +376,5 @@ def integrate(control, work):
             if work.counts[EVENTS] >= control.event_budget:
                 return EVENT_BUDGET, events[: work.counts[EVENTS]]
         restart(at)
-        h, grow = first_length(at, proposals, proposal_of(at)), GROW
+        h, grow, expected = first_length(at, proposals, proposal_of(at)), GROW, 0.0
     return STEP_BUDGET, events[: work.counts[EVENTS]]
