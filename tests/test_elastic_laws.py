@@ -18,6 +18,7 @@ from clearsweep.kernels.elastic import (
     conformal_load,
     elastic_force,
     inverse_lambert,
+    parity,
 )
 from clearsweep.laws.elastic import FIT_END, conformal_fit
 
@@ -58,6 +59,18 @@ def test_force_and_slope_go_on_smoothly_past_the_limit(name):
     at = elastic_force(term, limit)
     before, after = at - elastic_force(term, limit - step), elastic_force(term, limit + step) - at
     assert after == pytest.approx(before, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_trial_step_past_the_separation_sees_the_smoother_of_two_ways_on(name):
+    term, _ = made(name)
+    roots = np.linspace(-1e-3, 1e-3, 41)
+
+    def bend(sign):
+        forces = [(sign if root < 0.0 else 1.0) * elastic_force(term, root * root) for root in roots]
+        return np.abs(np.diff(forces, 4)).max()
+
+    assert bend(parity(term)) < bend(-parity(term))
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -49,7 +49,8 @@ def test_friction_is_proportional_to_the_normal_force(name):
 def test_compiled_and_plain_code_give_the_same_force(name):
     term = made(name)
     plain = [friction_force(term, 100.0, slip) for slip in SLIPS]
-    np.testing.assert_allclose(compiled_friction(term, 100.0, SLIPS), plain, rtol=1e-13, atol=1e-300)
+    # to rounding of the normal force: compiled code fuses products and sums, so what cancels cancels otherwise
+    np.testing.assert_allclose(compiled_friction(term, 100.0, SLIPS), plain, rtol=1e-13, atol=1e-13 * 100.0)
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -170,13 +170,15 @@ def add_course(at, j, duration):
     tally = work.tally
     block = JOINTS + JOINT_WIDTH * j
     course = tally.course[j]
+    worn = work.wear.code != 0
     total = 0.0
     for i in range(PARTS + 1):
         force, kappa, slip = 0.0, 0.0, 0.0
         for m in range(NODES.size):
             force += COURSE[i, m] * work.o[NODES[m], block + NORMAL]
             kappa += COURSE[i, m] * work.o[NODES[m], KAPPA]
-            slip += COURSE[i, m] * work.o[NODES[m], block + SPEED]
+            if worn:
+                slip += COURSE[i, m] * work.o[NODES[m], block + SPEED]
         course[FORCE, i], course[KAPPA_COURSE, i], course[SLIP, i] = force, max(kappa, 0.0), slip
         total += course[KAPPA_COURSE, i]
     total -= 0.5 * (course[KAPPA_COURSE, 0] + course[KAPPA_COURSE, PARTS])
