@@ -115,7 +115,8 @@ def _motion_c(mechanism, p, loads):
     )
     alpha = turning * (1.0 / (links.rod_inertia + links.rod_mass * arm * arm))
     fx, fy = _crank_pin_force(links, p, -pull * p.c1, -pull * p.s1, alpha, -c.fx, -c.fy)
-    return Motion(alpha, c.fx * (1.0 / links.slider_mass), 0.0, 0.0, 0.0, 0.0, _fixed_crank_torque(links, p, fx, fy, 0.0))
+    torque = _fixed_crank_torque(links, p, fx, fy, 0.0)
+    return Motion(alpha, c.fx * (1.0 / links.slider_mass), 0.0, 0.0, 0.0, 0.0, torque)
 
 
 @motion.member(OpenB)
