@@ -107,9 +107,9 @@ def write(run, directory: Path) -> list[Path]:
 
 def every(study: Study) -> list[Table]:
     """Return the tables of a run, those that have nothing to say left out."""
-    from clearsweep.report import probability
+    from clearsweep.report import laws, probability
 
-    found = [best_by_speed(study), *probability.tables(study), main_effects(study),
+    found = [best_by_speed(study), *probability.tables(study), main_effects(study), *laws.tables(study),
              *(peaks(study, joint) for joint in study.joints), slider(study),
              *(wear(study, joint) for joint in study.joints if joint.wears), failed(study)]
     return [table for table in found if table.rows]
@@ -221,6 +221,8 @@ def _affected(study: Study) -> list[tuple[str, str]]:
 def _scale(column: Column, values: list) -> wording.Scale:
     if column.axis is not None:
         return column.axis.scale
+    if values and all(isinstance(value, Quantity) for value in values):
+        return wording.Scale(1.0, "")  # each carries its unit
     return wording.scale(column.unit, [value for value in values if not isinstance(value, (str, Quantity))])
 
 
