@@ -365,7 +365,7 @@ def _browse(page: str, proxy, profile, width: int = 1280) -> dict:
     return json.loads(html.unescape(re.search(r'data-probe="([^"]*)"', done.stdout)[1]))
 
 
-@pytest.mark.parametrize(("name", "width"), [("full", 1280), ("full", 500), ("three joints", 1280)])
+@pytest.mark.parametrize(("name", "width"), [("full", 1280), ("full", 500), ("three joints", 1280), ("law names", 500)])
 def test_browser_lays_the_page_out_and_fetches_nothing(pages, proxy, tmp_path, name, width):
     page = pages(name).read_text(encoding="utf-8")
     open_page = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page)  # it would hide what it forbids

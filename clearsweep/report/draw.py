@@ -110,7 +110,7 @@ def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
     ax.axhline(floor / scale.factor, color=RED, linewidth=1.1, linestyle="--", label="elastic up to here (steel)")
     ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
-    _over_crank(ax, angle, legend=True)
+    _over_crank(ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=True)  # whole turns
 
 
 def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str, limits: tuple[float, float],
@@ -271,7 +271,7 @@ def _over_crank(ax: Axes, angle: np.ndarray, legend: bool) -> None:
     """Set up the crank angle as abscissa."""
     degrees = np.round(np.degrees(angle), 3)  # so that whole turns end on a tick
     turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
-    step = 90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, turns // 8)
+    step = 90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, int(np.ceil(turns / 6)))
     ax.xaxis.set_major_locator(MultipleLocator(step))
     if len(degrees):
         ax.set_xlim(degrees.min(), max(degrees.max(), degrees.min() + 1.0))

@@ -8,7 +8,7 @@ from clearsweep.errors import InputError
 from clearsweep.physics import Physics
 from clearsweep.report import draw, wording
 from clearsweep.report.figures import Canvas, Picture
-from clearsweep.report.study import Axis, Joint, Study, resolved
+from clearsweep.report.study import Axis, Joint, Study, dig, resolved
 from clearsweep.report.tabular import Column, Table
 
 UNKNOWN = "This version does not know every law of this run: what each by itself would do is not told."
@@ -35,6 +35,9 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Told:
 
 def of_material(study: Study, joint: Joint) -> Told | None:
     """Return what the elastic laws would give in the hardest case that its material allows; None without one."""
+    path = f"joints.{joint.title}.contact.material"
+    if dig(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
+        return None
     hardest = study.cases[joint.column(study.lead.figure)].idxmax()
     try:
         section = resolved(study, [hardest])[0]["joints"][joint.title]
@@ -82,11 +85,12 @@ def _table(joint: Joint, sections: dict[str, dict], forces: dict, ordered: list[
 def _joint_told(section: dict) -> str:
     """Return the joint that the forces are of."""
     named = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
-    said = [f"{word} {wording.scale('m', section[key]).given(section[key])}" for word, key in named if key in section]
+    sizes = [(word, section[key]) for word, key in named if key in section]
+    said = [f"{word} {wording.scale('m', size).given(size, 4)}" for word, size in sizes]
     material = section["contact"].get("material")
     if material:
-        young = wording.scale("Pa", material["young"]).given(material["young"])
-        said.append(f"Young's modulus {young}, Poisson's ratio {material['poisson']:g}")
+        young = wording.scale("Pa", material["young"]).given(material["young"], 4)
+        said.append(f"Young's modulus {young}, Poisson's ratio {material['poisson']:.4g}")
     return f"In the joint of the hardest case: {', '.join(said)}"
 
 

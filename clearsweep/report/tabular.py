@@ -72,6 +72,7 @@ PEAKS = (
     ("onset_rate_max", "fastest onset", "m/s"),
     ("penetration_max", "penetration", "m"),
 )
+PAST_LAWS = (("law_limit_fraction", "time past its law's range"), ("force_clips", "clips"))  # shown where there are any
 SLIDER = (
     ("slider_error_max", "slider error", "m"),
     ("slider_acceleration_peak", "slider acc. peak", "m/s^2"),
@@ -120,6 +121,8 @@ def peaks(study: Study, joint: Joint) -> Table:
     figures = [(joint.column(figure), Column(name, unit)) for figure, name, unit in PEAKS]
     if study.mechanism == "impact-pair":
         figures = [(column, Column("impacts") if head.name == "impacts per rev." else head) for column, head in figures]
+    figures += [(joint.column(figure), Column(name)) for figure, name in PAST_LAWS
+                if study.has(joint.column(figure)) and (study.cases[joint.column(figure)] > 0.0).any()]
     figures.append(("slider_error_max", Column("slider error", "m")))
     title = f"Forces in joint {joint.title}"
     return _cases(study, f"peaks_{joint.name}", title, figures, joint.column(study.lead.figure))
