@@ -168,7 +168,7 @@ def _spread_told(study: Study, axis: Axis, spread: Table) -> str:
     told = (f"At otherwise equal values the choice among {len(axis.values)} {_plural(axis)} changes "
             f"{wording.sentence_list(said)}{where}" + (f", the median of {count} comparisons." if count > 1 else "."))
     effect = next((one for one in findings.effects(study, hardest.column("force_peak")) if one.axis is axis), None)
-    if effect is not None and not effect.clear():
+    if effect is not None and not effect.clear() and rows["force peak"][1] >= findings.CLEAR_FACTOR:
         told += (" For the peak that is within the scatter: it is a single event, and part of its spread is chance; "
                  "p99 and rms compare laws better.")
     return told
