@@ -3,7 +3,7 @@
 import heapq
 from collections import Counter
 
-from clearsweep.outcome import ELASTIC_ONSET
+from clearsweep import remarks
 from clearsweep.progress import clock
 from clearsweep.report import wording
 
@@ -17,17 +17,16 @@ def of_run(result) -> dict:
     run = result.open()
     swept = list(run.grid["units"])
     joints = [joint.name for joint in run.layout.joints]
-    worst, failures, statuses, fast, fastest = [], [], Counter(), 0, 0.0
-    figures = [f"{joint}_{figure}" for figure in ("force_peak", "onset_rate_max") for joint in joints]
-    for row in run.rows(["case_id", "status", "message", *swept, *figures]):
+    worst, failures, statuses, told = [], [], Counter(), remarks.Remarks(joints)
+    peaks = [f"{joint}_force_peak" for joint in joints]
+    for row in run.rows(["status", *swept, *peaks, *remarks.columns(joints)]):
         statuses[row["status"]] += 1
         known = {"case_id": row["case_id"], "swept": {path: row[path] for path in swept}}
         if row["status"] != "ok":
             if statuses[row["status"]] <= LISTED_FAILURES:
                 failures.append(known | {"status": row["status"], "message": row["message"]})
             continue
-        onset = max((row[f"{joint}_onset_rate_max"] or 0.0 for joint in joints), default=0.0)
-        fast, fastest = fast + (onset > ELASTIC_ONSET), max(fastest, onset)
+        told.add(row)
         peak, joint = max(((row[f"{joint}_force_peak"] or 0.0, joint) for joint in joints), default=(0.0, ""))
         entry = (peak, row["case_id"], known | {"joint": joint, "force_peak": peak})
         (heapq.heappush if len(worst) < WORST_CASES else heapq.heappushpop)(worst, entry)
@@ -35,17 +34,10 @@ def of_run(result) -> dict:
         "directory": str(result.directory), "cases": result.cases, "ran": result.ran, "reused": result.reused,
         "ok": result.ok, "failed": result.failed, "missing": result.missing, "statuses": dict(statuses),
         "seconds": round(result.seconds, 3), "case_seconds": round(result.case_seconds, 3),
-        "derived": result.derived, "warnings": [*result.warnings, *_beyond_elastic(fast, fastest, statuses["ok"])],
+        "derived": result.derived, "warnings": [*result.warnings, *told.sentences()],
         "units": run.grid.get("units", {}), "worst": [entry for *_, entry in sorted(worst, reverse=True)],
         "failures": failures, "files": {name: str(result.directory / name) for name in FILES},
     }
-
-
-def _beyond_elastic(fast: int, fastest: float, cases: int) -> list[str]:
-    if not fast:
-        return []
-    return [f"Impacts leave the elastic range in {fast:,} of {cases:,} cases: the fastest closes at {fastest:.3g} m/s, "
-            f"steel may yield from about {ELASTIC_ONSET:g} m/s on; the elastic force law then overstates the peaks."]
 
 
 def run_text(facts: dict) -> str:

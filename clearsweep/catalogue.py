@@ -58,6 +58,7 @@ class Law(NamedTuple):
     notes: str = ""  # pitfalls
     needs: tuple[str, ...] = ()  # 'length', 'material': what has to be there of the joint besides the law's fields
     ranges: tuple[Range, ...] = ()
+    pulls: bool = False  # family 'law': its force can be negative, as published
 
 
 class Catalogue(NamedTuple):

@@ -166,6 +166,17 @@ class Grid:
             values |= factor.point(k, self.axes)
         return values
 
+    def index(self, point: dict) -> int:
+        """Return the index of the case whose `point` this is; a ValueError where there is none."""
+        index = 0
+        for factor in self._factors:
+            parts = (factor.point(k, self.axes) for k in range(factor.size))
+            place = next((k for k, part in enumerate(parts) if all(point[path] == part[path] for path in part)), None)
+            if place is None:
+                raise ValueError(f"no case of this grid has the values {point}")
+            index = index * factor.size + place
+        return index
+
     def case(self, index: int) -> dict:
         """Return the case at `index`: a nested dict of SI numbers and words, defaults filled in, only keys in use."""
         point = {path: value for path, value in self.point(index).items() if value is not None}

@@ -1,4 +1,4 @@
-"""All that a sweep knows of mechanics, in one place, so that a test can put something else there."""
+"""All that a sweep or a report asks of mechanics, in one place, so that a test can put something else there."""
 
 import importlib
 
@@ -33,6 +33,26 @@ class Physics:
         """Return the result of a case."""
         scene = importlib.import_module("clearsweep.scene").build(case)
         return importlib.import_module("clearsweep.simulation").simulate(scene)
+
+    @staticmethod
+    def restitution(joint: dict) -> float | None:
+        """Return what a free impact in a joint section of a case gives back, None where mass and speed decide that."""
+        return importlib.import_module("clearsweep.laws").restitution(joint)
+
+    @staticmethod
+    def elastic_choices(joint: dict) -> dict[str, dict]:
+        """Return, by name, a joint section with each elastic law that its radii, length and material allow."""
+        return importlib.import_module("clearsweep.laws").elastic_choices(joint)
+
+    @staticmethod
+    def elastic_forces(joint: dict, depths) -> list[float]:
+        """Return the elastic force (N) in a joint section of a case at each of some penetrations (m)."""
+        return importlib.import_module("clearsweep.laws").elastic_forces(joint, depths)
+
+    @staticmethod
+    def penetration_limit(joint: dict) -> float:
+        """Return the largest penetration (m) that the elastic law of a joint section of a case holds for."""
+        return importlib.import_module("clearsweep.laws").penetration_limit(joint)
 
     @staticmethod
     def derived(case: dict) -> dict:

@@ -181,6 +181,12 @@ def warnings(case: dict) -> list[str]:
     """Return sentences about values of a case that may not be what was meant."""
     found = []
     for name, joint in case["joints"].items():
+        law = laws.RECIPES["law", joint["contact"]["law"]].law
+        if law.pulls:
+            found.append(
+                f"joints.{name}.contact.law: {law.name} pulls before the surfaces part, as published; its normal force "
+                "can be negative and is not clipped"
+            )
         wear = joint.get("wear", {})
         if "hardness" in wear:
             for body in ("bearing", "journal"):

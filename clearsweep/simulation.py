@@ -16,6 +16,7 @@ from .kernels.joint import FREE, PRESSED
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
 from .kernels.record import Record
 from .outcome import EVENT_DTYPE, Trajectory, channels, summary_columns
+from .remarks import past_limits
 from .scene import Scene
 
 #: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
@@ -220,6 +221,11 @@ def _trajectory(scene: Scene, run: _Run, end: float) -> Trajectory:
     summary = dict.fromkeys(column.name for column in summary_columns(scene.layout))
     if run.status == loop.OK:
         summary.update(_figures(scene, run, end))
+        message = past_limits(
+            (name, joint["contact"].get("elastic", ""), laws.penetration_limit(joint),
+             summary[f"{part.name}_law_limit_fraction"])
+            for part, (name, joint) in zip(scene.layout.joints, scene.case["joints"].items(), strict=True)
+        )  # fmt: skip
     summary.update(
         steps=int(counts[events.STEPS]),
         steps_rejected=int(counts[events.REJECTED]),

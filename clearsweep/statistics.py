@@ -13,6 +13,10 @@ from .errors import InputError
 
 QUANTILES = (0.05, 0.5, 0.95)
 LEVEL = 0.95  # of all confidence intervals
+CHAOTIC = 0.5  # share of chance in a figure's variance from which on no index of it means anything
+BLURRED = 0.3  # scatter over effect from which on an effect is told to be blurred
+DIFFERENCE = "_difference"  # ends the column of what a tenth of the tolerance changes in a figure
+MOTION = "energy_residual"  # differs wherever the motion does, if only in rounding
 RESAMPLES = 1000  # of the bootstrap
 _SEED = 1  # of the bootstrap: the same run gives the same intervals
 
@@ -53,6 +57,11 @@ class Effect(NamedTuple):
     scatter: float  # spread of the figure under disturbances too small to matter
     chaotic: bool  # the scatter is as large as the effect: the effect means nothing
 
+    def blurred(self) -> float:
+        """Return the scatter over the effect where that is a share to be told of, NaN elsewhere."""
+        reach = max(self.low, self.middle, self.high) - min(self.low, self.middle, self.high)
+        return self.scatter / reach if not self.chaotic and 0.0 < BLURRED * reach <= self.scatter else np.nan
+
 
 class Index(NamedTuple):
     """The share of one variable in the variance of a figure, by itself and with all its interactions."""
@@ -60,6 +69,18 @@ class Index(NamedTuple):
     path: str
     first: Estimate
     total: Estimate
+
+
+class Chance(NamedTuple):
+    """How much of a figure's variance over a design is chance: chaos, or the tolerance."""
+
+    share: float  # 0 to 1; NaN for a figure that does not vary
+    measured: bool  # from cases run again; else the most that the design allows for
+
+    @property
+    def chaotic(self) -> bool:
+        """Whether chance makes up as much of the variance as the variables do, or may do so."""
+        return bool(self.share >= CHAOTIC)
 
 
 def settings(run) -> list[Setting]:
@@ -183,14 +204,38 @@ def _indices(values: np.ndarray) -> np.ndarray:
     return np.array([(second * (mixed - first)).mean(axis=1), 0.5 * ((first - mixed) ** 2).mean(axis=1)]) / variance
 
 
+def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
+    """Return the share of chance in the variance of a figure over a design of method saltelli.
+
+    Cases that part under a disturbance are two draws of the same figure: the mean square of their difference is twice
+    the variance of chance.  Without such differences it is bounded by the smallest total index of the variables that
+    disturb the motion: chance is in all of these.
+    """
+    blocks = (len(indices) + 2, -1)
+    variance, scatter = setting.figures[figure].reshape(blocks)[:2].var(), disturbance(setting, figure)
+    if variance > 0.0 and np.isfinite(scatter):
+        return Chance(float(min(1.0, 0.5 * scatter**2 / variance)), True)
+    first, _, *mixed = setting.figures.get(MOTION, np.arange(setting.figures[figure].size)).reshape(blocks)
+    totals = [index.total.value for index, one in zip(indices, mixed, strict=True) if np.any(one != first)]
+    return Chance(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
+
+
+def disturbance(setting: Setting, figure: str) -> float:
+    """Return the rms over the cases of what a tenth of the tolerance changes in a figure; NaN where none knows."""
+    changes = setting.figures.get(figure + DIFFERENCE, np.empty(0))
+    changes = changes[np.isfinite(changes)]
+    return float(np.sqrt(np.mean(changes**2))) if changes.size else np.nan
+
+
 def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
     """Return the effect of each variable alone, from a design of method one-at-a-time, the largest first.
 
-    An InputError names the cases that failed.
+    The scatter is that of the design's own disturbed cases, or the `disturbance` where that is larger.  An InputError
+    names the cases that failed.
     """
     middle, *rest = _complete(setting, figure).tolist()
     low, high, disturbed = (rest[start::3] for start in range(3))
-    scatter = max(middle, *disturbed) - min(middle, *disturbed)
+    scatter = float(np.nanmax([max(middle, *disturbed) - min(middle, *disturbed), disturbance(setting, figure)]))
     found = [
         Effect(path, at_low, middle, at_high, scatter, 0.0 < max(at_low, middle, at_high) - min(at_low, middle, at_high)
                <= scatter)

@@ -114,8 +114,10 @@ def facts(grid, physics) -> tuple[dict, list[str]]:
     for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
         case = grid.case(index)
         for name, (value, unit) in physics.derived(case).items():
-            before = ranges.get(name, {"min": value, "max": value})
-            ranges[name] = {"unit": unit, "min": min(before["min"], value), "max": max(before["max"], value)}
+            same = ranges.get(name, {"unit": unit})["unit"] == unit  # laws give one name different dimensions
+            key = name if same else f"{name} [{unit}]"
+            before = ranges.get(key, {"min": value, "max": value})
+            ranges[key] = {"unit": unit, "min": min(before["min"], value), "max": max(before["max"], value)}
         sentences.update(dict.fromkeys(physics.warnings(case)))
     return ranges, list(sentences)[:MOST_WARNINGS]
 

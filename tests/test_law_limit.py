@@ -5,7 +5,8 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import laws
+from clearsweep import laws, scene
+from clearsweep.remarks import TOLD, Remarks, past_limits
 
 CONTACT = {"law": "hertz", "elastic": "johnson", "material": {"young": 1e6, "poisson": 0.3}}
 
@@ -19,11 +20,44 @@ def test_time_beyond_the_range_of_the_law_is_the_share_of_samples_beyond_it():
     depth = np.hypot(trajectory["joints/rod_slider/x"], trajectory["joints/rod_slider/y"]) - 0.5e-3
     assert 0.0 < np.mean(depth > limit) < 1.0
     assert trajectory.summary["rod_slider_law_limit_fraction"] == pytest.approx(np.mean(depth > limit), abs=2e-3)
+    assert trajectory.message.startswith("law-limit: rod-slider is deeper than 0.1991 mm, up to which johnson holds")
 
 
 def test_a_law_without_a_limit_is_never_beyond_it():
     trajectory = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider")))
     assert trajectory.summary["rod_slider_law_limit_fraction"] == 0.0
+    assert trajectory.message == ""
+
+
+def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
+    told = Remarks(["crank_rod", "rod_slider"])
+    zero = dict.fromkeys((f"{joint}_{figure}" for joint in told.joints for figure in TOLD), 0.0)
+    told.add({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.05})
+    told.add({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.06, "rod_slider_force_clips": 1.0})
+    told.add({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 0.5, "crank_rod_force_clips": 7.0})
+    message = past_limits([("crank-rod", "liu", np.inf, 0.0), ("rod-slider", "johnson", 2e-4, 0.125)])
+    told.add({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125})
+    told.add({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None})
+    fast, deep, clipped = told.sentences()
+    assert "in 2 of 5 cases: the fastest closes at 0.5 m/s, 10 times the 0.05 m/s" in fast
+    assert "(case c, rod-slider)" in fast
+    assert "in 1 of 5 cases, longest in case d: rod-slider is deeper than 0.2 mm, up to which johnson holds" in deep
+    assert "for 12 % of the time." in deep
+    assert "in 2 of 5 cases, most often in case c: 7 times in crank-rod." in clipped
+
+
+def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
+    told = Remarks(["pair"])
+    told.add({"case_id": "a", "message": "", **{f"pair_{figure}": 0.0 for figure in TOLD}})
+    assert told.sentences() == []
+    assert past_limits([("pair", "johnson", 1e-4, 0.0)]) == ""
+
+
+@pytest.mark.parametrize(("law", "pulls"), [("tsuji", True), ("exact", False)])
+def test_a_law_that_pulls_is_named_before_the_run(law, pulls):
+    contact = {"law": law, "stiffness": 1e9, "restitution": 0.7, **({"mass": 0.1} if pulls else {})}
+    case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})).case
+    assert any("tsuji pulls before the surfaces part" in sentence for sentence in scene.warnings(case)) == pulls
 
 
 @pytest.mark.filterwarnings("ignore:overflow")

@@ -144,14 +144,14 @@ def test_long_tables_say_that_they_are_cut(pages):
 
 
 def test_elastic_range_is_told_with_figures():
-    told = findings.elastic_range(study.prepare(Run()))[0].replace("\u00a0", " ")
-    assert "In all 108 cases" in told
-    assert "0.05 m/s" in told
-    assert "4.40 m/s" in told
-    assert "88 times" in told
+    run = Run()
+    told, = findings.limits(study.prepare(run))
+    assert "in 108 of 108 cases" in told
+    assert "the fastest closes at 4.4 m/s, 88 times the 0.05 m/s" in told
+    assert any(f"case {case_id}, rod-slider" in told for case_id in run.summary["case_id"])
     slow = Run(sweep={})
     slow.summary["rod_slider_onset_rate_max"] = 0.04
-    assert findings.elastic_range(study.prepare(slow)) == []
+    assert findings.limits(study.prepare(slow)) == []
 
 
 def test_runs_without_slider_wear_or_history_do_not_speak_of_them(pages):
@@ -273,7 +273,7 @@ def _trajectory(run):
 @pytest.mark.parametrize("ending", ["png", "svg", "html"])
 def test_one_case_is_simulated_again_and_drawn(monkeypatch, tmp_path, ending):
     run, asked = Run(), []
-    monkeypatch.setattr(single, "simulate", lambda case: asked.append(case) or _trajectory(run))
+    monkeypatch.setattr(single.Physics, "solve", lambda case: asked.append(case) or _trajectory(run))
     case_id = run.summary["case_id"][5]
     out = report.show(run, case_id, tmp_path / "deep" / f"case.{ending}")
     assert out.stat().st_size > 10_000
@@ -297,7 +297,7 @@ def test_shown_case_is_the_one_that_was_stored(tmp_path):
     sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     case_id = run.summary["case_id"][0]
-    again = single.simulate(single.resolved(study.prepare(run), case_id))
+    again = single.Physics.solve(single.to_draw(study.prepare(run), case_id))
     assert again.summary["rod_slider_force_peak"] == run.summary["rod_slider_force_peak"][0]
     assert len(again.t) > 1440
     assert report.show(run, case_id, tmp_path / "case.svg").stat().st_size > 10_000
@@ -365,7 +365,7 @@ def _browse(page: str, proxy, profile, width: int = 1280) -> dict:
     return json.loads(html.unescape(re.search(r'data-probe="([^"]*)"', done.stdout)[1]))
 
 
-@pytest.mark.parametrize(("name", "width"), [("full", 1280), ("full", 500), ("three joints", 1280)])
+@pytest.mark.parametrize(("name", "width"), [("full", 1280), ("full", 500), ("three joints", 1280), ("law names", 500)])
 def test_browser_lays_the_page_out_and_fetches_nothing(pages, proxy, tmp_path, name, width):
     page = pages(name).read_text(encoding="utf-8")
     open_page = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page)  # it would hide what it forbids

@@ -197,7 +197,81 @@ def test_an_effect_within_the_scatter_is_called_chaotic(run):
     assert any(effect.chaotic for effect in found)
 
 
+def chance(made):
+    """Return what is said of chance in the force peak of a run of method saltelli."""
+    (one,) = statistics.settings(made)
+    return statistics.chance(one, PEAK, statistics.sobol_indices(one, PEAK, list(made.grid["sample"]["drawn"])))
+
+
+def noisy(run, share):
+    """Return a run of whose force peak's variance this share is chance, and the force peaks of its cases run again."""
+    made, random = run(linear, "saltelli", 512), np.random.default_rng(1)
+    peaks = made.summary[PEAK].astype(float)
+    sigma = np.sqrt(share / (1.0 - share) * peaks.var()) if share < 1.0 else peaks.std()
+    base = peaks if share < 1.0 else peaks.mean()
+    first, again = (base + sigma * random.normal(size=len(peaks)) for _ in range(2))
+    made.summary[PEAK], made.summary["energy_residual"] = first, random.normal(size=len(peaks))
+    return made, again
+
+
+@pytest.mark.parametrize(("share", "chaotic"), [(0.0, False), (0.2, False), (0.7, True), (1.0, True)])
+def test_the_share_of_chance_is_measured_by_cases_run_again(run, share, chaotic):
+    made, again = noisy(run, share)
+    made.summary[f"{PEAK}_difference"] = again - made.summary[PEAK]
+    found = chance(made)
+    assert found.measured
+    assert found.share == pytest.approx(share, abs=0.1)
+    assert found.chaotic == chaotic
+
+
+@pytest.mark.parametrize(("share", "chaotic"), [(0.0, False), (0.2, False), (0.7, True), (1.0, True)])
+def test_the_design_alone_bounds_the_share_of_chance(run, share, chaotic):
+    found = chance(noisy(run, share)[0])
+    assert not found.measured
+    assert share - 0.1 < found.share < share + 0.2  # the weakest variable has no part of its own
+    assert found.chaotic == chaotic
+
+
+def test_a_variable_that_leaves_the_motion_alone_does_not_bound_chance(run):
+    made, _ = noisy(run, 0.7)
+    inert = made.summary.groupby([CLEARANCE, SPEED]).transform("first")
+    made.summary[[PEAK, "energy_residual"]] = inert[[PEAK, "energy_residual"]]  # Young's modulus changes nothing
+    (one,) = statistics.settings(made)
+    indices = statistics.sobol_indices(one, PEAK, list(made.grid["sample"]["drawn"]))
+    assert [index.total.value for index in indices if index.path == YOUNG] == [0.0]
+    assert statistics.chance(one, PEAK, indices).chaotic
+
+
+def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
+    made = run(linear, "one-at-a-time")
+    made.summary[f"{PEAK}_difference"] = 2.0
+    (one,) = statistics.settings(made)
+    found = {effect.path: effect for effect in statistics.effects(one, PEAK, list(made.grid["sample"]["drawn"]))}
+    assert found[SPEED].scatter == pytest.approx(2.0)
+    assert found[SPEED].chaotic  # its effect is 1.8
+    assert not found[CLEARANCE].chaotic  # 3.6
+    assert found[CLEARANCE].blurred() == pytest.approx(2.0 / 3.6)
+
+
 # ------------------------------------------------------------------------------------------------------- report
+
+
+@pytest.mark.parametrize("again", [True, False])
+def test_the_report_flags_what_is_chaotic_and_says_what_was_not_checked(run, again, tmp_path):
+    made, second = noisy(run, 1.0)
+    if again:
+        made.summary[f"{PEAK}_difference"] = second - made.summary[PEAK]
+    text = report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert ("Force peak is chaotic here" in text) == again
+    assert ("is not known to be free of chaos here" in text) != again
+    assert ("Chaos was not measured in this run" in text) != again
+    assert ("simulate: {error_check: true}" in text) != again
+    report.tables(made, tmp_path / "tables")
+    with open(tmp_path / "tables" / "sensitivity.csv", encoding="utf-8") as stream:
+        row = next(row for row in csv.DictReader(stream) if row["figure"] == "force peak")
+    assert row["verdict"] == ("chaotic" if again else "may be chaotic")
+    assert row["chance was"] == ("measured" if again else "bounded")
+    assert float(row["share of chance"]) == pytest.approx(1.0, abs=0.2)
 
 
 def test_the_report_tells_spread_and_limits(run, tmp_path):

@@ -7,8 +7,9 @@ needs a type and a body in its family under `kernels`.
 import math
 
 from ..catalogue import Catalogue
-from ..kernels.elastic import Linear
+from ..kernels.elastic import Linear, elastic_force
 from ..kernels.friction import Frictionless
+from ..kernels.normal import Lossless
 from ..kernels.wear import NoWear
 from . import elastic, friction, mechanism, normal, wear  # noqa: F401 - each enters its laws
 from .describe import text
@@ -21,9 +22,12 @@ __all__ = [
     "catalogue",
     "contact_terms",
     "derived",
+    "elastic_choices",
+    "elastic_forces",
     "friction_term",
     "material_stiffness",
     "penetration_limit",
+    "restitution",
     "text",
     "wear_term",
 ]
@@ -51,6 +55,36 @@ def penetration_limit(joint: dict) -> float:
     """Return the largest penetration (m) that the elastic law of a joint section of a case holds for, inf if any."""
     elastic_law = _elastic(joint)
     return elastic_law.limit(joint) if elastic_law else math.inf
+
+
+def elastic_forces(joint: dict, depths) -> list[float]:
+    """Return the elastic force (N) in a joint section of a case at each of some penetrations (m)."""
+    term = contact_terms(joint)[1]
+    return [float(elastic_force(term, depth)) for depth in depths]
+
+
+def elastic_choices(joint: dict) -> dict[str, dict]:
+    """Return, by name, a joint section of a case with each elastic law that its radii, length and material allow."""
+    contact, found = joint["contact"], {}
+    if _elastic(joint) is None or "material" not in contact:
+        return found
+    for law in catalogue().of("elastic"):
+        defaults = {field.name: field.default for field in law.fields if field.default is not None}
+        section = joint | {"contact": defaults | contact | {"elastic": law.name}}
+        follows = {*section["contact"], "stiffness"}  # from the material
+        known = {field.name for field in law.fields} <= follows and set(law.needs) <= {*joint, *contact}
+        values = {**joint, **{f"contact.material.{key}": value for key, value in contact["material"].items()}}
+        if known and all(limit.low <= values[limit.path] <= limit.high for limit in law.ranges):
+            found[law.name] = section
+    return found
+
+
+def restitution(joint: dict) -> float | None:
+    """Return what a free impact in a joint section of a case gives back, None where mass and speed decide that."""
+    contact, returned = joint["contact"], RECIPES["law", joint["contact"]["law"]].returned
+    if returned:
+        return float(returned(contact["restitution"]))
+    return 1.0 if isinstance(contact_terms(joint)[0], Lossless) else None
 
 
 def derived(joint: dict) -> dict[str, tuple[float, str]]:

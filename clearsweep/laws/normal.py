@@ -229,6 +229,7 @@ enter(
     restitution(zero=False),
     MASS,
     returned=lambda e: e,
+    pulls=True,
     notes="Pulls before the surfaces part, and is not clipped: the restitution holds for a release at zero "
     "penetration.  Exact for elastic: power; elsewhere n = 1.5 stands in alpha.",
 )
@@ -257,6 +258,7 @@ enter(
     MASS,
     uses_elastic=False,
     returned=lambda e: e,
+    pulls=True,
     notes="The force jumps to c times the onset rate at contact, pulls before the surfaces part and is not "
     "clipped: the restitution holds for a release at zero penetration.  kelvin-voigt with the same damping, "
     "clipped, gives back more.",
@@ -290,6 +292,7 @@ enter(
     SPRING,
     DAMPER,
     uses_elastic=False,
+    pulls=True,
     notes="The force jumps to c times the onset rate at contact and pulls before the surfaces part.  A free impact "
     "gives back exp(-pi zeta / sqrt(1 - zeta^2)), zeta = c / (2 sqrt(k m)) < 1; from zeta = 1 on the "
     "surfaces never part.  Friction takes a pulling force for none.",

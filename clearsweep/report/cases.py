@@ -63,7 +63,8 @@ def history(run, case_id: str) -> Mapping | None:
 
 def picture(panel: Panel, canvas: Canvas) -> Picture:
     """Return a panel drawn as a picture of its own."""
-    return canvas.picture(panel.paint, panel.title, panel.caption, panel.alt, size=(4.2, 3.3))
+    size = (4.2, 3.05 if panel.round else 3.3)  # a square beside a colour bar is as wide as it is high, and fits
+    return canvas.picture(panel.paint, panel.title, panel.caption, panel.alt, size=size)
 
 
 def panels(study: Study, case_id: str, path: Mapping) -> list[Panel]:

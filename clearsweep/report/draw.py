@@ -17,11 +17,13 @@ from clearsweep.report.wording import Scale
 BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"  # Okabe and Ito 2008
 INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
 JOINT_COLOURS = (BLUE, RED, GREEN)
+CURVES = (BLUE, RED, GREEN, ORANGE, PURPLE, "#56B4E9", INK)  # of many curves; the next seven are dashed
 WRITTEN = (9, 8)  # rows and columns of a heat map up to which its cells carry numbers
 CELLS_VECTOR = 150  # and with more than this are drawn as pixels
 BINS_DRAWN = 41  # edges of a histogram's bars, at most
 POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
 TICKS_NAMED = 9  # axes with more values than this name only some of them
+SLANTED = {"rotation": 40, "ha": "right", "rotation_mode": "anchor"}  # names that do not fit beside each other
 WIDTH = 36  # characters that fit beside each other below a figure
 DECADES = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
 
@@ -108,7 +110,7 @@ def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
     ax.axhline(floor / scale.factor, color=RED, linewidth=1.1, linestyle="--", label="elastic up to here (steel)")
     ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
-    _over_crank(ax, angle, legend=True)
+    _over_crank(ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=True)  # whole turns
 
 
 def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str, limits: tuple[float, float],
@@ -118,17 +120,26 @@ def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str,
     scale = wording.scale(unit, limits)
     places, spaced = _places(axis)
     strength = 0.15 if len(curves) <= 2 else 0.06
+    named, joints = spaced == "name", list(dict.fromkeys(colour for _, colour, band, _ in curves if band))
     for word, colour, band, one in curves:
-        if band:
+        if named:  # side by side, and no line: between names there is nothing
+            beside = joints.index(colour) if colour in joints else 0
+            places = np.arange(len(axis.values)) + 0.16 * (beside - 0.5 * (len(joints) - 1))
+        if band and named:
+            ax.vlines(places, one.low / scale.factor, one.high / scale.factor, color=colour, alpha=0.3, linewidth=6)
+        elif band:
             low, high = one.low / scale.factor, one.high / scale.factor
             ax.fill_between(places, low, high, color=colour, alpha=strength, linewidth=0)
-        ax.plot(places, one.medians / scale.factor, color=colour, linewidth=1.5, linestyle="-" if band else "--",
-                marker="o" if len(places) <= TICKS_NAMED else None, markersize=4, label=word)
+        ax.plot(places, one.medians / scale.factor, color=colour, linewidth=1.5,
+                linestyle="" if named else "-" if band else "--", label=word, markersize=4,
+                marker=("o" if band else "s") if named or len(places) <= TICKS_NAMED else None)
     ax.set(xlabel=axis.label(), ylabel=_with_unit(name, scale))
     if spaced == "log":
         ax.set_xscale("log")
-    if spaced == "name" or len(places) <= TICKS_NAMED:
-        _name_values(ax.xaxis, axis, places)
+    if named:
+        ax.set_xlim(-0.5, len(places) - 0.5)
+    if named or len(places) <= TICKS_NAMED:
+        _name_values(ax.xaxis, axis, _places(axis)[0])
     elif spaced == "log":
         _logarithmic(ax, "x")
     if limits[0] > 0.0 and limits[1] > DECADES * limits[0]:
@@ -138,6 +149,63 @@ def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str,
     if len(curves) > 1:
         ax.legend(loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncols=3, columnspacing=1.0, handlelength=1.6,
                   frameon=False, borderaxespad=0.2)
+
+
+def strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: Scale) -> None:
+    """Draw one row of points (SI, scaled) for each name, from the bottom up, with a bar at its median."""
+    for place, (_, values) in enumerate(groups):
+        ax.plot(values / scale.factor, np.full(len(values), place), "o", color=BLUE, markersize=4.5, alpha=0.55,
+                markeredgewidth=0, rasterized=len(values) > POINTS_VECTOR)
+        ax.plot(np.median(values) / scale.factor, place, "|", color=RED, markersize=11, markeredgewidth=2.2)
+    everything = np.concatenate([values for _, values in groups])
+    if everything.min() > 0.0 and everything.max() > 4.0 * everything.min():  # else a logarithmic axis has no ticks
+        _logarithmic(ax, "x")
+    _rows(ax, [law for law, _ in groups])
+    ax.set_xlabel(_with_unit(name, scale))
+
+
+def returned(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
+    """Draw, name by name, the restitution given back beside that asked for (NaN: none); a row is (name, asked, got)."""
+    names = list(dict.fromkeys(row[0] for row in rows))[::-1]
+    for number, (name, asked, got) in enumerate(rows):
+        place = names.index(name)
+        ax.plot([asked, got], [place, place], "-", color=GREY, linewidth=1.2, zorder=1)
+        ax.plot(asked, place, "o", markerfacecolor="white", color=INK, markersize=6,
+                label="asked for" if number == 0 else None)
+        ax.plot(got, place, "D", color=RED, markersize=4.5, label="given back" if number == 0 else None)
+    _rows(ax, names)
+    ax.set_xlabel("restitution")
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
+
+
+def elastic(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
+    """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used: the others are grey)."""
+    scale = wording.scale("m", depths)
+    for (name, forces, used), number in zip(curves, _counted(curves), strict=True):
+        dash = ("-", "--", ":")[number // len(CURVES) % 3]
+        ax.plot(depths / scale.factor, forces, color=CURVES[number % len(CURVES)] if used else PALE,
+                linestyle=dash if used else "-", linewidth=1.6 if used else 1.1, label=name if used else None,
+                zorder=2 if used else 1)
+    ax.set(xscale="log", yscale="log", xlabel=f"penetration [{scale.unit}]", ylabel="elastic force [N]")
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
+    if not all(used for *_, used in curves):
+        ax.plot([], [], color=PALE, linewidth=1.1, label="others")
+    _quiet(ax)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=2.4)
+
+
+def _counted(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:
+    """Return how many used curves come before each."""
+    return [sum(used for *_, used in curves[:place]) for place in range(len(curves))]
+
+
+def _rows(ax: Axes, names: Sequence[str]) -> None:
+    """Name the rows of a drawing, from the bottom up."""
+    ax.set_yticks(np.arange(len(names)), names)
+    ax.set_ylim(-0.6, len(names) - 0.4)
+    ax.tick_params(axis="y", length=0)
+    _quiet(ax)
 
 
 def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name: str) -> None:
@@ -203,7 +271,7 @@ def _over_crank(ax: Axes, angle: np.ndarray, legend: bool) -> None:
     """Set up the crank angle as abscissa."""
     degrees = np.round(np.degrees(angle), 3)  # so that whole turns end on a tick
     turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
-    step = 90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, turns // 8)
+    step = 90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, int(np.ceil(turns / 6)))
     ax.xaxis.set_major_locator(MultipleLocator(step))
     if len(degrees):
         ax.set_xlim(degrees.min(), max(degrees.max(), degrees.min() + 1.0))
@@ -222,8 +290,12 @@ def _places(axis: Axis) -> tuple[np.ndarray, str]:
 
 
 def _name_values(side, axis: Axis, places: np.ndarray) -> None:
-    """Write the values of a grid axis at their places; only some of them where they are many."""
+    """Write the values of a grid axis at their places; only some of the numbers where they are many."""
     longest = max(len(_short(axis, value)) for value in axis.values)
+    if not axis.numeric:
+        slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > WIDTH
+        side.set_ticks(places, axis.values, **(SLANTED if slanted else {}))
+        return
     room = TICKS_NAMED if side.axis_name == "y" else max(2, WIDTH // (longest + 2))
     way = np.log(places) if side.get_scale() == "log" else places
     named, least = [0], 0.99 * (way.max() - way.min()) / room

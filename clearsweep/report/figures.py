@@ -76,9 +76,15 @@ def drivers(study: Study, canvas: Canvas) -> list[Picture]:
         return []
     lead = study.lead
     forces = _drivers(study, canvas, ((lead.figure, lead.short, True), ("force_rms", "rms", False)), "force")
-    if not study.has(joint.column(RATIO)) or len(study.levels()) == 1:
+    if not study.has(joint.column(RATIO)) or len(study.levels()) == 1 or not _ideal_varies(study, joint):
         return forces
     return forces + _drivers(study, canvas, ((RATIO, "p99 / ideal", True),), "p99 / ideal peak")
+
+
+def _ideal_varies(study: Study, joint: Joint) -> bool:
+    """Tell whether a force over that of the ideal joint shows anything that the force itself does not."""
+    column = joint.column("force_peak_ideal")
+    return study.has(column) and study.cases[column].nunique() > 1
 
 
 def _drivers(study: Study, canvas: Canvas, figures: tuple, name: str) -> list[Picture]:
@@ -122,8 +128,8 @@ def maps(study: Study, joint: Joint, canvas: Canvas) -> list[Picture]:
     pairs = [tuple(sorted(pair, key=study.axes.index)) for pair in itertools.combinations(ranked, 2)][:PAIRS]
     if not pairs or not study.has(lead):
         return []
-    more = [("p99 / ideal peak", joint.column(RATIO)),
-            (impacts_name(study), joint.column("impacts_per_rev")),
+    more = [("p99 / ideal peak", joint.column(RATIO))] if _ideal_varies(study, joint) else []
+    more = [*more, (impacts_name(study), joint.column("impacts_per_rev")),
             ("time in contact", joint.column("contact_fraction")), ("wear depth", joint.column("wear_depth_max"))]
     if joint == study.hardest_joint():
         more += [("slider error", "slider_error_max"), ("measured restitution", "pair_restitution")]

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearsweep import remarks
 from clearsweep.outcome import ELASTIC_ONSET
 from clearsweep.report import wording
 from clearsweep.report.study import RATIO, Axis, Joint, Study, position
@@ -100,7 +101,7 @@ def headline(study: Study) -> list[str]:
         *_slider(study),
         *_wear(study),
         *_restitution(study),
-        *elastic_range(study),
+        *limits(study),
         *_chaos(study, joint),
     ]
 
@@ -211,18 +212,9 @@ def _chaos(study: Study, joint: Joint) -> list[str]:
     return [said]
 
 
-def elastic_range(study: Study) -> list[str]:
-    """Return the sentence on impacts too fast for an elastic contact law, if there are any."""
-    columns = [joint.column("onset_rate_max") for joint in study.joints]
-    fastest = study.cases[columns].max(axis=1)
-    beyond = int((fastest > ELASTIC_ONSET).sum())
-    if not beyond:
-        return []
-    top = fastest.max()
-    everywhere = f"In all {wording.count(beyond, 'case')}" if beyond > 1 else "Here"
-    of_all = everywhere if beyond == len(fastest) else f"In {beyond} of {wording.count(len(fastest), 'case')}"
-    said = (f"{of_all} contacts begin faster than about {ELASTIC_TEXT}, up to which steel stays "
-            f"elastic (10⁻⁵ √(E/density)); the fastest begins at {wording.text(top, 'm/s')}, "
-            f"{wording.plain(top / ELASTIC_ONSET, 2)} times that. Yield and plastic flow are possible there: the "
-            "elastic forces are an upper bound, the penetrations and losses a lower one.")
-    return [said]
+def limits(study: Study) -> list[str]:
+    """Return where the cases leave what their laws are made for, as the run's closing words tell it."""
+    told = remarks.Remarks(joint.name for joint in study.joints)
+    for row in study.cases.reset_index()[remarks.columns(told.joints)].to_dict("records"):
+        told.add(row)
+    return told.sentences()

@@ -7,7 +7,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from clearsweep.report import cases, figures, findings, probability, tabular, wording
+from clearsweep.report import cases, figures, findings, laws, probability, tabular, wording
 from clearsweep.report.study import BASE, RATIO, Study, dig, prepare
 from clearsweep.report.tabular import SHOWN
 
@@ -34,6 +34,7 @@ def render(study: Study) -> str:
         method=(record.get("sample") or {}).get("method"),
         drivers=figures.drivers(study, canvas),
         effects=tabular.main_effects(study),
+        laws=[(part, [draw(canvas) for draw in part.drawings]) for part in laws.parts(study)],
         maps=[(joint, figures.maps(study, joint, canvas)) for joint in study.joints],
         tradeoffs=figures.tradeoffs(study, canvas),
         detailed=cases.detailed(study, canvas),

@@ -8,6 +8,7 @@ from clearsweep import statistics
 from clearsweep.errors import InputError
 from clearsweep.report import draw, wording
 from clearsweep.report.figures import Canvas, Picture
+from clearsweep.report.findings import percent
 from clearsweep.report.study import Study
 from clearsweep.report.tabular import Column, Quantity, Table
 from clearsweep.statistics import Estimate, Setting
@@ -64,7 +65,8 @@ def _tables(study: Study, samples: list[Setting]) -> tuple[list[Table], list[str
     if method in INDEPENDENT:
         return [table for table in (_spreads(study, samples), _limits(study, samples)) if table.rows], []
     try:
-        return [(_indices if method == "saltelli" else _effects)(study, samples)], []
+        table, sentences = (_indices if method == "saltelli" else _effects)(study, samples)
+        return [table], sentences
     except InputError as refusal:
         return [], [f"No sensitivity. {refusal}"]
 
@@ -116,37 +118,72 @@ def _limits(study: Study, samples: list[Setting]) -> Table:
     return Table("limits", "How likely limits are exceeded", note.strip(), columns, rows)
 
 
-def _indices(study: Study, samples: list[Setting]) -> Table:
-    """Return the Sobol indices of every variable on every figure."""
+def _indices(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
+    """Return the Sobol indices of every variable on every figure, and what is to be said of chaos."""
     paths, names = _variables(study)
     columns = (Column("figure"), *_others(study), Column("variable"), *_heads("first-order index"),
-               *_heads("total index"))
-    rows = [(figure.name, *_point(study, one), names[index.path], *_cells(index.first, "1"), *_cells(index.total, "1"))
-            for figure in _figures(study) for one in samples
-            for index in statistics.sobol_indices(one, figure.column, paths)]
+               *_heads("total index"), Column("share of chance"), Column("chance was", file_only=True),
+               Column("verdict"))
+    rows, flagged, measured = [], {}, False
+    for figure in _figures(study):
+        for one in samples:
+            found = statistics.sobol_indices(one, figure.column, paths)
+            chance = statistics.chance(one, figure.column, found)
+            measured |= chance.measured
+            verdict = "" if not chance.chaotic else "chaotic" if chance.measured else "may be chaotic"
+            if verdict:
+                flagged[figure.name] = verdict
+            bound = "" if chance.measured or not chance.share >= 0.01 else "at most about "
+            rows += [(figure.name, *_point(study, one), names[index.path], *_cells(index.first, "1"),
+                      *_cells(index.total, "1"),
+                      Quantity(chance.share, bound + percent(chance.share) if index is found[0] else ""),
+                      "measured" if chance.measured else "bounded", verdict if index is found[0] else "")
+                     for index in found]
     note = ("First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
-            "interactions. In brackets the bootstrap interval. Where all first-order indices are near 0 and all totals "
-            "near 1 the figure is chaotic and its indices say nothing: take p99 or rms, not single peaks.")
-    return Table("sensitivity", "Sobol indices", note, columns, rows)
+            "interactions. In brackets the bootstrap interval. Share of chance: what of the variance is chaos, not the "
+            "variables; from a half on the figure is chaotic, its spread under a tiny disturbance as large as its "
+            "effect.")
+    sentences = [_advice([name for name in flagged if flagged[name] == verdict], verdict)
+                 for verdict in dict.fromkeys(flagged.values())]
+    if not measured:
+        sentences.append("Chaos was not measured in this run, only bounded: its share of the variance is at most the "
+                         "smallest total index of a variable that moves anything. simulate: {error_check: true} "
+                         "measures it.")
+    return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
 
 
-def _effects(study: Study, samples: list[Setting]) -> Table:
-    """Return the effect of every variable alone on every figure."""
+def _effects(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
+    """Return the effect of every variable alone on every figure, and what is to be said of chaos."""
     paths, names = _variables(study)
     columns = (Column("figure"), Column("figure unit", file_only=True), *_others(study), Column("variable"),
                Column("at its 5 % quantile"), Column("in the middle"), Column("at its 95 % quantile"),
                Column("scatter"), Column("verdict"))
-    rows = []
+    rows, flagged = [], {}
     for figure in _figures(study):
         for one in samples:
             for effect in statistics.effects(one, figure.column, paths):
                 numbers = (effect.low, effect.middle, effect.high, effect.scatter)
-                verdict = "chaotic: scatter as large as the effect" if effect.chaotic else ""
+                blurred = effect.blurred()
+                verdict = "" if np.isnan(blurred) else f"blurred: scatter is {percent(blurred)} of the effect"
+                if effect.chaotic:
+                    verdict = "chaotic: scatter as large as the effect"
+                    flagged[figure.name] = verdict
                 rows.append((figure.name, figure.unit, *_point(study, one), names[effect.path],
                              *(Quantity(value, wording.text(value, figure.unit)) for value in numbers), verdict))
     note = ("One variable at a time, the others at their medians. Scatter: how far the figure moves under disturbances "
-            "of one part in a thousand million of the variables' ranges.")
-    return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows)
+            "of one part in a thousand million of the variables' ranges, or a tenth of the tolerance where the run "
+            "tried that too.")
+    return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), (
+        [_advice(list(flagged), "chaotic")] if flagged else [])
+
+
+def _advice(figures: list[str], verdict: str) -> str:
+    """Return what to do about figures that are chaotic or may be."""
+    what = "is" if len(figures) == 1 else "are"
+    said = f"{what} chaotic here" if verdict == "chaotic" else f"{what} not known to be free of chaos here"
+    whom = "it" if len(figures) == 1 else "them"
+    told = f"{wording.sentence_list(figures)} {said}: what a variable seems to do to {whom} may be chance."
+    return f"{told[0].upper()}{told[1:]} Take p99 or rms in place of peaks, or a longer run."
 
 
 def _histogram(canvas: Canvas, study: Study, one: Setting, figure: Figure) -> Picture:

@@ -1,16 +1,15 @@
 """One case, simulated again and drawn: orbit, force, slider, drive and contact onsets."""
 
-import copy
 from pathlib import Path
 
 import pandas as pd
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-import clearsweep
 from clearsweep.errors import InputError
+from clearsweep.physics import Physics
 from clearsweep.report import cases, figures, page, wording
-from clearsweep.report.study import Study, prepare
+from clearsweep.report.study import Study, prepare, resolved
 
 SAMPLES = 1440  # per revolution at least, so that single contacts show
 COLUMNS = 2  # of panels in a PNG or SVG
@@ -24,7 +23,7 @@ def show(run, case_id: str, out: Path) -> Path:
     study = prepare(run)
     if case_id not in study.cases.index and case_id not in study.failed.index:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
-    result = simulate(resolved(study, case_id))
+    result = Physics.solve(to_draw(study, case_id))
     panels = drawn(study, case_id, result)
     if not panels:
         raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
@@ -35,28 +34,14 @@ def show(run, case_id: str, out: Path) -> Path:
     return _sheet(panels, f"{title}\n{study.setting(case_id)}".strip(), out)
 
 
-def resolved(study: Study, case_id: str) -> dict:
-    """Return a case of a run in SI as a dict of the shape of a grid without sweep, its history to be saved."""
-    case = copy.deepcopy(study.base)
-    for axis in study.axes:
-        *way, leaf = axis.path.split(".")
-        node = case
-        for key in way:
-            node = node.setdefault(key, {})
-        value = study.value(case_id, axis.path)
-        if value is not None:  # a law that this case does not use takes none
-            node[int(leaf) if isinstance(node, list) else leaf] = value
-    save = case.setdefault("save", {})
+def to_draw(study: Study, case_id: str) -> dict:
+    """Return a case of a run in SI, its history to be saved finely."""
+    case = resolved(study, [case_id])[0]
+    save = case["save"]
     save["samples"] = max(int(save.get("samples", 0)), SAMPLES)
-    if save.get("orbits", "none") == "none":
+    if save["orbits"] == "none":
         save["orbits"] = "last"
     return case
-
-
-def simulate(case: dict):
-    """Return the trajectory of a resolved case."""
-    solve = clearsweep.simulate  # first: its module names the compiler's cache
-    return solve(clearsweep.load_case(case))
 
 
 def drawn(study: Study, case_id: str, result) -> list[cases.Panel]:

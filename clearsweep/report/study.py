@@ -1,14 +1,18 @@
 """A run prepared for reading: its axes in units for people, its finished and failed cases, its joints."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from clearsweep import grid
+from clearsweep.physics import Physics
 from clearsweep.report import wording
 from clearsweep.report.wording import Scale
 
 BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json keeps the values that make a case
+WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 RATIO = "p99_over_ideal"  # figure of a joint that is made here: force p99 over the peak of the ideal joint
 
 DIGITS = 4  # of a swept value, where these tell its values apart
@@ -95,11 +99,11 @@ class Study(NamedTuple):
         """Return the axes with a few values that many cases share, by which cases can be compared."""
         return tuple(axis for axis in self.swept() if not axis.scattered)
 
-    def setting(self, case_id: str) -> str:
-        """Return the swept values of a case in words, '' without sweep."""
+    def setting(self, case_id: str, without: Axis | None = None) -> str:
+        """Return the swept values of a case in words, all but those of one axis; '' without sweep."""
         row = self._row(case_id)
         return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.swept()
-                         if not pd.isna(row[axis.path]))
+                         if axis is not without and not pd.isna(row[axis.path]))
 
     def value(self, case_id: str, path: str):
         """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
@@ -147,6 +151,14 @@ def prepare(run) -> Study:
             cases[joint.column(RATIO)] = cases[joint.column("force_p99")] / ideal.where(ideal > 0.0)
             units[joint.column(RATIO)] = "1"
     return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base)
+
+
+def resolved(study: Study, case_ids: Iterable[str]) -> list[dict]:
+    """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
+    record = study.run.grid
+    loaded = grid.load({key: record[key] for key in (*BASE, *WAYS) if key in record}, Physics.catalogue())
+    return [loaded.case(loaded.index({axis.path: study.value(case_id, axis.path) for axis in study.axes}))
+            for case_id in case_ids]
 
 
 def position(axis: Axis, values: pd.Series) -> np.ndarray:

@@ -72,6 +72,7 @@ PEAKS = (
     ("onset_rate_max", "fastest onset", "m/s"),
     ("penetration_max", "penetration", "m"),
 )
+PAST_LAWS = (("law_limit_fraction", "time past its law's range"), ("force_clips", "clips"))  # shown where there are any
 SLIDER = (
     ("slider_error_max", "slider error", "m"),
     ("slider_acceleration_peak", "slider acc. peak", "m/s^2"),
@@ -107,9 +108,9 @@ def write(run, directory: Path) -> list[Path]:
 
 def every(study: Study) -> list[Table]:
     """Return the tables of a run, those that have nothing to say left out."""
-    from clearsweep.report import probability
+    from clearsweep.report import laws, probability
 
-    found = [best_by_speed(study), *probability.tables(study), main_effects(study),
+    found = [best_by_speed(study), *probability.tables(study), main_effects(study), *laws.tables(study),
              *(peaks(study, joint) for joint in study.joints), slider(study),
              *(wear(study, joint) for joint in study.joints if joint.wears), failed(study)]
     return [table for table in found if table.rows]
@@ -120,6 +121,8 @@ def peaks(study: Study, joint: Joint) -> Table:
     figures = [(joint.column(figure), Column(name, unit)) for figure, name, unit in PEAKS]
     if study.mechanism == "impact-pair":
         figures = [(column, Column("impacts") if head.name == "impacts per rev." else head) for column, head in figures]
+    figures += [(joint.column(figure), Column(name)) for figure, name in PAST_LAWS
+                if study.has(joint.column(figure)) and (study.cases[joint.column(figure)] > 0.0).any()]
     figures.append(("slider_error_max", Column("slider error", "m")))
     title = f"Forces in joint {joint.title}"
     return _cases(study, f"peaks_{joint.name}", title, figures, joint.column(study.lead.figure))
@@ -221,6 +224,8 @@ def _affected(study: Study) -> list[tuple[str, str]]:
 def _scale(column: Column, values: list) -> wording.Scale:
     if column.axis is not None:
         return column.axis.scale
+    if values and all(isinstance(value, Quantity) for value in values):
+        return wording.Scale(1.0, "")  # each carries its unit
     return wording.scale(column.unit, [value for value in values if not isinstance(value, (str, Quantity))])
 
 

@@ -118,6 +118,8 @@ def axis_name(path: str, joints: int = 1) -> str:
     parts = path.split(".")
     if path == "drive.speed":
         return "crank speed"
+    if path.endswith(".contact.elastic"):
+        parts = [*parts[:-2], "elastic", "law"]
     if parts[-2:-1] == ["masses"]:
         return f"mass of body {int(parts[-1]) + 1}"
     if parts[0] == "joints" and len(parts) > 2:
@@ -132,11 +134,14 @@ def joint_name(name: str) -> str:
 
 
 def _leaf(parts: list[str]) -> str:
+    if parts[-1] in _NAMES:
+        return _NAMES[parts[-1]]
     telling = parts if len(parts) < 2 or parts[-1] not in _SPEAKS_FOR_ITSELF else parts[-1:]
     return " ".join(telling).replace("_", " ").replace("-", " ")
 
 
-_SPEAKS_FOR_ITSELF = {"stiffness", "restitution", "damping", "exponent", "young", "poisson"}
+_NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
+_SPEAKS_FOR_ITSELF = {"stiffness", "restitution", "damping", "exponent"}
 
 
 def _largest(values) -> float:

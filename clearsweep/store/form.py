@@ -65,7 +65,7 @@ def summary_schema(form: Form) -> pa.Schema:
     columns += [outcome.Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float")
                 for axis in form.axes]
     columns += [outcome.Column("status", "", "'ok', or the word for how the case failed", "text"),
-                outcome.Column("message", "", "the failure in a sentence", "text")]
+                outcome.Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text")]
     columns += outcome.summary_columns(form.layout)
     return pa.schema([pa.field(column.name, types[column.kind],
                                metadata={"unit": column.unit, "description": column.description})

@@ -1,0 +1,206 @@
+"""The report shows what the choice of a law does: spread between laws, restitution given back, elastic forces."""
+
+import csv
+import re
+
+import numpy as np
+import pytest
+from mechanism_cases import PAIR, changed
+from report_fake import RPM, Run
+from test_report import Page
+
+from clearsweep import grid, report, sweeping
+from clearsweep.physics import Physics
+from clearsweep.report import laws, stiffness, study
+
+JOINT = "joints.rod-slider"
+LAW, ELASTIC, RESTITUTION = f"{JOINT}.contact.law", f"{JOINT}.contact.elastic", f"{JOINT}.contact.restitution"
+SPEEDS = {"drive.speed": [1000 * RPM, 2000 * RPM, 3000 * RPM]}
+STEEL = {"law": "exact", "material": {"young": 207e9, "poisson": 0.3}, "thickness": 5e-3, "restitution": 0.7}
+PEAK = "rod_slider_force_peak"
+
+
+def of_laws(more=SPEEDS):
+    """Return a run over two laws whose force peaks differ by 3, at the highest speed by 6, and by nothing else."""
+    run = Run(sweep={LAW: ["lankarani-nikravesh", "exact"], **more}, histories=False, wear=False)
+    run.summary[PEAK] = 100.0 * run.summary["drive.speed"]
+    factor = np.where(run.summary["drive.speed"] == max(SPEEDS["drive.speed"]), 6.0, 3.0)
+    run.summary[PEAK] *= np.where(run.summary[LAW] == "exact", factor, 1.0)
+    return run
+
+
+def of_elastic(names, contact=STEEL):
+    """Return a run over elastic laws of a steel joint; over none the law is `power`."""
+    run = Run(sweep={ELASTIC: names} if names else {}, histories=False, wear=False)
+    run.grid["joints"]["rod-slider"]["contact"] = dict(contact)
+    return run
+
+
+def part(run, key):
+    return next(part for part in laws.parts(study.prepare(run)) if part.key.startswith(key))
+
+
+def table(run, key):
+    return next(table for table in laws.tables(study.prepare(run)) if table.key.endswith(key))
+
+
+def text(run, tmp_path):
+    return Page(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8")).text
+
+
+def test_spread_is_taken_between_cases_that_differ_in_the_law_alone():
+    spread = table(of_laws(), "contact_law_spread")
+    figure, joint, count, median, largest, low, weakest, high, strongest, at = spread.rows[0]
+    assert (figure, joint, count.value) == ("force peak", "rod-slider", 3)
+    assert (median, largest) == (pytest.approx(3.0), pytest.approx(6.0))
+    assert (weakest, strongest, at) == ("lankarani-nikravesh", "exact", "crank speed 3000\u00a0rpm")
+    assert high.value / low.value == pytest.approx(6.0)
+
+
+def test_a_law_is_measured_against_the_others_at_equal_values():
+    rows = {row[0]: row for row in table(of_laws(), "contact_law_rod_slider").rows}
+    assert rows["exact"][5] == pytest.approx(3.0 / 2.0)  # median of 2 values: their mean
+    assert rows["lankarani-nikravesh"][5] == pytest.approx(1.0 / 2.0)
+
+
+def test_a_failed_case_leaves_its_comparison_out():
+    run = of_laws()
+    fastest = run.summary["drive.speed"] == max(SPEEDS["drive.speed"])
+    run.summary.loc[fastest & (run.summary[LAW] == "exact"), ["status", PEAK]] = ["step-budget", None]
+    row = table(run, "contact_law_spread").rows[0]
+    assert row[2].value == 2
+    assert row[4] == pytest.approx(3.0)
+
+
+def test_a_law_without_a_swept_value_stands_beside_all_of_its_values():
+    run = Run(sweep={LAW: ["hertz", "exact"], RESTITUTION: [0.5, 0.9], **SPEEDS})
+    idle = (run.summary[LAW] == "hertz") & (run.summary[RESTITUTION] == 0.9)
+    run.summary = run.summary[~idle].reset_index(drop=True)
+    run.summary.loc[run.summary[LAW] == "hertz", RESTITUTION] = None
+    row = table(run, "contact_law_spread").rows[0]
+    assert row[2].value == 6
+    given = {row[0]: row[1:3] for row in table(run, "restitution").rows if row[0] == "hertz"}
+    assert np.isnan(given["hertz"][0])
+    assert given["hertz"][1] == 1.0
+
+
+def test_laws_that_never_meet_at_equal_values_are_not_compared():
+    run = of_laws()
+    run.grid["zip"] = run.grid.pop("sweep")
+    run.summary = run.summary[(run.summary[LAW] == "exact") == (run.summary["drive.speed"] > 200.0)]
+    run.summary = run.summary.reset_index(drop=True)
+    assert "No two finished cases differ in the contact law alone" in part(run, "laws_").sentences[0]
+    assert not any(one.key.endswith("spread") for one in laws.tables(study.prepare(run)))
+
+
+def test_restitution_asked_for_stands_beside_what_each_law_gives_back(tmp_path):
+    run = of_laws({RESTITUTION: [0.5, 0.9], **SPEEDS})
+    rows = {row[:2]: row[2] for row in table(run, "restitution").rows}
+    assert rows["lankarani-nikravesh", 0.5] == pytest.approx(0.7252, abs=5e-5)
+    assert rows["lankarani-nikravesh", 0.9] == pytest.approx(0.9132, abs=5e-5)
+    assert rows["exact", 0.5] == pytest.approx(0.5, abs=1e-9)
+    assert "Asked for a restitution of 0.5, a free impact gives back 0.500 (exact) to 0.725 (lankarani-" in text(
+        run, tmp_path)
+
+
+def test_an_impact_pair_measures_what_its_laws_give_back():
+    path = "joints.pair.contact.law"
+    names = ["lankarani-nikravesh", "exact"]
+    run = Run(sweep={path: names}, joints=("pair",), mechanism="impact-pair", wear=False)
+    pair = changed(PAIR, {"joints.pair.contact.restitution": 0.9, "sweep": {path: names}})
+    run.grid |= grid.load(pair, Physics.catalogue()).resolved()
+    run.summary["pair_restitution"] = np.where(run.summary[path] == "exact", 0.9, 0.91)
+    rows = {row[0]: row for row in table(run, "restitution").rows}
+    assert (rows["exact"][-1], rows["lankarani-nikravesh"][-1]) == (0.9, 0.91)
+
+
+def test_the_choice_of_the_elastic_law_moves_the_force_fourteenfold(tmp_path):
+    run = of_elastic(["winkler", "power", "johnson"])
+    told = text(run, tmp_path)
+    assert ("At a penetration of 1 µm these elastic laws differ by a factor of 14.2: 66.1 N (power) to 939 N "
+            "(winkler); by 30.2 at 0.1 µm") in told
+    assert "elastic law winkler, power, johnson" in told
+    rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
+    assert rows["johnson"][2:7] == pytest.approx((63.068, 814.618, 5158.36, 11700.0, 27138.3), rel=1e-4)
+    assert rows["johnson"][8] == pytest.approx(0.1991e-3, rel=1e-3)
+    assert np.isnan(rows["power"][8])
+
+
+def test_a_material_shows_what_other_elastic_laws_would_give(tmp_path):
+    run = of_elastic([], {**STEEL, "elastic": "johnson"})
+    del run.grid["joints"]["rod-slider"]["contact"]["thickness"]
+    rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
+    assert rows["johnson"][1] == "yes"
+    assert not any(row[1] for law, row in rows.items() if law != "johnson")
+    assert "winkler" not in rows  # nothing says how thick its layer would be
+    assert "What another elastic law would give in joint rod-slider" in text(run, tmp_path)
+    assert [part.key for part in laws.parts(study.prepare(Run()))] == []  # no material, no law swept
+
+
+def test_the_other_elastic_laws_are_those_that_a_grid_with_this_joint_may_name():
+    joint = {"bearing_radius": 0.01, "clearance": 2e-6, "contact": {"law": "exact", "elastic": "power", "exponent": 1.5,
+                                                                   "restitution": 0.7, "material": STEEL["material"]}}
+    assert set(Physics.elastic_choices(joint)) == {"power", "lankarani-nikravesh-cylindrical"}  # no length
+    allowed = set(Physics.elastic_choices(joint | {"length": 0.02}))
+    assert "johnson" in allowed
+    assert "pereira" not in allowed  # fitted to clearances from 5 µm on
+    assert Physics.elastic_choices(joint | {"contact": {"law": "kelvin-voigt", "stiffness": 1e9, "damping": 1.0}}) == {}
+
+
+def test_laws_of_another_version_leave_the_rest_of_the_page(tmp_path):
+    run = of_laws()
+    run.grid["sweep"][LAW] = ["lankarani-nikravesh", "forgotten"]
+    run.summary[LAW] = run.summary[LAW].replace("exact", "forgotten")
+    told = text(run, tmp_path)
+    assert "Spread between the contact laws" in told
+    assert "This version does not know every law of this run" in told
+    assert "given back" not in told
+
+
+def test_tables_of_laws_are_written_with_their_units(tmp_path):
+    report.tables(of_elastic(["power", "johnson"]), tmp_path)
+    rows = list(csv.reader((tmp_path / "elastic_force_rod_slider.csv").open(encoding="utf-8")))
+    assert rows[0][:4] == ["elastic law", "used here", "at 0.1\u00a0µm [N]", "at 1\u00a0µm [N]"]
+    assert float(rows[1][3]) == pytest.approx(66.102, rel=1e-4)
+    heads = next(csv.reader((tmp_path / "laws_rod_slider_contact_elastic_rod_slider.csv").open(encoding="utf-8")))
+    assert "force peak [N]" in heads
+
+
+@pytest.mark.parametrize("name", ["law_comparison", "two_joints", "probabilistic", "thousand_cases"])
+def test_every_case_is_found_again_by_its_values(name):
+    cases = grid.load(f"configs/{name}.yaml", Physics.catalogue())
+    for index in range(0, len(cases), max(1, len(cases) // 50)):
+        assert cases.index(cases.point(index)) == index
+    with pytest.raises(ValueError, match="no case"):
+        cases.index(dict.fromkeys(cases.axes, -1.0))
+
+
+def test_a_case_is_resolved_again_with_the_keys_that_it_uses():
+    cases = grid.load("configs/law_comparison.yaml", Physics.catalogue())
+    run = Run(sweep={path: list(values) for path, values in cases.axes.items()}, wear=False)
+    run.grid |= cases.resolved()
+    given = study.prepare(run)
+    for case_id in given.cases.index[::10]:
+        case, = study.resolved(given, [case_id])
+        uses = case["joints"]["rod-slider"]["contact"]["elastic"]
+        assert uses == given.value(case_id, ELASTIC)
+        assert ("thickness" in case["joints"]["rod-slider"]["contact"]) == (uses == "winkler")
+
+
+def test_ranges_of_what_is_derived_hold_one_unit_each():
+    cases = grid.load("configs/law_comparison.yaml", Physics.catalogue())
+    derived, _ = sweeping.facts(cases, Physics)
+    stiff = {name: one for name, one in derived.items() if "contact.stiffness" in name}
+    assert {one["unit"] for one in stiff.values()} == {"N/m^1.5", "N/m^1.16257", "N/m^1.02531"}
+    assert all(one["min"] == one["max"] for one in stiff.values())
+
+
+def test_every_law_that_is_drawn_is_named():
+    names = ["power", "johnson", "radzimovsky", "esdu-78035", "dubowsky-freudenstein", "liu", "winkler", "persson"]
+    drawn = part(of_elastic(names), "laws_").drawings[-1]
+    from clearsweep.report.figures import Canvas
+
+    svg = drawn(Canvas()).svg
+    assert all(f">{name}<" in svg for name in names)
+    assert len(set(re.findall(r"#[0-9a-f]{6}", svg.lower()))) >= 8
+    assert len(stiffness.CURVE) > 20
