@@ -1,5 +1,7 @@
 """The equations of motion written anew for the speed comparison, against the compiled ones."""
 
+import json
+
 import numpy as np
 import pytest
 from bench import mechanics, speed
@@ -61,10 +63,11 @@ def test_errors_out_of_order_are_pooled():
 
 def test_a_ratio_says_whether_what_was_asked_is_met():
     times = {speed.OURS: 1.0, speed.SODA: 3.0, speed.SCIPY: 250.0}
-    rows = [{"method": method, "error_first_half": error, "ms_per_revolution": factor * time}
+    rows = [{"method": method, "error_first_half": error, "ms_per_revolution": np.float64(factor * time)}
             for method, time in times.items() for error, factor in ((1e-6, 0.5), (1e-10, 2.0))]  # fmt: skip
     found = {ratio["method"]: ratio for ratio in speed.ratios({"name": "b_base", "rows": rows})}
     assert found[speed.SODA]["over_ours"] == pytest.approx(3.0)
     assert found[speed.SODA]["met"] is False
     assert found[speed.SCIPY]["met"] is True
     assert found[speed.OURS]["met"] is None
+    assert json.loads(json.dumps(found, allow_nan=False)) == found

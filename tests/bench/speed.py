@@ -106,7 +106,7 @@ def ratios(entry: dict) -> list[dict]:
         slower = theirs / ours if ours and theirs else None
         asked = ASKED.get(method)
         found.append({"problem": entry["name"], "method": method, "ms_per_revolution": theirs, "over_ours": slower,
-                      "asked": asked, "met": slower >= asked if slower and asked else None})  # fmt: skip
+                      "asked": asked, "met": bool(slower >= asked) if slower and asked else None})  # fmt: skip
     return found
 
 

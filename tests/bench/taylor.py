@@ -14,13 +14,14 @@ from clearsweep.kernels.event import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
 from clearsweep.verify.yardsticks import Solution
 
+from .mechanics import FREE, PRESSED
+
 SHALLOW = 1e-9  # m
-FREE, PRESSED = 0, 1
 
 
 @functools.cache
-def integrators(problem_name, tolerance, mechanism, joint, rate):
-    """Return the integrators of free flight and of contact, whose parameter is the onset rate (m/s)."""
+def integrators(tolerance, mechanism, joint, rate):
+    """Return the integrators of free flight and of contact, whose parameter is the onset rate (m/s); no gravity."""
     crank, rod, center, rod_mass, rod_inertia, slider_mass = mechanism
     clearance, stiffness, loss = joint
     angle, x, spin, v = hy.make_vars("angle", "x", "spin", "v")
@@ -51,9 +52,8 @@ def prepared(problem, tolerance):
     mechanism, joint = case["mechanism"], next(iter(case["joints"].values()))
     crank, rod, rate = mechanism["crank"]["length"], mechanism["rod"], case["drive"]["speed"]
     loss = 0.75 * (1.0 - joint["contact"]["restitution"] ** 2)
-    both = integrators(problem.name, tolerance, (crank, rod["length"], rod["center"], rod["mass"], rod["inertia"],
-                       mechanism["slider"]["mass"]), (joint["clearance"], joint["contact"]["stiffness"], loss),
-                       rate)  # fmt: skip
+    links = (crank, rod["length"], rod["center"], rod["mass"], rod["inertia"], mechanism["slider"]["mass"])
+    both = integrators(tolerance, links, (joint["clearance"], joint["contact"]["stiffness"], loss), rate)
 
     def depth_and_rate(t, y):
         c, s, c1, s1 = math.cos(y[0]), math.sin(y[0]), math.cos(rate * t), math.sin(rate * t)
@@ -76,7 +76,7 @@ def prepared(problem, tolerance):
             if outcome == hy.taylor_outcome.time_limit:
                 return np.array(events), np.array(states), steps
             depth, speed = depth_and_rate(run.time, run.state)
-            events.append((run.time, 0, SEPARATION if state else ONSET, speed, 0.0))
+            events.append((run.time, 0, ONSET if state == FREE else SEPARATION, speed, 0.0))
             if state == FREE:
                 both[PRESSED].pars[0] = speed
                 run.propagate_for((SHALLOW - depth) / speed)  # the event is off by as much as the step
