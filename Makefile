@@ -1,10 +1,11 @@
-# make run, make test: each sets up everything it needs in .venv
+# make run, make test: each sets up everything it needs in .venv; make bench in .venv-bench
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+BENCH := .venv-bench
 
-.PHONY: run test test-all lint verify clean
+.PHONY: run test test-all lint verify bench clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -23,10 +24,24 @@ lint: $(READY)
 verify: $(READY)
 	$(BIN)/clearsweep verify
 
+# ARGS: --json, --write, --rounds N
+bench: $(BENCH)/.ready
+	@for rival in numbalsoda heyoka; do \
+	  $(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --constraint tests/bench/requirements.txt \
+	    $$rival >$(BENCH)/$$rival.log 2>&1 \
+	  || echo "bench: $$rival does not install and is left out; $(BENCH)/$$rival.log says why" >&2; \
+	done
+	@PYTHONPATH=tests $(BENCH)/bin/python -m bench.speed $(ARGS)
+
+$(BENCH)/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(BENCH)
+	$(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --editable .
+	touch $@
+
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[test]"
 	touch $@
 
 clean:
-	rm -rf $(VENV) build *.egg-info
+	rm -rf $(VENV) $(BENCH) build *.egg-info

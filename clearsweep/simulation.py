@@ -85,6 +85,14 @@ def compile_for(case: dict) -> None:
     _run(scene, times, end)
 
 
+def work_counts(scene: Scene) -> dict[str, int]:
+    """Return what integrating a slider-crank takes: steps, rejected ones, evaluations, those that locate events."""
+    counts = _run(scene, np.empty(0), scene.case["simulate"]["revolutions"] * _period(scene)).work.counts
+    places = {"steps": events.STEPS, "steps_rejected": events.REJECTED, "rhs_evaluations": events.EVALUATIONS,
+              "rhs_evaluations_locating": events.LOCATING}  # fmt: skip
+    return {name: int(counts[place]) for name, place in places.items()}
+
+
 def _period(scene: Scene) -> float:
     return 2.0 * math.pi / scene.value.pace
 

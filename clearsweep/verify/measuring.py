@@ -99,12 +99,7 @@ def measure(quick: bool = False, note=None) -> dict:
     figure of the summary and no history; `integration_ms_per_revolution` is the part of it that the summary calls
     `run_time`.
     """
-    found = {
-        "command": "clearsweep verify" + (" --quick" if quick else ""),
-        "version": clearsweep.__version__,
-        "model_version": clearsweep.MODEL_VERSION,
-        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "machine": machine(),
+    found = stamp("clearsweep verify" + (" --quick" if quick else "")) | {
         "quick": quick,
         "rounds": QUICK_ROUNDS if quick else ROUNDS,
         "problems": [],
@@ -112,13 +107,13 @@ def measure(quick: bool = False, note=None) -> dict:
     for problem in problems():
         if note:
             note(f"{problem.name}: {problem.title}")
-        found["problems"].append(_measure_one(problem, methods(quick), found["rounds"]))
+        found["problems"].append(measure_one(problem, methods(quick), found["rounds"]))
     found["headline"] = headline(found["problems"])
     return found
 
 
-def _measure_one(problem, chosen: list[Method], rounds: int) -> dict:
-    """Return the figures of all methods on one problem."""
+def measure_one(problem, chosen: list[Method], rounds: int, slow: float = SLOW, clock=time.perf_counter) -> dict:
+    """Return the figures of all methods on one problem; runs that take `slow` s or more have one round."""
     rows, runs = [], []
     for method in chosen:
         for setting in method.settings:
@@ -127,7 +122,7 @@ def _measure_one(problem, chosen: list[Method], rounds: int) -> dict:
             solution = method.solve(problem, setting)
             rows.append(_row(method, setting, problem.judge(solution), solution))
             runs.append(method.repeat(problem, setting))
-    least, inner = _least_times(runs, rounds)
+    least, inner = _least_times(runs, rounds, slow, clock)
     for row, whole, integration in zip(rows, least, inner, strict=True):
         row["ms_per_revolution"] = 1e3 * whole / problem.revolutions
         row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
@@ -151,6 +146,7 @@ def _row(method: Method, setting: float, verdict: Verdict, solution: Solution) -
         "events": figures["events"],
         "events_exact": figures["events_exact"],
         "peak_error_first_half": figures["peaks"],
+        "peak_error_first_three": figures["first_peaks"],
         "steps": solution.steps,
         "steps_rejected": solution.rejected,
         "rhs_evaluations": solution.evaluations,
@@ -162,18 +158,18 @@ def _number(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _least_times(runs: list, rounds: int) -> tuple[np.ndarray, list]:
+def _least_times(runs: list, rounds: int, slow: float, clock) -> tuple[np.ndarray, list]:
     """Return the least time (s) of each of `runs`, and the least time that it reports of itself, if it does."""
     least, inner = np.full(len(runs), math.inf), [None] * len(runs)
     for _ in range(rounds):
         for i, run in enumerate(runs):
-            if math.isfinite(least[i]) and least[i] > SLOW:
+            if math.isfinite(least[i]) and least[i] > slow:
                 continue
             spent = 0.0
             while spent < ENOUGH:
-                begin = time.perf_counter()
+                begin = clock()
                 told = run()
-                taken = time.perf_counter() - begin
+                taken = clock() - begin
                 spent += taken
                 least[i] = min(least[i], taken)
                 if isinstance(told, float):
@@ -220,6 +216,17 @@ def time_at_error(entry: dict, method: str, error: float) -> float | None:
         if worse >= error >= better and worse > better:
             return cheap * (dear / cheap) ** (math.log(worse / error) / math.log(worse / better))
     return None
+
+
+def stamp(command: str) -> dict:
+    """Return what was run, when and on what."""
+    return {
+        "command": command,
+        "version": clearsweep.__version__,
+        "model_version": clearsweep.MODEL_VERSION,
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "machine": machine(),
+    }
 
 
 def machine() -> dict:

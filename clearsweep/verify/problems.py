@@ -31,6 +31,7 @@ class Verdict(NamedTuple):
     events: int  # contact onsets and separations found
     events_exact: bool  # as many as there are, of the same joints and kinds in the same order
     peaks: float | None  # largest relative error of a force peak in the first half
+    first_peaks: float | None  # the same of the first three force peaks
 
 
 class Trajectory(NamedTuple):
@@ -60,11 +61,12 @@ class Trajectory(NamedTuple):
         error = np.abs(found.states - self.samples) / self.scales if complete else np.full((2 * half, 1), np.nan)
         exact = _same_events(found.events, self.events)
         peaks = self._peak_error(found) if complete else None
-        return Verdict(float(error[:half].max()), float(error.max()), len(found.events), exact, peaks)
+        first_peaks = self._peak_error(found, 3) if complete else None
+        return Verdict(float(error[:half].max()), float(error.max()), len(found.events), exact, peaks, first_peaks)
 
-    def _peak_error(self, found: Solution) -> float | None:
-        """Return the largest relative error of the force peaks of contacts that end in the first half."""
-        ours, truth = (log[(log[:, 2] == SEPARATION) & (log[:, 0] <= 0.5 * self.end), 4]
+    def _peak_error(self, found: Solution, most: int | None = None) -> float | None:
+        """Return the largest relative error of the force peaks (or of `most` of them) in the first half."""
+        ours, truth = (log[(log[:, 2] == SEPARATION) & (log[:, 0] <= 0.5 * self.end), 4][:most]
                        for log in (found.events, self.events))  # fmt: skip
         if len(ours) != len(truth) or not len(truth) or not np.all(ours > 0.0):
             return None
@@ -95,7 +97,7 @@ class ImpactPair(NamedTuple):
         exact = _same_events(found.events, self.events)
         rates = found.events[:, 3]
         worst = float(np.max(np.abs(-rates[1::2] / rates[::2] - self.restitution))) if exact else math.nan
-        return Verdict(None, worst, len(found.events), exact, None)
+        return Verdict(None, worst, len(found.events), exact, None, None)
 
 
 def _same_events(found: np.ndarray, truth: np.ndarray) -> bool:
