@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: run test test-all lint verify clean
+.PHONY: run test test-all lint verify torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -22,6 +22,9 @@ lint: $(READY)
 
 verify: $(READY)
 	$(BIN)/clearsweep verify
+
+torture: $(READY)
+	$(BIN)/python tests/torture.py
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
