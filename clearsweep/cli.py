@@ -68,10 +68,11 @@ def verbs():
 @click.option("--retry-failed", is_flag=True, help="Run failed cases again too.")
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Give up a case after this time.")
 @click.option("--max-failures", metavar="N|P%", help="Stop when more cases than that have failed.")
-@click.option("--executor", default="local", metavar="local|serial", show_default=True, help="Where cases run.")
+@click.option("--executor", default="local", metavar="local|serial|dask", show_default=True, help="Where cases run.")
+@click.option("--scheduler", metavar="ADDRESS", help="Of a dask cluster; default: a new one on this machine.")
 @click.option("--shard", metavar="I/N", help="Run only part I, from 1 to N, of N equal parts; `merge` joins them.")
 @click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
-def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, shard, as_json):
+def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, scheduler, shard, as_json):
     """Run the cases of a grid that DIR does not hold yet; running again resumes."""
     from clearsweep import brief
 
@@ -83,8 +84,8 @@ def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, exec
         return 0
     from clearsweep.sweeping import sweep
 
-    result = sweep(grid, out, jobs=jobs, executor=executor, retry_failed=retry_failed, case_timeout=case_timeout,
-                   max_failures=max_failures, shard=shard)
+    result = sweep(grid, out, jobs=jobs, executor=executor, scheduler=scheduler, retry_failed=retry_failed,
+                   case_timeout=case_timeout, max_failures=max_failures, shard=shard)
     facts = brief.of_run(result)
     click.echo(json.dumps(facts, indent=2) if as_json else brief.run_text(facts))
     return result.exit_code

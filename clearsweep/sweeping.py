@@ -50,15 +50,16 @@ class RunResult:
         return store.open(self.directory)
 
 
-def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, case_timeout=None, max_failures=None,
-          shard=None, show_progress=True, physics=Physics) -> RunResult:
+def sweep(source, out=None, *, jobs=None, executor="local", scheduler=None, retry_failed=False, case_timeout=None,
+          max_failures=None, shard=None, show_progress=True, physics=Physics) -> RunResult:
     """Run the cases of a grid (path, dict or Grid) that `out` does not hold yet, merge all of them, return the counts.
 
     Parameters
     ----------
     out : directory; default results/<name of the grid>.
     jobs : number of worker processes; default the number of cores this process may use.
-    executor : 'local' (processes) or 'serial' (this process).
+    executor : 'local' (processes), 'serial' (this process) or 'dask' (a cluster).
+    scheduler : address of the cluster's scheduler; default a new cluster on this machine.
     retry_failed : run cases again that failed before.
     case_timeout : s a case may take; a longer one gets the status 'timeout'.
     max_failures : int, or text such as '5%' of the cases to run: stop when more than that have failed.
@@ -66,7 +67,7 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
     show_progress : tell stderr how far it is.
     """
     begin = time.monotonic()
-    _check(executor, jobs, case_timeout)
+    _check(executor, jobs, case_timeout, scheduler)
     _most(max_failures, 0)
     grid = load(source, physics)
     shard = None if shard is None else Shard.read(shard)
@@ -80,8 +81,8 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
         pending = missing(ids, wanted, held.rows(), retry_failed)
         ran, case_seconds = 0, 0.0
         if len(pending):
-            job = Job(held.directory, grid, physics, case_timeout)
-            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)))
+            job = Job(held.directory.resolve(), grid, physics, case_timeout)
+            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), scheduler)
             try:
                 warm(workers, grid, pending, physics)
                 batches = Batches(pending, ids, workers.jobs, case_bytes(grid))
@@ -181,7 +182,7 @@ def warm(workers, grid, pending: np.ndarray, physics) -> None:
         progress.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
 
 
-def _check(executor: str, jobs, case_timeout) -> None:
+def _check(executor: str, jobs, case_timeout, scheduler) -> None:
     if executor not in pool.EXECUTORS:
         raise InputError(f"executor: found {executor!r}; expected one of {', '.join(pool.EXECUTORS)}")
     if jobs is not None and jobs < 1:
@@ -190,6 +191,10 @@ def _check(executor: str, jobs, case_timeout) -> None:
         raise InputError(f"case timeout: found {case_timeout:g} s; expected more than 0 s")
     if case_timeout and executor == "serial":
         raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
+    if scheduler and executor != "dask":
+        raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
+    if executor == "dask":
+        pool.reach(scheduler)
 
 
 def _most(max_failures, cases: int) -> int | None:

@@ -163,6 +163,10 @@ class Store:
         for part in new:
             self.adopt(part.path.name)
 
+    def batches(self) -> set[str]:
+        """Return the names of all batches that are committed by now."""
+        return {path.name.partition("-")[0] for path in self.parts_directory.iterdir()}
+
     def part_of(self, batch: str) -> str | None:
         """Return the name of the part that `batch` committed, None where it committed nothing."""
         return next((path.name for path in self.parts_directory.glob(f"{batch}-*.parquet")), None)
