@@ -4,6 +4,9 @@ Public names are resolved on first use, so that `clearsweep --help` loads neithe
 """
 
 import importlib
+import os
+
+os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # gives memory back; Arrow's own allocators keep 40 MB
 
 __version__ = "0.1.0"
 
@@ -14,6 +17,7 @@ _HOMES = {
     "load_case": "scene",
     "simulate": "simulation",
     "sweep": "sweeping",
+    "merge": "joining",
     "open": "store",
     "Trajectory": "outcome",
     "ClearsweepError": "errors",
@@ -30,6 +34,7 @@ __all__ = [
     "Trajectory",
     "__version__",
     "load_case",
+    "merge",
     "open",
     "simulate",
     "sweep",

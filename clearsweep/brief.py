@@ -33,7 +33,7 @@ def of_run(result) -> dict:
     return {
         "directory": str(result.directory), "cases": result.cases, "ran": result.ran, "reused": result.reused,
         "ok": result.ok, "failed": result.failed, "missing": result.missing, "statuses": dict(statuses),
-        "seconds": round(result.seconds, 3), "case_seconds": round(result.case_seconds, 3),
+        "joined": result.joined, "seconds": round(result.seconds, 3), "case_seconds": round(result.case_seconds, 3),
         "derived": result.derived, "warnings": [*result.warnings, *told.sentences()],
         "units": run.grid.get("units", {}), "worst": [entry for *_, entry in sorted(worst, reverse=True)],
         "failures": failures, "files": {name: str(result.directory / name) for name in FILES},
@@ -43,8 +43,10 @@ def of_run(result) -> dict:
 def run_text(facts: dict) -> str:
     """Return the facts of a run as the lines a person reads."""
     left = f", {facts['missing']:,} left" if facts["missing"] else ""
-    lines = [f"{cases(facts['ran'])} ran in {clock(facts['seconds'])} ({facts['reused']:,} were there before): "
-             f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
+    done = f"{cases(facts['ran'])} ran in {clock(facts['seconds'])} ({facts['reused']:,} were there before)"
+    if facts["joined"]:
+        done = f"{cases(facts['reused'])} of {facts['joined']} directories joined in {clock(facts['seconds'])}"
+    lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
     lines += derived_lines(facts["derived"])
     if facts["worst"]:
         lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]

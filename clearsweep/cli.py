@@ -68,22 +68,39 @@ def verbs():
 @click.option("--retry-failed", is_flag=True, help="Run failed cases again too.")
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Give up a case after this time.")
 @click.option("--max-failures", metavar="N|P%", help="Stop when more cases than that have failed.")
-@click.option("--executor", default="local", metavar="local|serial", show_default=True, help="Where cases run.")
+@click.option("--executor", default="local", metavar="local|serial|dask", show_default=True, help="Where cases run.")
+@click.option("--scheduler", metavar="ADDRESS", help="Of a dask cluster; default: a new one on this machine.")
+@click.option("--shard", metavar="I/N", help="Run only part I, from 1 to N, of N equal parts; `merge` joins them.")
 @click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
-def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, as_json):
+def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, scheduler, shard, as_json):
     """Run the cases of a grid that DIR does not hold yet; running again resumes."""
     from clearsweep import brief
 
     if dry_run:
         from clearsweep.estimate import estimate
 
-        facts = estimate(grid, out, jobs=jobs)._asdict()
+        facts = estimate(grid, out, jobs=jobs, shard=shard)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else brief.estimate_text(facts))
         return 0
     from clearsweep.sweeping import sweep
 
-    result = sweep(grid, out, jobs=jobs, executor=executor, retry_failed=retry_failed, case_timeout=case_timeout,
-                   max_failures=max_failures)
+    result = sweep(grid, out, jobs=jobs, executor=executor, scheduler=scheduler, retry_failed=retry_failed,
+                   case_timeout=case_timeout, max_failures=max_failures, shard=shard)
+    facts = brief.of_run(result)
+    click.echo(json.dumps(facts, indent=2) if as_json else brief.run_text(facts))
+    return result.exit_code
+
+
+@verbs.command()
+@click.argument("directories", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="DIR...")
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="OUT", help="Where the results go.")
+@click.option("--partial", is_flag=True, help="Join what there is, even where cases are missing.")
+@click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
+def merge(directories, out, partial, as_json):
+    """Join runs of one grid, such as those of its shards, into OUT, as if it had run there."""
+    from clearsweep import brief, joining
+
+    result = joining.merge(directories, out, partial=partial)
     facts = brief.of_run(result)
     click.echo(json.dumps(facts, indent=2) if as_json else brief.run_text(facts))
     return result.exit_code

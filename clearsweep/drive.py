@@ -6,9 +6,7 @@ import secrets
 import signal
 import time
 from collections import deque
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, wait
-
-from pebble import ProcessExpired
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
 
 from clearsweep import stopping, store
 from clearsweep.errors import ClearsweepError, StorageError
@@ -98,7 +96,8 @@ class Driver:
         return self.most_failures is not None and self.failed > self.most_failures
 
     def _hand_out(self) -> None:
-        while len(self.window) < WINDOW * self.executor.jobs and not stopping.requested():
+        jobs = self.batches.jobs = self.executor.jobs  # workers of a cluster come and go
+        while len(self.window) < WINDOW * jobs and not stopping.requested():
             batch = self.batches.next()
             if batch is None:
                 return
@@ -118,9 +117,9 @@ class Driver:
             return self._lost(batch, None)
         try:
             manifest = future.result()
-        except ProcessExpired as error:
-            self._lost(batch, error.exitcode)
-        except BrokenExecutor:
+        except self.executor.deaths as error:
+            self._lost(batch, getattr(error, "exitcode", None))
+        except (BrokenExecutor, CancelledError):
             self.window[future] = batch
             self._restart()
         except StorageError:
@@ -157,18 +156,16 @@ class Driver:
         self.job.note(batch).unlink(missing_ok=True)
         if self._found(batch):
             return
-        timed_out = exitcode == -signal.SIGALRM
         if note is None:  # it died before the first case
             self.batches.again.append(fresh(batch.cases, batch.tried + 1))
             if batch.tried < MOST_RESTARTS:
                 return
             raise ClearsweepError(f"workers die before their first case ({_cause(exitcode)}); "
                                   "try --executor serial to see why")
-        index = note[1]
-        culprit, others = batch.cases[index], batch.cases[:index] + batch.cases[index + 1:]
+        culprit, others = batch.cases[note.index], batch.cases[:note.index] + batch.cases[note.index + 1:]
         if others:
             self.batches.again.append(fresh(others))
-        if timed_out:
+        if note.late:
             self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
         elif others or not batch.tried:
             self.batches.again.append(fresh((culprit,), 1))
@@ -194,11 +191,15 @@ class Driver:
                 self.batches.again.append(fresh(batch.cases, batch.tried))
 
     def _orphaned(self) -> list:
-        """Return futures whose worker has been dead for a while without the pool saying so."""
-        now = time.monotonic()
+        """Return futures that will not end: their worker has been dead for a while without the pool saying so.
+
+        A worker on another machine cannot be looked at; what it committed can, where its answer died with it.
+        """
+        now, elsewhere = time.monotonic(), self.executor.elsewhere
+        committed = self.held.batches() if elsewhere else ()
         for future, batch in self.window.items():
-            note = read_note(self.job, batch)
-            if note and not _alive(note[0]):
+            note = None if elsewhere else read_note(self.job, batch)
+            if batch.name in committed or (note and not _alive(note.process)):
                 self.doubtful.setdefault(future, now)
         return [future for future, since in list(self.doubtful.items()) if now - since > PATIENCE]
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from clearsweep import outcome, pool, stopping, sweeping
 from clearsweep.physics import Physics
+from clearsweep.sharding import Shard
 from clearsweep.worker import time_case
 
 PILOT_CASES, PILOT_TIME = 8, 10.0  # timed: at most so many cases, and no further one after so many seconds
@@ -19,7 +20,7 @@ EVENT_BYTES = 26  # of one event in orbits.h5
 class Estimate(NamedTuple):
     """What a run of a grid would do and cost."""
 
-    cases: int
+    cases: int  # of the grid, or of its shard
     pending: int  # cases that the directory does not hold yet
     derived: dict  # name -> {"unit", "min", "max"}
     warnings: list
@@ -29,19 +30,22 @@ class Estimate(NamedTuple):
     bytes: int  # in the directory: batches and merged files
 
 
-def estimate(source, out=None, *, jobs=None, physics=Physics) -> Estimate:
+def estimate(source, out=None, *, jobs=None, shard=None, physics=Physics) -> Estimate:
     """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
+    shard = None if shard is None else Shard.read(shard)
     grid = sweeping.load(source, physics)
     derived, warnings = sweeping.facts(grid, physics)
-    held = sweeping.directory(grid, out)
+    held = sweeping.directory(grid, out, shard)
     held.check(grid)
     held.look()
-    pending = sweeping.missing(grid, sweeping.case_ids(grid), held.rows(), retry_failed=False)
+    ids = sweeping.case_ids(grid)
+    wanted = shard.ids(ids) if shard else np.unique(ids)
+    pending = sweeping.missing(ids, wanted, held.rows(), retry_failed=False)
     jobs = jobs or pool.cores()
     times, events = _pilot(grid, pending, physics) if len(pending) else ([], 0.0)
     mean = float(np.mean(times)) if times else None
     seconds = 0.0 if not len(pending) else None if mean is None else START_UP + mean * len(pending) / jobs
-    return Estimate(len(grid), len(pending), derived, warnings, len(times), mean, seconds,
+    return Estimate(len(wanted), len(pending), derived, warnings, len(times), mean, seconds,
                     int(len(pending) * _case_bytes(grid, events)))
 
 

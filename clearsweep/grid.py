@@ -180,15 +180,10 @@ class Grid:
     def case(self, index: int) -> dict:
         """Return the case at `index`: a nested dict of SI numbers and words, defaults filled in, only keys in use."""
         point = {path: value for path, value in self.point(index).items() if value is not None}
-        names = self._names | {path: {value} for path, value in point.items() if isinstance(value, str)}
-        values = self._values | point
-        flat = {}
-        for path, node in self._shape.items():
-            if isinstance(node, Word) and node.used(names):
-                flat[path] = values[path]
-            elif isinstance(node, Number) and (fields := node.fields(names)):
-                flat[path] = values.get(path, fields[0].default)
-        return self._nested(_derived(flat))
+        words = tuple((path, value) for path, value in point.items() if isinstance(value, str))
+        if words not in self._used:
+            self._used[words] = self._in_use(dict(words))
+        return self._nested(_derived({path: point.get(path, value) for path, value in self._used[words].items()}))
 
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
@@ -236,6 +231,21 @@ class Grid:
             for field in node.fields(self._names)
         ]
         return " or ".join(dict.fromkeys(units))
+
+    @cached_property
+    def _used(self) -> dict[tuple, dict]:
+        """Swept law names -> what `_in_use` says of them, as far as it was asked: cases are many, laws are few."""
+        return {}
+
+    def _in_use(self, words: dict) -> dict:
+        """Return path -> value, or default, of every key in use with these swept law names."""
+        names, flat = self._names | {path: {word} for path, word in words.items()}, {}
+        for path, node in self._shape.items():
+            if isinstance(node, Word) and node.used(names):
+                flat[path] = words.get(path, self._values.get(path))
+            elif isinstance(node, Number) and (fields := node.fields(names)):
+                flat[path] = self._values.get(path, fields[0].default)
+        return flat
 
     @cached_property
     def _base(self) -> dict:

@@ -89,6 +89,10 @@ _COST_FIGURES = (
 )
 
 
+#: Figures that differ from run to run of the same case.
+TIMINGS = frozenset({"run_time"})
+
+
 def channels(layout: Layout) -> tuple[Column, ...]:
     """Return the time histories a scene of this layout has, `t` first."""
     head = [Column("t", "s", "time")]

@@ -12,6 +12,7 @@ from clearsweep import outcome, pool, progress, stopping, store
 from clearsweep.drive import Batches, Driver
 from clearsweep.errors import InputError
 from clearsweep.physics import Physics
+from clearsweep.sharding import Shard
 from clearsweep.worker import Job, compile_all
 
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
@@ -37,6 +38,7 @@ class RunResult:
     case_seconds: float
     derived: dict  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
+    joined: int = 0  # directories that were joined; 0 for a run
 
     @property
     def exit_code(self) -> int:
@@ -48,35 +50,39 @@ class RunResult:
         return store.open(self.directory)
 
 
-def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, case_timeout=None, max_failures=None,
-          show_progress=True, physics=Physics) -> RunResult:
+def sweep(source, out=None, *, jobs=None, executor="local", scheduler=None, retry_failed=False, case_timeout=None,
+          max_failures=None, shard=None, show_progress=True, physics=Physics) -> RunResult:
     """Run the cases of a grid (path, dict or Grid) that `out` does not hold yet, merge all of them, return the counts.
 
     Parameters
     ----------
     out : directory; default results/<name of the grid>.
     jobs : number of worker processes; default the number of cores this process may use.
-    executor : 'local' (processes) or 'serial' (this process).
+    executor : 'local' (processes), 'serial' (this process) or 'dask' (a cluster).
+    scheduler : address of the cluster's scheduler; default a new cluster on this machine.
     retry_failed : run cases again that failed before.
     case_timeout : s a case may take; a longer one gets the status 'timeout'.
     max_failures : int, or text such as '5%' of the cases to run: stop when more than that have failed.
+    shard : text such as '2/8': run only the second of eight parts of the cases; `merge` joins them.
     show_progress : tell stderr how far it is.
     """
     begin = time.monotonic()
-    _check(executor, jobs, case_timeout)
+    _check(executor, jobs, case_timeout, scheduler)
     _most(max_failures, 0)
     grid = load(source, physics)
+    shard = None if shard is None else Shard.read(shard)
+    ids = case_ids(grid)
+    wanted = shard.ids(ids) if shard else np.unique(ids)
     derived, warnings = facts(grid, physics)
-    with stopping.catching(), directory(grid, out).open_for(grid) as held:
+    with stopping.catching(), directory(grid, out, shard).open_for(grid) as held:
         start = store.now()
         for sentence in held.recover():
             progress.say(sentence)
-        ids = case_ids(grid)
-        pending = missing(grid, ids, held.rows(), retry_failed)
+        pending = missing(ids, wanted, held.rows(), retry_failed)
         ran, case_seconds = 0, 0.0
         if len(pending):
-            job = Job(held.directory, grid, physics, case_timeout)
-            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)))
+            job = Job(held.directory.resolve(), grid, physics, case_timeout)
+            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), scheduler)
             try:
                 warm(workers, grid, pending, physics)
                 batches = Batches(pending, ids, workers.jobs, case_bytes(grid))
@@ -86,14 +92,8 @@ def sweep(source, out=None, *, jobs=None, executor="local", retry_failed=False, 
                 ran, case_seconds = driver.ran, driver.case_seconds
             finally:
                 workers.close()
-        rows = held.rows()
-        rows = rows[np.isin(rows["id"], ids)]
-        merged = store.merge(held, store.Form.of(grid), rows)
-        failed = int(np.count_nonzero(rows["failed"]))
-        counts = {"cases": len(ids), "ran": ran, "reused": len(ids) - len(pending), "ok": len(rows) - failed,
-                  "failed": failed, "missing": len(ids) - len(rows)}
-        held.write_record(grid, start=start, end=store.now(), counts=counts, derived=derived, warnings=warnings,
-                          merged=merged)
+        counts = conclude(held, grid, wanted, ran=ran, start=start, derived=derived, warnings=warnings,
+                          shard=shard and str(shard))
     return RunResult(held.directory, **counts, seconds=time.monotonic() - begin, case_seconds=case_seconds,
                      derived=derived, warnings=tuple(warnings))
 
@@ -103,9 +103,22 @@ def load(source, physics=Physics):
     return source if isinstance(source, grids.Grid) else grids.load(source, physics.catalogue())
 
 
-def directory(grid, out=None):
-    """Return the store of the results of `grid`."""
-    return store.Store(Path(out) if out else Path("results") / grid.name)
+def directory(grid, out=None, shard=None):
+    """Return the store of the results of `grid`, or of one shard of it."""
+    name = f"{grid.name}-shard-{shard.index}-of-{shard.of}" if shard else grid.name
+    return store.Store(Path(out) if out else Path("results") / name)
+
+
+def conclude(held, grid, wanted: np.ndarray, *, ran: int, **known) -> dict[str, int]:
+    """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts."""
+    rows = held.rows()
+    rows = rows[np.isin(rows["id"], wanted)]
+    merged = store.merge(held, store.Form.of(grid), rows)
+    failed = int(np.count_nonzero(rows["failed"]))
+    counts = {"cases": len(wanted), "ran": ran, "reused": max(len(rows) - ran, 0), "ok": len(rows) - failed,
+              "failed": failed, "missing": len(wanted) - len(rows)}
+    held.write_record(grid, end=store.now(), counts=counts, merged=merged, **known)
+    return counts
 
 
 def facts(grid, physics) -> tuple[dict, list[str]]:
@@ -127,13 +140,13 @@ def case_ids(grid) -> np.ndarray:
     return np.fromiter((int(grid.case_id(index), 16) for index in range(len(grid))), "u8", len(grid))
 
 
-def missing(grid, ids: np.ndarray, rows: np.ndarray, retry_failed: bool) -> np.ndarray:
-    """Return the indices of the cases that are to run, each identity once."""
+def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, retry_failed: bool) -> np.ndarray:
+    """Return the indices of the wanted cases that are to run, each identity once."""
     if retry_failed:
         rows = rows[~rows["failed"]]
     _, first = np.unique(ids, return_index=True)
     first.sort()
-    return first[~np.isin(ids[first], rows["id"])]
+    return first[np.isin(ids[first], wanted) & ~np.isin(ids[first], rows["id"])]
 
 
 def case_bytes(grid) -> float:
@@ -171,7 +184,7 @@ def warm(workers, grid, pending: np.ndarray, physics) -> None:
         progress.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
 
 
-def _check(executor: str, jobs, case_timeout) -> None:
+def _check(executor: str, jobs, case_timeout, scheduler) -> None:
     if executor not in pool.EXECUTORS:
         raise InputError(f"executor: found {executor!r}; expected one of {', '.join(pool.EXECUTORS)}")
     if jobs is not None and jobs < 1:
@@ -180,6 +193,10 @@ def _check(executor: str, jobs, case_timeout) -> None:
         raise InputError(f"case timeout: found {case_timeout:g} s; expected more than 0 s")
     if case_timeout and executor == "serial":
         raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
+    if scheduler and executor != "dask":
+        raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
+    if executor == "dask":
+        pool.reach(scheduler)
 
 
 def _most(max_failures, cases: int) -> int | None:

@@ -1,7 +1,10 @@
 """What a worker process does: it computes a batch of cases one by one and commits them; a manifest goes back."""
 
 import ctypes
+import faulthandler
 import os
+import pickle
+import platform
 import signal
 import sys
 import time
@@ -9,11 +12,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from clearsweep import stopping, store
+from clearsweep.errors import ClearsweepError
 from clearsweep.outcome import Trajectory
 from clearsweep.physics import Physics
 from clearsweep.store import durable
 
 _PR_SET_PDEATHSIG = 1
+NOTE_LENGTH = 22  # bytes that say who is at which case; after them a watchdog writes where a late case was
 
 
 class Case(NamedTuple):
@@ -49,6 +54,10 @@ class Job(NamedTuple):
         return self.directory / "tmp" / f"{batch.name}.note"
 
 
+class AbandonedError(Exception):
+    """A batch that another worker had begun and, gone by now, did not finish."""
+
+
 class Manifest(NamedTuple):
     """What a batch came to; the results themselves are in the store."""
 
@@ -65,7 +74,6 @@ def enter(parent: int) -> None:
     if os.getppid() != parent:
         os._exit(1)  # the parent went before it could be tied to
     stopping.in_worker()
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)  # of a case that takes too long: ends the process
     store.use_one_thread()
 
 
@@ -82,20 +90,36 @@ def time_case(physics: type[Physics], case: dict) -> tuple[float, int]:
     return time.perf_counter() - begin, len(trajectory.events)
 
 
+def run_packed(content: bytes):
+    """Return the outcome of a pickled (function, arguments): for executors that look into arguments on the way."""
+    store.use_one_thread()
+    function, arguments = pickle.loads(content)
+    return function(*arguments)
+
+
 def run_batch(job: Job, batch: Batch) -> Manifest:
     """Compute the cases of a batch and commit them; asked to stop, commit the first ones that are done."""
     stopping.leave_if_asked()
+    first = batch.cases[0]
+    if job.grid.case_id(first.index) != first.case_id:
+        raise ClearsweepError(f"the worker on {platform.node()} has another version of clearsweep than the program "
+                              "that sends it work; install the same one everywhere")
     rows, begin = [], time.perf_counter()
     with stopping.patience():
         with durable.storing(job.note(batch)):
-            note = os.open(job.note(batch), os.O_WRONLY | os.O_CREAT, 0o666)
+            try:
+                note = os.open(job.note(batch), os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+            except FileExistsError:  # a scheduler tries again by itself what killed a worker
+                raise AbandonedError(f"batch {batch.name} was begun before") from None
         try:
             for index, case in enumerate(batch.cases):
                 if stopping.requested() or job.stop.exists():
                     break
                 with durable.storing(job.note(batch)):
                     os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
-                rows.append(store.Row(case.case_id, job.grid.point(case.index), _solve(job, job.grid.case(case.index))))
+                    os.lseek(note, NOTE_LENGTH, os.SEEK_SET)
+                values = job.grid.case(case.index)
+                rows.append(store.Row(case.case_id, job.grid.point(case.index), _solve(job, values, note)))
             seconds = time.perf_counter() - begin
             part = store.commit(job.directory, store.Form.of(job.grid), batch.name, rows) if rows else None
         finally:
@@ -103,26 +127,34 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
     return Manifest(part, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
 
 
-def read_note(job: Job, batch: Batch) -> tuple[int, int] | None:
-    """Return the process and the index of the case a batch is at, None where no worker has begun it."""
+class Note(NamedTuple):
+    """What a worker left about the batch it was at."""
+
+    process: int
+    index: int  # of the case in the batch
+    late: bool  # the case took longer than it may
+
+
+def read_note(job: Job, batch: Batch) -> Note | None:
+    """Return what is noted of a batch, None where no worker has begun it."""
     try:
-        pid, index = job.note(batch).read_text().split()
+        process, index, *rest = job.note(batch).read_text().split()
+        return Note(int(process), int(index), bool(rest))
     except (OSError, ValueError):
         return None
-    return int(pid), int(index)
 
 
-def _solve(job: Job, case: dict) -> Trajectory:
+def _solve(job: Job, case: dict, note: int) -> Trajectory:
     """Return the result of one case; whatever goes wrong in it becomes its status."""
-    if job.case_timeout:  # the alarm ends the process, even inside compiled code
-        signal.setitimer(signal.ITIMER_REAL, job.case_timeout)
+    if job.case_timeout:  # a watchdog ends the process, even inside compiled code, and says so in the note
+        faulthandler.dump_traceback_later(job.case_timeout, exit=True, file=note)
     try:
         return job.physics.solve(case)
     except Exception as error:
         return failure("crashed", f"{type(error).__name__}: {error}")
     finally:
         if job.case_timeout:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            faulthandler.cancel_dump_traceback_later()
 
 
 def failure(status: str, message: str) -> Trajectory:

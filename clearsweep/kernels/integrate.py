@@ -314,7 +314,7 @@ def next_length(at, proposals, pattern):
     return work.limit[0]
 
 
-@njit(error_model="numpy", cache=True)
+@njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
 def integrate(control, work):
     """Integrate from the state in `work.y` to the end that `control` sets.  Every other function works on `at[0]`.
 

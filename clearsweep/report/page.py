@@ -133,7 +133,7 @@ def provenance(study: Study) -> list[tuple[str, str]]:
     return found
 
 
-_TOLD_ELSEWHERE = ("name", "sweep", "zip", "cases", "limits", "layout", "units", "frame", "derived", "warnings")
+_TOLD_ELSEWHERE = ("name", "sweep", "zip", "cases", "limits", "layout", "units", "keys", "frame", "derived", "warnings")
 
 
 def _leaves(tree: Mapping, path: str = "") -> list[tuple[str, object]]:

@@ -103,8 +103,9 @@ class Store:
 
     def write_record(self, grid, **facts) -> None:
         """Write run.json: the resolved grid, versions, machine and `facts` (start, end, counts and the like)."""
+        written = grid.resolved()
         record = {
-            **grid.resolved(), "source": grid.source, "layout": grid.layout(), "frame": grid.frame(),
+            **written, "keys": list(written), "source": grid.source, "layout": grid.layout(), "frame": grid.frame(),
             "model_version": clearsweep.MODEL_VERSION, "units": {path: grid.unit(path) for path in grid.axes},
             "versions": _versions(), "machine": _machine(), "seeds": {}, **facts,
         }
@@ -149,6 +150,22 @@ class Store:
         """Take a part into account that was committed during this run."""
         path = self.parts_directory / name
         self.parts.append(describe_part(path, path.read_bytes()))
+
+    def take(self, other: "Store") -> None:
+        """Take over the batches of another directory, linked or copied; as ever the shards first, the parts commit."""
+        known = {part.path.name for part in self.parts}
+        new = [part for part in other.parts if part.path.name not in known]
+        for folder, files in ((self.shards, [part.shard for part in new if part.shard]),
+                              (self.parts_directory, [part.path for part in new])):
+            for path in files:
+                durable.duplicate(path, folder / path.name, self.scratch)
+            durable.sync(folder)
+        for part in new:
+            self.adopt(part.path.name)
+
+    def batches(self) -> set[str]:
+        """Return the names of all batches that are committed by now."""
+        return {path.name.partition("-")[0] for path in self.parts_directory.iterdir()}
 
     def part_of(self, batch: str) -> str | None:
         """Return the name of the part that `batch` committed, None where it committed nothing."""

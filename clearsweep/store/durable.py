@@ -3,6 +3,7 @@
 import contextlib
 import hashlib
 import os
+import shutil
 from pathlib import Path
 
 from clearsweep.errors import StorageError
@@ -29,8 +30,21 @@ def publish(temporary: Path, path: Path) -> None:
         os.close(handle)
 
 
+def duplicate(source: Path, path: Path, scratch: Path) -> None:
+    """Make a finished file appear at `path`, too, linked where the file system can, else copied; not yet synced."""
+    with storing(path):
+        temporary = scratch / path.name
+        temporary.unlink(missing_ok=True)
+        try:
+            os.link(source, temporary)
+        except OSError:
+            shutil.copyfile(source, temporary)
+            sync(temporary)
+        os.replace(temporary, path)
+
+
 def sync(path: Path) -> None:
-    """Bring what was written to `path` onto the disk."""
+    """Bring what was written to a file, or the names in a directory, onto the disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -71,10 +71,10 @@ def _write_summary(path: Path, store: Store, form: Form, rows: np.ndarray, mark:
     schema = summary_schema(form).with_metadata({"clearsweep": mark})
     with pq.ParquetWriter(path, schema) as writer:
         for start in range(0, len(rows), GROUP_ROWS):
-            writer.write_table(_summary_group(store, schema, rows[start:start + GROUP_ROWS]))
+            writer.write_table(summary_group(store, schema, rows[start:start + GROUP_ROWS]))
 
 
-def _summary_group(store: Store, schema: pa.Schema, rows: np.ndarray) -> pa.Table:
+def summary_group(store: Store, schema: pa.Schema, rows: np.ndarray) -> pa.Table:
     """Return the given rows of the summary, read from the parts that hold them."""
     tables, places = [], []
     for number in np.unique(rows["part"]):
@@ -100,7 +100,7 @@ class _Shard:
             self.places = {dataset.path: file[dataset.path].id.get_offset() for dataset in datasets(form)}
 
 
-class _Shards:
+class Shards:
     """All shards of a run; a limited number of them is open at a time."""
 
     def __init__(self, store: Store, form: Form):
@@ -128,6 +128,8 @@ class _Shards:
 
     def read(self, number: int, dataset: Dataset, first: int, count: int) -> bytes:
         """Return `count` values of a shard's dataset from value `first` on, as bytes."""
+        if not count:
+            return b""  # a dataset without values has no place in the file
         if number not in self.open:
             if len(self.open) >= OPEN_SHARDS:
                 os.close(self.open.pop(next(iter(self.open))))
@@ -137,7 +139,7 @@ class _Shards:
 
 
 def _write_orbits(path: Path, store: Store, form: Form, rows: np.ndarray, mark: str) -> None:
-    with h5py.File(path, "w") as file, _Shards(store, form) as shards, \
+    with h5py.File(path, "w") as file, Shards(store, form) as shards, \
             ThreadPoolExecutor(COMPRESSORS) as threads:
         file.attrs["clearsweep"] = mark
         put(file, CASE_ID, np.array([id_text(value).encode() for value in rows["id"]], CASE_ID.dtype))
@@ -149,7 +151,7 @@ def _write_orbits(path: Path, store: Store, form: Form, rows: np.ndarray, mark: 
             _write_dataset(file, dataset, _pieces(shards, dataset, rows["part"], first, count), count.sum(), threads)
 
 
-def _pieces(shards: _Shards, dataset: Dataset, numbers: np.ndarray, first: np.ndarray, count: np.ndarray):
+def _pieces(shards: Shards, dataset: Dataset, numbers: np.ndarray, first: np.ndarray, count: np.ndarray):
     """Yield the bytes of every case's values, in order."""
     for number, start, values in zip(numbers.tolist(), first.tolist(), count.tolist(), strict=True):
         if values:

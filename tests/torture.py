@@ -1,0 +1,172 @@
+"""Kills sweeps with -9 at random moments, lets them go on, and compares what is left with an undisturbed run.
+
+`python tests/torture.py [--kills N] [--seed N]` does so with real mechanics; it ends with 1 where anything was lost.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import h5py
+import numpy as np
+import psutil
+import pyarrow.parquet as pq
+
+from clearsweep.outcome import TIMINGS
+
+ROOT = Path(__file__).parent.parent
+GRID = {
+    "name": "torture",
+    "mechanism": {"type": "slider-crank", "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
+                  "rod": {"length": "120 mm", "mass": 0.21, "inertia": 2.5e-4}, "slider": {"mass": "0.14 kg"}},
+    "drive": {"speed": "5000 rpm"},
+    "joints": {"rod-slider": {
+        "clearance": "0.5 mm", "bearing_radius": "10 mm", "length": "20 mm",
+        "contact": {"law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.9},
+        "wear": {"law": "archard", "coefficient": "2e-14 m^2/N", "bins": 72}}},
+    "simulate": {"revolutions": 6, "discard": 1},
+    "save": {"orbits": "last", "revolutions": 1, "samples": 72},
+    "sweep": {"joints.rod-slider.clearance": {"linspace": ["0.1 mm", "0.5 mm", 10]},
+              "joints.rod-slider.contact.restitution": {"linspace": [0.5, 0.95, 10]},
+              "drive.speed": {"linspace": ["1000 rpm", "5000 rpm", 10]}},
+}
+
+
+class Round:
+    """One directory, killed and resumed until its run is complete."""
+
+    def __init__(self, start, out: Path, chance: random.Random, pause: tuple[float, float]):
+        self.start, self.out, self.chance, self.pause = start, out, chance, pause
+        self.kills = Counter()  # by victim
+        self.committed = set()  # names of batches that were seen
+        self.longest = 0.0  # s between two commits of one parent
+
+    def run(self, most: int) -> None:
+        """Kill up to `most` times, go on each time, and let the rest run undisturbed."""
+        process = self.start(self.out)
+        while self.kills.total() < most and self._goes_on(process, self.chance.uniform(*self.pause)):
+            family = psutil.Process(process.pid).children(recursive=True)
+            kind = self.chance.choice(["parent", "one process", "all"])
+            victims = {"parent": [process], "all": [process, *family],
+                       "one process": [self.chance.choice([process, *family])]}[kind]
+            self.chance.shuffle(victims)
+            for victim in victims:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(victim.pid, signal.SIGKILL)
+            self.kills[kind] += 1
+            if process in victims:
+                process.communicate()
+                assert not psutil.wait_procs(family, timeout=5)[1], "workers outlived their parent"
+                self._look()
+                process = self.start(self.out)
+        while self._goes_on(process, 60.0):
+            pass
+        process.communicate()
+        # a case that was at work in two killed workers is 'crashed' by rule, so it is asked for again
+        last = self.start(self.out, retry_failed=True)
+        assert last.wait(timeout=300) == 0, last.communicate()
+
+    def lost_batches(self) -> int:
+        """Return how many batches were committed once and are there no longer."""
+        return len(self.committed - set(os.listdir(self.out / "parts")))
+
+    def _look(self) -> bool:
+        """Note what is committed; return whether there is more than before."""
+        with contextlib.suppress(FileNotFoundError):
+            names = set(os.listdir(self.out / "parts"))
+            new, self.committed = not names <= self.committed, self.committed | names
+            return new
+        return False
+
+    def _goes_on(self, process, seconds: float) -> bool:
+        """Watch a run for a while; return whether it still runs."""
+        end, before = time.monotonic() + seconds, None
+        while process.poll() is None and (now := time.monotonic()) < end:
+            if self._look():
+                self.longest = max(self.longest, now - (before or now))
+                before = now
+            time.sleep(0.01)
+        return process.poll() is None
+
+
+def torture(start, folder: Path, kills: int, seed: int, pause: tuple[float, float]) -> list[Round]:
+    """Return the rounds in which `kills` processes were killed; `start(out, **options)` starts a sweep as a program."""
+    rounds, chance = [], random.Random(seed)
+    while (done := sum(each.kills.total() for each in rounds)) < kills:
+        rounds.append(Round(start, folder / f"round{len(rounds) + 1}", chance, pause))
+        rounds[-1].run(kills - done)
+    return rounds
+
+
+def differences(one: Path, other: Path) -> dict[str, int]:
+    """Return how two runs differ: rows and values that are only in the first or not the same, timings aside."""
+    tables = [pq.read_table(path / "summary.parquet").drop_columns(sorted(TIMINGS)) for path in (one, other)]
+    rows = [{row["case_id"]: row for row in table.to_pylist()} for table in tables]
+    found = {"rows": len(rows[0]), "rows lost": len(rows[0].keys() - rows[1].keys()),
+             "rows differing": sum(rows[1].get(name, row) != row for name, row in rows[0].items()),
+             "rows too many": len(tables[1]) - len(tables[0]), "values": 0, "values differing": 0}
+    if tables[0].schema != tables[1].schema:
+        found["rows differing"] = len(tables[0])
+    with h5py.File(one / "orbits.h5", "r") as first, h5py.File(other / "orbits.h5", "r") as second:
+        names = [[], []]
+        for file, held in ((first, names[0]), (second, names[1])):
+            file.visititems(lambda name, item, held=held: held.append(name) if isinstance(item, h5py.Dataset) else None)
+        for name in set(names[0]) | set(names[1]):
+            here, there = (file[name][:] if name in file else np.empty(0) for file in (first, second))
+            found["values"] += here.size
+            same = here.tobytes() == there.tobytes()
+            found["values differing"] += 0 if same else max(here.size, there.size, 1)
+    return found
+
+
+def same(found: dict[str, int]) -> bool:
+    """Tell whether differences() found none."""
+    return not any(count for name, count in found.items() if name not in ("rows", "values"))
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Torture real mechanics and print what came of it."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=random.randrange(10**6))
+    options = parser.parse_args(arguments)
+    print(f"seed {options.seed}: {options.kills} kills", flush=True)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        (folder / "grid.yaml").write_text(json.dumps(GRID), encoding="utf-8")
+
+        def start(out, retry_failed=False):
+            command = [sys.executable, "-m", "clearsweep", "run", folder / "grid.yaml", "--out", out, "-j", "2"]
+            environment = os.environ | {"PYTHONPATH": str(ROOT)}
+            return subprocess.Popen(command + ["--retry-failed"] * retry_failed, env=environment,
+                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+        assert start(folder / "undisturbed").wait() == 0
+        rounds = torture(start, folder, options.kills, options.seed, (0.1, 3.0))
+        good = True
+        for each in rounds:
+            found = differences(folder / "undisturbed", each.out) | {"batches lost": each.lost_batches()}
+            good = good and same(found)
+            print(f"{each.out.name}: {each.kills.total()} kills ({_told(each.kills)}); {_told(found)}; "
+                  f"longest pause between two commits {each.longest:.1f} s", flush=True)
+    total = sum((each.kills for each in rounds), Counter())
+    print(f"{total.total()} kills ({_told(total)}) of runs of {found['rows']} cases: " +
+          ("nothing was lost" if good else f"SOMETHING WAS LOST, try --seed {options.seed} again"))
+    return 0 if good else 1
+
+
+def _told(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count:,} {name}" for name, count in counts.items())
+
+
+if __name__ == "__main__":
+    sys.exit(main())
