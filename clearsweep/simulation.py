@@ -154,6 +154,8 @@ class _Run:
             mode=np.zeros(3, dtype=np.int64),
             limit=np.zeros(1),
             history=np.zeros(2),
+            proposals=np.zeros(2 << len(joints)),
+            ahead=np.zeros(2),
             jacobian=np.zeros((n, n)),
             newton=np.zeros((3 * n, 3 * n)),
             newton_pivots=np.zeros(3 * n, dtype=np.int64),
