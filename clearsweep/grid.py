@@ -17,13 +17,14 @@ from .catalogue import Catalogue, Field, Law
 from .document import Entry, Problems, override, read
 from .errors import InputError
 from .quantity import shown
-from .schema import JOINTS, Number, Section, Shape, Word, schema
+from .schema import JOINTS, Flag, Number, Section, Shape, Word, schema
 
 __all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "identity", "load", "schema", "starter"]
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 1
 
+UNTIL = "simulate.until.figure"
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
 
@@ -177,6 +178,8 @@ class Grid:
                 flat[path] = values[path]
             elif isinstance(node, Number) and (fields := node.fields(names)):
                 flat[path] = values.get(path, fields[0].default)
+            elif isinstance(node, Flag) and path in values:
+                flat[path] = True
         return self._nested(_derived(flat))
 
     def case_id(self, index: int) -> str:
@@ -211,7 +214,8 @@ class Grid:
                 joints.append(
                     JointLayout(joint.replace("-", "_"), self._base[f"joints.{joint}.wear.bins"] if worn else 0)
                 )
-        return Layout(self._values["mechanism.type"], tuple(joints))
+        asked = ("simulate.horizon" in self._values, "simulate.error_check" in self._values)
+        return Layout(self._values["mechanism.type"], tuple(joints), *asked, self._values.get(UNTIL, ""))
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
@@ -237,6 +241,8 @@ class Grid:
                 value = self._values.get(path) if path in self._written else None
             elif isinstance(node, Word):
                 value = self._values[path] if node.used(self._names) else None
+            elif isinstance(node, Flag):
+                value = self._values.get(path)
             else:
                 fields = node.fields(self._names)
                 value = self._values.get(path, fields[0].default) if fields else None
