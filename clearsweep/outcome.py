@@ -77,6 +77,15 @@ def _difference(column: Column) -> tuple[Column, ...]:
     return (Column(f"{column.name}{DIFFERENCE}", column.unit, text),)
 
 
+def differ(summary: dict, tighter: dict) -> None:
+    """Enter into a summary how far its figures are from those at a tighter tolerance, and add what the latter cost."""
+    for name in [name for name in summary if name.endswith(DIFFERENCE)]:
+        values = (summary[name.removesuffix(DIFFERENCE)], tighter[name.removesuffix(DIFFERENCE)])
+        summary[name] = None if None in values else abs(values[0] - values[1])
+    for name in ("steps", "steps_rejected", "rhs_evaluations", "run_time"):
+        summary[name] += tighter[name]
+
+
 def settling(layout: Layout) -> tuple[str, ...]:
     """Return the figures that settle as a run grows longer, so that its blocks give them an interval."""
     names = [f"{joint.name}_{name}" for joint in layout.joints for name in _SETTLING]

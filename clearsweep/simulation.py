@@ -6,8 +6,7 @@ import time
 
 import numpy as np
 
-from . import ideal, laws, span
-from .errors import InputError
+from . import ideal, instants, laws, span
 from .kernels import event as events
 from .kernels import integrate as loop
 from .kernels import method, wear
@@ -16,7 +15,7 @@ from .kernels.family import NO_ENTRY, flatten
 from .kernels.joint import FREE, PRESSED
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
 from .kernels.record import Record
-from .outcome import DIFFERENCE, EVENT_DTYPE, Trajectory, channels, summary_columns
+from .outcome import EVENT_DTYPE, Trajectory, channels, differ, summary_columns
 from .scene import Scene
 
 #: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
@@ -72,14 +71,14 @@ def _simulate(scene: Scene, times) -> Trajectory:
     pair = scene.layout.mechanism == "impact-pair"
     end = math.inf if pair else scene.case["simulate"]["revolutions"] * _period(scene)
     if times is not None:
-        times = _checked_times(times, end)
+        times = instants.checked(times, end)
     elif scene.case["save"]["orbits"] == "none":
         times = np.empty(0)
     elif pair:  # its duration is known afterwards
         last = _run(scene, np.empty(0), end)
         times = np.linspace(0.0, last.work.y[last.work.time], int(scene.case["save"]["samples"]) + 1)
     else:
-        times = _own_times(scene, end)
+        times = instants.own(scene.case, _period(scene), end)
     return _trajectory(scene, _run(scene, times, end), end)
 
 
@@ -91,11 +90,8 @@ def _settle(scene: Scene, times) -> Trajectory:
     settings, turn, orbits = scene.case["simulate"], _period(scene), scene.case["save"]["orbits"]
     whole = _changed(scene, revolutions=span.longest(settings))
     end = whole.case["simulate"]["revolutions"] * turn
-    turns = range(1, math.ceil(end / turn - settings["discard"] - 1e-9) + 1)
-    marks = np.array([span.mark(k, settings["discard"], turn) for k in turns])
-    run = _Run(scene, marks)
-    kept = math.ceil(scene.case["save"]["revolutions"]) + 1 if orbits == "last" else 1
-    watch = span.Until(scene.layout, settings, _returns(scene, run.record.samples), kept)
+    run = _Run(scene, span.marks(settings, turn))
+    watch = span.Until(scene, run.record.samples)
     _integrate(whole, run, end, orbits != "none" or times is not None, (watch,))
     run.record = Record(np.empty(0), np.empty(0))
     if run.status != loop.OK:
@@ -103,21 +99,11 @@ def _settle(scene: Scene, times) -> Trajectory:
     settled = _changed(scene, revolutions=watch.revolutions)
     end = watch.revolutions * turn
     if times is not None or orbits != "none":
-        times = _own_times(settled, end) if times is None else _checked_times(times, end)
+        times = instants.own(settled.case, turn, end) if times is None else instants.checked(times, end)
         _retrace(settled, run, times, end, watch.starts)
     found = _trajectory(settled, run, end)
     found.summary.update(watch.figures())
     return found
-
-
-def _returns(scene: Scene, samples: np.ndarray):
-    """Return a function that gives the first samples as places and rates of all journals, see `span.Until`."""
-    names = [channel.name for channel in channels(scene.layout)]
-    places, units = [], []
-    for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
-        places += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]
-        units += [joint.clearance] * 2 + [joint.clearance * scene.value.pace] * 2
-    return lambda count: samples[:count, places] / units
 
 
 def _retrace(scene: Scene, run: "_Run", times: np.ndarray, end: float, starts) -> None:
@@ -144,12 +130,7 @@ def _check_error(scene: Scene, found: Trajectory) -> None:
     if scene.layout.until:
         tighter["revolutions"] = found.summary["revolutions_run"]
     made = dataclasses.replace(_changed(scene, **tighter), layout=scene.layout._replace(error_check=False, until=""))
-    again = _simulate(made, np.empty(0)).summary
-    for name in [name for name in found.summary if name.endswith(DIFFERENCE)]:
-        one, other = (summary[name.removesuffix(DIFFERENCE)] for summary in (found.summary, again))
-        found.summary[name] = None if one is None or other is None else abs(one - other)
-    for name in ("steps", "steps_rejected", "rhs_evaluations", "run_time"):
-        found.summary[name] += again[name]
+    differ(found.summary, _simulate(made, np.empty(0)).summary)
 
 
 def compile_for(case: dict) -> None:
@@ -164,27 +145,6 @@ def compile_for(case: dict) -> None:
 
 def _period(scene: Scene) -> float:
     return 2.0 * math.pi / scene.value.pace
-
-
-def _checked_times(times, end: float) -> np.ndarray:
-    times = np.ascontiguousarray(times, dtype=float)
-    if times.ndim != 1 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0.0):
-        raise InputError("times: expected a one-dimensional array of increasing, finite times in s")
-    if times.size and not (times[0] >= 0.0 and times[-1] <= end * (1.0 + 1e-12)):
-        raise InputError(f"times: found {times[0]:.6g} s to {times[-1]:.6g} s; the run lasts from 0 to {end:.6g} s")
-    return np.minimum(times, end)
-
-
-def _own_times(scene: Scene, end: float) -> np.ndarray:
-    """Return the times of the case's own sampling: k / samples of a turn, both ends of the stretch included."""
-    samples, revolutions = scene.case["save"]["samples"], scene.case["simulate"]["revolutions"]
-    first = (
-        0
-        if scene.case["save"]["orbits"] == "all"
-        else round((revolutions - scene.case["save"]["revolutions"]) * samples)
-    )
-    count = np.arange(first, math.floor(revolutions * samples + 1e-9) + 1)
-    return np.minimum(count / samples * _period(scene), end)
 
 
 class _Run:

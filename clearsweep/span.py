@@ -13,6 +13,7 @@ import numpy as np
 from .blocks import Blocks
 from .kernels import integrate as loop
 from .kernels.joint import FREE
+from .outcome import channels
 
 #: Turns before the end of a revolution at which a run pauses: more than a step spans, so that it can still end there.
 LEAD = 0.025
@@ -62,6 +63,12 @@ def go_to(moment: dict, work) -> None:
     """Let `work` go on from what `moment_of` returned of another run of the same scene."""
     for name, value in moment.items():
         getattr(work, name)[...] = value
+
+
+def marks(settings: dict, turn: float) -> np.ndarray:
+    """Return the times (s) to pause at once a revolution, always at the same crank angle, within the longest run."""
+    count = math.ceil(longest(settings) - settings["discard"] - 1e-9)
+    return np.array([mark(k, settings["discard"], turn) for k in range(1, count + 1)])
 
 
 class Twin:
@@ -143,17 +150,15 @@ class Until:
 
     parts = 1
 
-    def __init__(self, layout, settings: dict, returns, kept: int):
-        """Prepare for the `until` of a case's `simulate`.
-
-        returns : called with a number of revolutions, the state at one crank angle in each of them, (revolutions,
-        columns), in clearances and clearances times crank rate.  kept : revolutions whose start shall be kept.
-        """
+    def __init__(self, scene, samples: np.ndarray):
+        """Prepare for a run of `scene` that puts its time histories at the `marks` into `samples`."""
+        settings, save = scene.case["simulate"], scene.case["save"]
         self.figure, self.relative = settings["until"]["figure"], settings["until"]["relative_ci"]
-        self.blocks = Blocks(layout, (self.figure,))
+        self.blocks = Blocks(scene.layout, (self.figure,))
         self.discard, self.least = settings["discard"], settings["revolutions"]
-        self.returns = returns
-        self.starts = deque(maxlen=kept)  # moments of the run, oldest first
+        self.samples, self.places, self.units = samples, *_journals(scene)
+        # moments of the run, oldest first, from which what is saved can be run again
+        self.starts = deque(maxlen=math.ceil(save["revolutions"]) + 1 if save["orbits"] == "last" else 1)
         self.revolutions, self.period, self.interval, self.settled = 0.0, None, None, False
 
     def see(self, work) -> bool:
@@ -163,7 +168,7 @@ class Until:
         self.starts.append(moment_of(work))
         if self.blocks.note(work) or self.interval is None:
             self.interval = self.blocks.interval(self.figure)
-        self.period = period_of(self.returns(turns))
+        self.period = period_of(self.samples[:turns, self.places] / self.units)
         self.settled = self.period is not None or self.interval.within(self.relative)
         return turns > 0 and self.settled and self.revolutions >= self.least
 
@@ -176,6 +181,16 @@ class Until:
             "figure_ci": width,
             "settled": int(self.settled),
         }
+
+
+def _journals(scene) -> tuple[list, np.ndarray]:
+    """Return the channels that tell where the journals are and how fast, and what counts as 1 in each."""
+    names = [channel.name for channel in channels(scene.layout)]
+    places, units = [], []
+    for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
+        places += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]
+        units += [joint.clearance] * 2 + [joint.clearance * scene.value.pace] * 2
+    return places, np.array(units)
 
 
 def longest(settings: dict) -> float:
