@@ -18,8 +18,10 @@ from .outcome import channels
 #: Turns before the end of a revolution at which a run pauses: more than a step spans, so that it can still end there.
 LEAD = 0.025
 PARTS = 20  # of a revolution: a disturbance is brought back so often
-SIZE, OVER = 1e-6, 30.0  # clearances, to which it is brought back; and at least so many tolerances, above step errors
+SIZE = 1e-6  # clearances: what it is brought back to
+FAINTEST = 1e-9  # of that: where a motion forgets a disturbance altogether, no logarithm of zero
 SATURATED = 0.1  # clearances: a disturbance that grows no more
+SETTLED = 4  # revolutions
 HORIZON = 0.01  # clearances: where prediction ends
 LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be repeated
 RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
@@ -76,7 +78,8 @@ class Twin:
 
     The distance is that of the coordinates in clearances and of their rates in clearances times crank rate, at equal
     times.  To bring the twin back is to take the same share of all that tells the two states apart; where one of them
-    is in contact and the other not yet, it waits.
+    is in contact and the other not yet, it waits.  Brought back, it begins with the step length of the first run: then
+    their steps and the errors of these hardly differ, and a disturbance far smaller than the tolerance can be followed.
     """
 
     parts = PARTS
@@ -85,16 +88,16 @@ class Twin:
         """Make a twin in `work`, unused so far; scale : (coordinates and rates,) what counts as 1."""
         self.control = control._replace(keep_events=False, end=math.inf)
         self.work, self.scale, self.tolerance = work, scale, tolerance
-        self.size = max(size, OVER * tolerance)
-        self.growth, self.start, self.now = 0.0, None, None
+        self.size = size
+        self.times, self.growths = [], []  # s; logarithm of the growth since the start, up to then
         self.status = loop.OK
 
     def see(self, base) -> bool:
         """Follow `base` to where it is now."""
         moment = float(base.y[base.time])
-        if self.start is None:
-            self.start = self.now = moment
-            self._displace(base)
+        if not self.times:
+            self.times, self.growths = [moment], [0.0]
+            self._bring(base, self.scale / math.sqrt(self.scale.size), 0.0)
         elif self.status == loop.OK and moment > self.work.y[base.time]:
             control = self.control._replace(window=moment, pause=moment)
             status, _ = loop.integrate(control, self.work)
@@ -104,43 +107,40 @@ class Twin:
             self._measure(base)
         return False
 
-    def _displace(self, base) -> None:
-        """Put the twin beside `base`, equally far in every coordinate and rate."""
-        go_to(moment_of(base), self.work)
-        self.work.y[: self.scale.size] += self.size * self.scale / math.sqrt(self.scale.size)
-        self._begin()
-
     def _measure(self, base) -> None:
-        """Note how the twin has departed from `base`, and bring it back."""
+        """Note how far the twin has departed from `base`, and bring it back."""
         work, n = self.work, self.scale.size
-        off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
         alike = bool(np.all(work.state == base.state))
+        off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
         if not alike and off < SATURATED:
             return
-        self.growth += math.log(max(off, 1e-9 * self.size) / self.size)
-        self.now = float(base.y[base.time])
-        if not alike or off == 0.0:
-            self._displace(base)
-            return
-        share = self.size / off
-        work.y[:] = base.y + share * (work.y - base.y)
-        work.onset[:] = base.onset + share * (work.onset - base.onset)
-        roots = work.y[work.time + 1 : work.time + 1 + work.state.size]
-        roots[:] = np.where(base.state == FREE, 0.0, np.maximum(roots, loop.SEED * work.sigma))
-        self._begin()
+        self.times.append(float(base.y[base.time]))
+        self.growths.append(self.growths[-1] + math.log(max(off, FAINTEST * self.size) / self.size))
+        if alike and off > 0.0:
+            self._bring(base, (work.y - base.y) / off, (work.onset - base.onset) / off)
+        else:
+            self._bring(base, self.scale / math.sqrt(n), 0.0)
 
-    def _begin(self) -> None:
-        """Let the twin begin anew from where it was put."""
+    def _bring(self, base, direction: np.ndarray, onset: np.ndarray | float) -> None:
+        """Put the twin beside `base`: in this direction of the state (or its first components) and the onset rates."""
         work = self.work
-        work.ahead[:], work.history[:] = 0.0, 0.0
-        work.mode[0], work.mode[1] = work.mode[2], 0
+        go_to(moment_of(base), work)
+        work.y[: len(direction)] += self.size * direction
+        work.onset[:] += self.size * onset
+        roots = work.y[work.time + 1 : work.time + 1 + work.state.size]
+        roots[:] = np.where(work.state == FREE, 0.0, np.maximum(roots, loop.SEED * work.sigma))
 
     def figures(self, turn: float) -> dict:
-        """Return the exponent and the horizon; None where they were not found, or where a disturbance does not grow."""
-        found = self.status == loop.OK and self.start is not None and self.now > self.start
-        exponent = self.growth / (self.now - self.start) if found else None
-        horizon = None
-        if found and exponent > 0.0:
+        """Return the exponent and the horizon; None where they were not found, or where a disturbance does not grow.
+
+        Of more than SETTLED revolutions the first does not count: in it the disturbance turns to where it grows most.
+        """
+        exponent = horizon = None
+        if self.status == loop.OK and len(self.times) > 1:
+            turns = (np.array(self.times) - self.times[0]) / turn
+            first = int(np.searchsorted(turns, 1.0)) if turns[-1] > SETTLED else 0
+            exponent = (self.growths[-1] - self.growths[first]) / (self.times[-1] - self.times[first])
+        if exponent is not None and exponent > 0.0:
             horizon = max(math.log(HORIZON / self.tolerance), 0.0) / (exponent * turn)
         return {"lyapunov_exponent": exponent, "horizon_revolutions": horizon}
 

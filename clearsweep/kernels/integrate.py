@@ -318,16 +318,19 @@ def next_length(at, proposals, pattern):
 
 @kernel
 def begin(at, windowed):
-    """Prepare the first step: its rates, the energy to balance, the samples at the start."""
+    """Return the length of the first step and how much it may grow: after a pause what was to come, else a guess."""
     work = at[0]
     tally, record = work.tally, work.record
-    evaluate(at, work.y, 0)
+    evaluate(at, work.y, 0)  # after a pause the same again, unless the state was put elsewhere
+    if work.ahead[0] > 0.0:
+        return work.ahead[0], work.ahead[1]
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
     if windowed:
         open_window(at)
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[work.time]:
         write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
+    return first_length(at, work.proposals, proposal_of(at)), GROW
 
 
 @njit(error_model="numpy", cache=True)
@@ -345,10 +348,8 @@ def integrate(control, work):
     events, earlier = np.empty((64 if control.keep_events else 0, 5)), work.counts[EVENTS]
     windowed = control.window <= work.y[time]
     stop = control.end if windowed else control.window
-    h, grow, tries = work.ahead[0], work.ahead[1], 0
-    if h == 0.0:
-        begin(at, windowed)
-        h, grow = first_length(at, proposals, proposal_of(at)), GROW
+    h, grow = begin(at, windowed)
+    tries = 0
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
         if work.y[time] >= control.pause:
             work.ahead[0], work.ahead[1] = h, grow
