@@ -84,11 +84,11 @@ class Twin:
 
     parts = PARTS
 
-    def __init__(self, control, work, scale: np.ndarray, tolerance: float, size: float = SIZE):
+    def __init__(self, control, work, scale: np.ndarray, tolerance: float):
         """Make a twin in `work`, unused so far; scale : (coordinates and rates,) what counts as 1."""
         self.control = control._replace(keep_events=False, end=math.inf)
         self.work, self.scale, self.tolerance = work, scale, tolerance
-        self.size = size
+        self.size = SIZE
         self.times, self.growths = [], []  # s; logarithm of the growth since the start, up to then
         self.status = loop.OK
 
