@@ -2,7 +2,9 @@
 
 import math
 
+from . import design
 from .catalogue import Catalogue, Law
+from .quantity import nearest
 from .schema import JOINTS, Section
 from .validate import Draft, exponent_values
 
@@ -14,6 +16,8 @@ def check(read: Draft, catalogue: Catalogue) -> None:
     _below(read, "mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod")
     _below(read, "simulate.discard", "simulate.revolutions", "nothing would be left")
     _below(read, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
+    _below(read, "simulate.revolutions", "simulate.until.max_revolutions", "the run ends there", equal=True)
+    _until(read)
     joints = [path for path, node in read.shape.items() if isinstance(node, Section) and _is_joint(path)]
     if not joints and "mechanism.crank.length" in read.shape:
         text = f"no joint has clearance; name at least one of {', '.join(JOINTS)}"
@@ -24,6 +28,17 @@ def check(read: Draft, catalogue: Catalogue) -> None:
         _elastic(read, path, catalogue)
         if f"{path}.wear" in read.shape:
             _wear(read, path)
+
+
+def _until(read: Draft) -> None:
+    """Check that the figure that `until` judges is one of this grid."""
+    path = "simulate.until.figure"
+    figure = read.values.get(path)
+    known = design.figures(read, "slider-crank") if figure else {}
+    if figure and figure not in known:
+        names = [name for name in read.shape[path].options if name in known]
+        sentence = f"{figure} is no figure of this grid{nearest(figure, names)} (known: {', '.join(names)})"
+        read.problems.add(read.place(path), path, sentence)
 
 
 def _is_joint(path: str) -> bool:

@@ -178,7 +178,7 @@ def limits(read: Draft, root: Entry, kind: str) -> dict[str, float]:
         sentence = "holds no limit; write such as `rod_slider_force_peak: 5 kN`, or leave the key 'limits' out"
         read.problems.add(section, "limits", sentence)
         return {}
-    units, found = _figures(read, kind), {}
+    units, found = figures(read, kind), {}
     for figure, entry in section.value.items():
         if figure not in units:
             sentence = f"is no figure of this grid{nearest(figure, units)} (known: {', '.join(units)})"
@@ -191,11 +191,13 @@ def limits(read: Draft, root: Entry, kind: str) -> dict[str, float]:
     return found
 
 
-def _figures(read: Draft, kind: str) -> dict[str, str]:
+def figures(read: Draft, kind: str) -> dict[str, str]:
     """Return the figures of merit that the cases will have, each with its unit."""
     from .outcome import JointLayout, Layout, summary_columns
 
     joints = [path for path, node in read.shape.items() if isinstance(node, Section) and path.startswith("joints.")]
     layout = [JointLayout(path.partition(".")[2].replace("-", "_"), int(f"{path}.wear" in read.shape))
               for path in joints if path.count(".") == 1]  # fmt: skip
-    return {column.name: column.unit for column in summary_columns(Layout(kind, tuple(layout)))}
+    asked = ("simulate.horizon" in read.values, "simulate.error_check" in read.values)
+    layout = Layout(kind, tuple(layout), *asked, read.values.get("simulate.until.figure", ""))
+    return {column.name: column.unit for column in summary_columns(layout)}

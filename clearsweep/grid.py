@@ -17,13 +17,14 @@ from .catalogue import Catalogue, Field, Law
 from .document import Entry, Problems, override, read
 from .errors import InputError
 from .quantity import shown
-from .schema import JOINTS, Number, Section, Shape, Word, schema
+from .schema import JOINTS, Flag, Number, Section, Shape, Word, schema
 
 __all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "identity", "load", "schema", "starter"]
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 1
 
+UNTIL = "simulate.until.figure"
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
 
@@ -217,7 +218,8 @@ class Grid:
                 joints.append(
                     JointLayout(joint.replace("-", "_"), self._base[f"joints.{joint}.wear.bins"] if worn else 0)
                 )
-        return Layout(self._values["mechanism.type"], tuple(joints))
+        asked = ("simulate.horizon" in self._values, "simulate.error_check" in self._values)
+        return Layout(self._values["mechanism.type"], tuple(joints), *asked, self._values.get(UNTIL, ""))
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
@@ -245,6 +247,8 @@ class Grid:
                 flat[path] = words.get(path, self._values.get(path))
             elif isinstance(node, Number) and (fields := node.fields(names)):
                 flat[path] = self._values.get(path, fields[0].default)
+            elif isinstance(node, Flag) and path in self._values:
+                flat[path] = True
         return flat
 
     @cached_property
@@ -258,6 +262,8 @@ class Grid:
                 value = self._values.get(path) if path in self._written else None
             elif isinstance(node, Word):
                 value = self._values[path] if node.used(self._names) else None
+            elif isinstance(node, Flag):
+                value = self._values.get(path)
             else:
                 fields = node.fields(self._names)
                 value = self._values.get(path, fields[0].default) if fields else None

@@ -25,6 +25,9 @@ class Layout(NamedTuple):
 
     mechanism: str  # 'slider-crank' or 'impact-pair'
     joints: tuple[JointLayout, ...]  # in the order ground_crank, crank_rod, rod_slider (those with clearance)
+    horizon: bool = False  # simulate.horizon
+    error_check: bool = False  # simulate.error_check
+    until: str = ""  # simulate.until.figure
 
 
 class Column(NamedTuple):
@@ -53,7 +56,41 @@ def summary_columns(layout: Layout) -> tuple[Column, ...]:
         columns += _SLIDER_CRANK_FIGURES
     else:
         columns.append(Column("pair_restitution", "1", "mean of rebound over approach speed"))
+    units = {column.name: column.unit for column in columns}
+    if layout.horizon:
+        columns.append(_EXPONENT)
+    if layout.error_check:
+        columns = [beside for column in columns for beside in (column, *_difference(column))]
+    if layout.horizon:
+        columns.append(_HORIZON)
+    if layout.until:
+        text = f"half-width of the 95 % interval of {layout.until}, from blocks of revolutions"
+        columns += [*_LENGTH_FIGURES, Column("figure_ci", units.get(layout.until, "1"), text)]
     return (*columns, *_COST_FIGURES)
+
+
+def _difference(column: Column) -> tuple[Column, ...]:
+    """Return the column in which the error check of a figure stands; none for what does not depend on the motion."""
+    if column.name.endswith("_ideal"):
+        return ()
+    text = f"absolute difference of {column.name} from a run at a tenth of the tolerance"
+    return (Column(f"{column.name}{DIFFERENCE}", column.unit, text),)
+
+
+def differ(summary: dict, tighter: dict) -> None:
+    """Enter into a summary how far its figures are from those at a tighter tolerance, and add what the latter cost."""
+    for name in [name for name in summary if name.endswith(DIFFERENCE)]:
+        values = (summary[name.removesuffix(DIFFERENCE)], tighter[name.removesuffix(DIFFERENCE)])
+        summary[name] = None if None in values else abs(values[0] - values[1])
+    for name in ("steps", "steps_rejected", "rhs_evaluations", "run_time"):
+        summary[name] += tighter[name]
+
+
+def settling(layout: Layout) -> tuple[str, ...]:
+    """Return the figures that settle as a run grows longer, so that its blocks give them an interval."""
+    names = [f"{joint.name}_{name}" for joint in layout.joints for name in _SETTLING]
+    names += [f"{joint.name}_wear_rate_max" for joint in layout.joints if joint.wear_bins]
+    return (*names, "slider_acceleration_rms")
 
 
 _JOINT_FIGURES = (
@@ -79,6 +116,19 @@ _SLIDER_CRANK_FIGURES = (
     Column("slider_acceleration_rms", "m/s^2", "root mean square of the slider acceleration over time"),
     Column("slider_error_max", "m", "largest distance of the slider from its place in the ideal mechanism"),
     Column("crank_torque_peak", "N*m", "largest drive torque, absolute"),
+)
+_SETTLING = ("force_rms", "force_p99", "impacts_per_rev", "contact_fraction", "law_limit_fraction")
+DIFFERENCE = "_difference"  # what the name of a figure's error check ends in
+_EXPONENT = Column("lyapunov_exponent", "1/s", "largest Lyapunov exponent: mean rate at which a disturbance grows")
+_HORIZON = Column(
+    "horizon_revolutions",
+    "1",
+    "revolutions until a disturbance of the tolerance times the clearance is 1 % of the clearance; null: it never is",
+)
+_LENGTH_FIGURES = (
+    Column("revolutions_run", "1", "length of the run, `discard` included"),
+    Column("period", "1", "revolutions after which the motion repeats itself; null: it was not seen to", "int"),
+    Column("settled", "1", "1: periodic, or the interval is narrow enough; 0: max_revolutions ended the run", "int"),
 )
 _COST_FIGURES = (
     Column("energy_residual", "1", "largest energy imbalance at a step or event end over the largest kinetic energy"),

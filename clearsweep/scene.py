@@ -78,7 +78,9 @@ def _layout(case: dict) -> Layout:
     parts = tuple(
         JointLayout(name.replace("-", "_"), int(joint.get("wear", {}).get("bins", 0))) for name, joint in joints
     )
-    return Layout(case["mechanism"]["type"], parts)
+    asked = case["simulate"]
+    until = asked.get("until", {}).get("figure", "")
+    return Layout(case["mechanism"]["type"], parts, "horizon" in asked, "error_check" in asked, until)
 
 
 def _joint(name: str, joint: dict) -> Joint:

@@ -1,74 +1,11 @@
 """What a grid file may contain: every key with its unit, range, default and meaning; the JSON Schema made of them."""
 
 from math import inf
-from typing import NamedTuple
 
 from . import quantity
 from .catalogue import Catalogue, Field, Law
+from .keys import Condition, Flag, Number, Section, Shape, Use, Word
 from .sampling import DISTRIBUTIONS, METHODS
-
-Condition = tuple[str, frozenset[str]]  # path of a law's name, and the names with which a key is in use
-
-
-class Use(NamedTuple):
-    """One way in which a key is in use: what it means there, and the law names that all have to be chosen."""
-
-    field: Field
-    when: tuple[Condition, ...] = ()
-
-
-class Number(NamedTuple):
-    """A key that holds a quantity."""
-
-    uses: tuple[Use, ...]
-    sweep: bool = True
-
-    def fields(self, names) -> tuple[Field, ...]:
-        """Return what the key means with the law names in play, `names` (path -> set); () if it is not in use."""
-        return tuple(dict.fromkeys(use.field for use in self.uses if _met(use.when, names)))
-
-    def choosers(self) -> tuple[str, ...]:
-        """Return the paths of the law names that decide whether and how the key is in use."""
-        return tuple(dict.fromkeys(path for use in self.uses for path, _ in use.when))
-
-
-class Word(NamedTuple):
-    """A key that holds one of a few words; only the names of laws can be swept."""
-
-    options: tuple[str, ...]
-    text: str
-    default: str | None = None
-    law: bool = False
-    when: tuple[Condition, ...] = ()
-
-    @property
-    def sweep(self) -> bool:
-        """Whether the key can be swept."""
-        return self.law
-
-    def used(self, names) -> bool:
-        """Return whether the key is in use with the law names in play, `names` (path -> set)."""
-        return _met(self.when, names)
-
-    def choosers(self) -> tuple[str, ...]:
-        """Return the paths of the law names that decide whether the key is in use."""
-        return tuple(path for path, _ in self.when)
-
-
-def _met(when: tuple[Condition, ...], names) -> bool:
-    """Return whether every condition allows one of the names in play."""
-    return all(not wanted.isdisjoint(names[path]) for path, wanted in when)
-
-
-class Section(NamedTuple):
-    """A key that holds further keys."""
-
-    text: str
-    need: str = "required"  # 'required', 'optional', or 'implied': there even if it is not written
-    pair: bool = False  # written as a list of two quantities
-
-
-Shape = dict[str, Section | Word | Number]
 
 MECHANISMS = ("slider-crank", "impact-pair")
 JOINTS = {"ground-crank": ("crank", "ground"), "crank-rod": ("rod", "crank"), "rod-slider": ("rod", "slider")}
@@ -142,7 +79,7 @@ _BUDGETS = (
     ),
 )
 _SIMULATE = (
-    Field("revolutions", "1", "crank revolutions, `discard` included", default=10.0),
+    Field("revolutions", "1", "crank revolutions, `discard` included; with `until` the fewest", default=10.0),
     Field(
         "discard",
         "1",
@@ -152,6 +89,12 @@ _SIMULATE = (
     ),
     _TOLERANCE,
 )
+_UNTIL = (
+    Field("relative_ci", "1", "half-width of the figure's 95 % interval over the figure", 0.0, 1.0, default=0.05),
+    Field("max_revolutions", "1", "revolutions after which the run ends in any case", default=500.0),
+)
+_HORIZON = Flag("find the Lyapunov exponent and how far ahead the motion can be foretold, by a second run beside it")
+_ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store how far every figure differs")
 _IMPACTS = Field("impacts", "1", "impacts after which the run ends", 1, inf, False, True, 10, whole=True)
 _SAMPLES = Field("samples", "1", "samples per revolution (impact-pair: in all)", 1, 1e7, False, False, 720, whole=True)
 _SAVED = Field(
@@ -184,6 +127,7 @@ def shape(mechanism: str, catalogue: Catalogue) -> Shape:
         tree["simulate"] = Section("how long and how exactly", "implied")
         _numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
         tree["simulate.method"] = _METHOD
+        tree["simulate.error_check"] = _ERROR_CHECK
         tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
         _numbers(tree, "save", (_SAMPLES,), sweep=False)
         return tree
@@ -201,9 +145,20 @@ def shape(mechanism: str, catalogue: Catalogue) -> Shape:
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
     tree["simulate.method"] = _METHOD
     _numbers(tree, "simulate", _BUDGETS)
+    tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
+    tree["simulate.until"] = Section("end a case when a figure has settled or its motion is periodic", "optional")
+    tree["simulate.until.figure"] = Word(_settling(), "the column of the summary whose 95 % interval is judged")
+    _numbers(tree, "simulate.until", _UNTIL, sweep=False)
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
     _numbers(tree, "save", (_SAVED, _SAMPLES), sweep=False)
     return tree
+
+
+def _settling() -> tuple[str, ...]:
+    """Return the figures that `until` can judge with clearance and wear in every joint."""
+    from .outcome import JointLayout, Layout, settling
+
+    return settling(Layout("slider-crank", tuple(JointLayout(joint.replace("-", "_"), 1) for joint in JOINTS)))
 
 
 def _numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
@@ -372,6 +327,8 @@ def _object(tree: Shape, path: str) -> dict:
             properties[key] = {"description": node.text, "enum": list(node.options)} | (
                 {"default": node.default} if node.default else {}
             )
+        elif isinstance(node, Flag):
+            properties[key] = {"description": node.text, "type": "boolean", "default": False}
         else:
             properties[key] = {"description": _described(node), "$ref": "#/$defs/quantity"}
         if isinstance(node, Section) and node.need == "required":

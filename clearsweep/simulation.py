@@ -1,12 +1,12 @@
 """From a scene to its trajectory: buffers, one compiled call, the status in words."""
 
+import dataclasses
 import math
 import time
 
 import numpy as np
 
-from . import ideal, laws
-from .errors import InputError
+from . import ideal, instants, laws, span
 from .kernels import event as events
 from .kernels import integrate as loop
 from .kernels import method, wear
@@ -15,7 +15,7 @@ from .kernels.family import NO_ENTRY, flatten
 from .kernels.joint import FREE, PRESSED
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
 from .kernels.record import Record
-from .outcome import EVENT_DTYPE, Trajectory, channels, summary_columns
+from .outcome import EVENT_DTYPE, Trajectory, channels, differ, summary_columns
 from .remarks import past_limits
 from .scene import Scene
 
@@ -61,18 +61,77 @@ def simulate(scene: Scene, times=None) -> Trajectory:
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
+    found = _settle(scene, times) if scene.layout.until else _simulate(scene, times)
+    if scene.layout.error_check:
+        _check_error(scene, found)
+    return found
+
+
+def _simulate(scene: Scene, times) -> Trajectory:
+    """Return the trajectory of a scene whose length is given."""
     pair = scene.layout.mechanism == "impact-pair"
     end = math.inf if pair else scene.case["simulate"]["revolutions"] * _period(scene)
     if times is not None:
-        times = _checked_times(times, end)
+        times = instants.checked(times, end)
     elif scene.case["save"]["orbits"] == "none":
         times = np.empty(0)
     elif pair:  # its duration is known afterwards
         last = _run(scene, np.empty(0), end)
         times = np.linspace(0.0, last.work.y[last.work.time], int(scene.case["save"]["samples"]) + 1)
     else:
-        times = _own_times(scene, end)
+        times = instants.own(scene.case, _period(scene), end)
     return _trajectory(scene, _run(scene, times, end), end)
+
+
+def _settle(scene: Scene, times) -> Trajectory:
+    """Return the trajectory of a scene that is to run until a figure has settled.
+
+    What is reported comes from a second run over that stretch, the same to the last bit, as its times were not known.
+    """
+    settings, turn, orbits = scene.case["simulate"], _period(scene), scene.case["save"]["orbits"]
+    whole = _changed(scene, revolutions=span.longest(settings))
+    end = whole.case["simulate"]["revolutions"] * turn
+    run = _Run(scene, span.marks(settings, turn))
+    watch = span.Until(scene, run.record.samples)
+    _integrate(whole, run, end, orbits != "none" or times is not None, (watch,))
+    run.record = Record(np.empty(0), np.empty(0))
+    if run.status != loop.OK:
+        return _trajectory(whole, run, end)
+    settled = _changed(scene, revolutions=watch.revolutions)
+    end = watch.revolutions * turn
+    if times is not None or orbits != "none":
+        times = instants.own(settled.case, turn, end) if times is None else instants.checked(times, end)
+        _retrace(settled, run, times, end, watch.starts)
+    found = _trajectory(settled, run, end)
+    found.summary.update(watch.figures())
+    return found
+
+
+def _retrace(scene: Scene, run: "_Run", times: np.ndarray, end: float, starts) -> None:
+    """Record the motion of a run at `times`, from the last of its `starts` before them or from the beginning."""
+    again = _Run(scene, times)
+    before = [start for start in starts if times.size and start["y"][run.work.time] <= times[0]]
+    if before:
+        span.go_to(before[-1], again.work)
+    _call(again, _control(scene, end, keep_events=False))
+    run.record = again.record
+    run.spent(again)
+
+
+def _changed(scene: Scene, **settings) -> Scene:
+    """Return a scene with other values in `simulate`."""
+    return dataclasses.replace(scene, case=scene.case | {"simulate": scene.case["simulate"] | settings})
+
+
+def _check_error(scene: Scene, found: Trajectory) -> None:
+    """Enter into the summary how far every figure differs from that of a run at a tenth of the tolerance."""
+    if found.status != "ok":
+        return
+    tighter = {"tolerance": 0.1 * scene.case["simulate"]["tolerance"]}
+    if scene.layout.until:
+        tighter["revolutions"] = found.summary["revolutions_run"]
+    made = dataclasses.replace(_changed(scene, **tighter), layout=scene.layout._replace(error_check=False, until=""))
+    differ(found.summary, _simulate(made, np.empty(0)).summary)
 
 
 def compile_for(case: dict) -> None:
@@ -81,8 +140,8 @@ def compile_for(case: dict) -> None:
 
     scene = build(case)
     end = 1e-3 / scene.value.pace
-    times = np.empty(0) if case["save"]["orbits"] == "none" else np.array([0.0])
-    _run(scene, times, end)
+    bare = case["save"]["orbits"] == "none" and not scene.layout.until
+    _run(scene, np.empty(0) if bare else np.array([0.0]), end)
 
 
 def work_counts(scene: Scene) -> dict[str, int]:
@@ -95,27 +154,6 @@ def work_counts(scene: Scene) -> dict[str, int]:
 
 def _period(scene: Scene) -> float:
     return 2.0 * math.pi / scene.value.pace
-
-
-def _checked_times(times, end: float) -> np.ndarray:
-    times = np.ascontiguousarray(times, dtype=float)
-    if times.ndim != 1 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0.0):
-        raise InputError("times: expected a one-dimensional array of increasing, finite times in s")
-    if times.size and not (times[0] >= 0.0 and times[-1] <= end * (1.0 + 1e-12)):
-        raise InputError(f"times: found {times[0]:.6g} s to {times[-1]:.6g} s; the run lasts from 0 to {end:.6g} s")
-    return np.minimum(times, end)
-
-
-def _own_times(scene: Scene, end: float) -> np.ndarray:
-    """Return the times of the case's own sampling: k / samples of a turn, both ends of the stretch included."""
-    samples, revolutions = scene.case["save"]["samples"], scene.case["simulate"]["revolutions"]
-    first = (
-        0
-        if scene.case["save"]["orbits"] == "all"
-        else round((revolutions - scene.case["save"]["revolutions"]) * samples)
-    )
-    count = np.arange(first, math.floor(revolutions * samples + 1e-9) + 1)
-    return np.minimum(count / samples * _period(scene), end)
 
 
 class _Run:
@@ -163,6 +201,8 @@ class _Run:
             mode=np.zeros(3, dtype=np.int64),
             limit=np.zeros(1),
             history=np.zeros(2),
+            proposals=np.zeros(2 << len(joints)),
+            ahead=np.zeros(3),
             jacobian=np.zeros((n, n)),
             newton=np.zeros((3 * n, 3 * n)),
             newton_pivots=np.zeros(3 * n, dtype=np.int64),
@@ -175,18 +215,36 @@ class _Run:
             record=self.record,
         )
         self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
+        self.counts = self.work.counts.copy()  # what all of it took, runs beside this one included
+        self.found = {}  # figures that were found on the way
+
+    def spent(self, other: "_Run") -> None:
+        """Add what a run beside this one took."""
+        self.counts += other.counts
+        self.duration += other.duration
+
+
+def _arm(scene: Scene) -> np.ndarray:
+    """Return what makes a place (m) of each coordinate."""
+    arm = np.ones(len(scene.value.coordinates))
+    if scene.layout.mechanism == "slider-crank":
+        arm[0] = scene.case["mechanism"]["rod"]["length"]  # the first coordinate is an angle
+    return arm
+
+
+def _unit(scene: Scene) -> np.ndarray:
+    """Return a clearance as change of each coordinate, and a clearance times crank rate of each rate."""
+    unit = min(joint.clearance for joint in scene.value.joints) / _arm(scene)
+    return np.concatenate([unit, unit * scene.value.pace])
 
 
 def _scale(scene: Scene) -> np.ndarray:
     """Return the error (n,) that one step may make in each component of the state."""
     value, tolerance = scene.value, scene.case["simulate"]["tolerance"]
-    n = len(value.coordinates)
-    clearance = min(joint.clearance for joint in value.joints)
-    arm = np.ones(n)
+    clearance, arm = min(joint.clearance for joint in value.joints), _arm(scene)
     size = clearance
     if scene.layout.mechanism == "slider-crank":
         mechanism = scene.case["mechanism"]
-        arm[0] = mechanism["rod"]["length"]  # the first coordinate is an angle
         size = mechanism["crank"]["length"] + mechanism["rod"]["length"]
     place = np.maximum(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size) / arm
     rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.pace / arm
@@ -197,25 +255,54 @@ def _scale(scene: Scene) -> np.ndarray:
 
 def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:
     """Return the integration of a scene up to `end` (s), reported at `times` (s)."""
-    settings, run = scene.case["simulate"], _Run(scene, times)
+    run = _Run(scene, times)
+    _integrate(scene, run, end, scene.case["save"]["orbits"] != "none" or times.size > 0)
+    return run
+
+
+def _integrate(scene: Scene, run: _Run, end: float, keep_events: bool, watchers=()) -> None:
+    """Integrate a scene up to `end` (s), in the eyes of `watchers`, see `span`."""
+    control = _control(scene, end, keep_events)
+    if not scene.layout.horizon:
+        _call(run, control, scene, watchers)
+        return
+    twin = _Run(scene, np.empty(0))
+    watch = span.Twin(control, twin.work, _unit(scene), scene.case["simulate"]["tolerance"])
+    _call(run, control, scene, (*watchers, watch))
+    run.found = watch.figures(_period(scene))
+    twin.counts += twin.work.counts
+    run.spent(twin)
+
+
+def _control(scene: Scene, end: float, keep_events: bool) -> loop.Control:
+    """Return how to integrate a scene up to `end` (s)."""
+    settings = scene.case["simulate"]
     pair = scene.layout.mechanism == "impact-pair"
     window = 0.0 if pair else settings["discard"] * _period(scene)
     turns = settings["impacts"] if pair else max(settings["revolutions"], 1.0)
-    control = loop.Control(
+    return loop.Control(
         window=window,
         end=end,
         separations=int(settings["impacts"]) if pair else 0,
         step_budget=int(settings["step_budget"] * turns),
         event_budget=int(settings["event_budget"] * turns),
         method=_METHODS[settings["method"]],
-        keep_events=scene.case["save"]["orbits"] != "none" or times.size > 0,
+        keep_events=keep_events,
     )
-    if control.method == events.IMPLICIT:
+
+
+def _call(run: _Run, control: loop.Control, scene: Scene | None = None, watchers=()) -> None:
+    """Integrate, at one go unless somebody watches."""
+    if control.method == events.IMPLICIT and run.work.ahead[0] == 0.0:
         run.work.mode[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     begin = time.perf_counter()
-    run.status, run.events = loop.integrate(control, run.work)
-    run.duration = time.perf_counter() - begin
-    return run
+    if watchers:
+        discard, turn = scene.case["simulate"]["discard"], _period(scene)
+        run.status, run.events = span.drive(control, run.work, discard, turn, watchers)
+    else:
+        run.status, run.events = loop.integrate(control, run.work)
+    run.duration += time.perf_counter() - begin
+    run.counts += run.work.counts
 
 
 def _trajectory(scene: Scene, run: _Run, end: float) -> Trajectory:
@@ -225,10 +312,10 @@ def _trajectory(scene: Scene, run: _Run, end: float) -> Trajectory:
     turns = scene.case["simulate"].get("revolutions", 1.0)
     message = text.format(time=reached, end=end, events=run.work.counts[events.EVENTS],
                           budget=int(scene.case["simulate"]["step_budget"] * max(turns, 1.0)))  # fmt: skip
-    counts = run.work.counts
+    counts = run.counts
     summary = dict.fromkeys(column.name for column in summary_columns(scene.layout))
     if run.status == loop.OK:
-        summary.update(_figures(scene, run, end))
+        summary.update(_figures(scene, run, end) | run.found)
         message = past_limits(
             (name, joint["contact"].get("elastic", ""), laws.penetration_limit(joint),
              summary[f"{part.name}_law_limit_fraction"])

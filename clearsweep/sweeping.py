@@ -152,8 +152,9 @@ def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, retry_failed:
 def case_bytes(grid) -> float:
     """Return the bytes of history that one case stores, without events."""
     case = grid.case(0)
-    save = case["save"]
-    turns = {"none": 0, "last": save.get("revolutions", 1), "all": case["simulate"].get("revolutions", 1)}
+    save, asked = case["save"], case["simulate"]
+    most = asked.get("until", {}).get("max_revolutions", asked.get("revolutions", 1))
+    turns = {"none": 0, "last": save.get("revolutions", 1), "all": most}
     return 8.0 * turns[save["orbits"]] * save.get("samples", 0) * len(outcome.channels(grid.layout()))
 
 

@@ -9,7 +9,7 @@ from .document import Entry, Problems
 from .errors import InputError
 from .quantity import nearest, shown
 from .sampling import Distribution, Sample
-from .schema import MECHANISMS, Number, Section, Shape, Word, shape
+from .schema import MECHANISMS, Flag, Number, Section, Shape, Word, shape
 
 
 @dataclass
@@ -67,6 +67,8 @@ def draft(root: Entry, catalogue: Catalogue, problems: Problems, fixed: frozense
             _word(read, path, node)
         elif isinstance(node, Number):
             _number(read, path, node)
+        elif isinstance(node, Flag):
+            _flag(read, path)
     read.axes = {path: read.axes[path] for path in read.swept if path in read.axes}
     design.check(read)
     read.limits = design.limits(read, root, kind)
@@ -174,6 +176,16 @@ def _word(read: Draft, path: str, node: Word) -> None:
         read.problems.add(read.place(path), path, f"is not used by {_chosen(read, node)}; leave it out")
     if node.law:
         read.names[path] = frozenset(values or node.options)
+
+
+def _flag(read: Draft, path: str) -> None:
+    """Read one flag; nothing is entered where it is false, as where it is left out."""
+    entry = read.written.get(path)
+    if entry is None or entry.value is False:
+        return
+    if entry.value is not True:
+        read.problems.add(entry, path, f"found {shown(entry.value)}; expected true or false")
+    read.values[path] = True
 
 
 def _number(read: Draft, path: str, node: Number) -> None:

@@ -55,6 +55,8 @@ class Work(NamedTuple):
     mode: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
     limit: np.ndarray  # (1,) length of the last step before the method changed
     history: np.ndarray  # (2,) length of the step whose implicit interpolant is in `f` (0: none), 1 if it was accepted
+    proposals: np.ndarray  # (2^(1+j),) step length by method and joints in contact, 0: none yet
+    ahead: np.ndarray  # (3,) length of the next step, how much it may grow and its expected error; 0: not begun
     jacobian: np.ndarray  # (n, n), and the rest of what the implicit method works on
     newton: np.ndarray  # (3 n, 3 n)
     newton_pivots: np.ndarray  # (3 n,) int64

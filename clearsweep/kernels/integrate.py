@@ -66,7 +66,7 @@ from .tally import (
 )
 
 AUTO = 2  # of Control.method
-OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW = range(5)
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED = range(6)
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic, so grow with care
 TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
 ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
@@ -83,6 +83,7 @@ class Control(NamedTuple):
     event_budget: int
     keep_events: bool
     method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
+    pause: float = math.inf  # s, return PAUSED at the first step end from here on; called again, go on undisturbed
 
 
 @kernel
@@ -191,8 +192,8 @@ def log_event(events, count, time, joint, kind, rate, force_peak):
 
 
 @register_jitable(error_model="numpy")
-def apply_event(at, kind, j, windowed, events, keep):
-    """Change what joint `j` does at `work.end`; return the event log."""
+def apply_event(at, kind, j, windowed, events, earlier, keep):
+    """Change what joint `j` does at `work.end`; return the event log, which leaves out the `earlier` events."""
     work = at[0]
     tally = work.tally
     moment = work.end[work.time]
@@ -207,7 +208,8 @@ def apply_event(at, kind, j, windowed, events, keep):
     peak = tally.joint[j, PEAK]
     rate = begin_contact(at, j, windowed) if kind == ONSET else end_contact(at, j)
     if keep:
-        events = log_event(events, work.counts[EVENTS], moment, j, kind, rate, 0.0 if kind == ONSET else peak)
+        count = work.counts[EVENTS] - earlier
+        events = log_event(events, count, moment, j, kind, rate, 0.0 if kind == ONSET else peak)
     work.counts[EVENTS] += 1
     return events
 
@@ -314,6 +316,23 @@ def next_length(at, proposals, pattern):
     return work.limit[0]
 
 
+@kernel
+def begin(at, windowed):
+    """Return the first step's length, growth and expected error: after a pause what was to come, else a guess."""
+    work = at[0]
+    tally, record = work.tally, work.record
+    evaluate(at, work.y, 0)  # after a pause the same again, unless the state was put elsewhere
+    if work.ahead[0] > 0.0:
+        return work.ahead[0], work.ahead[1], work.ahead[2]
+    tally.whole[KINETIC_START] = work.o[0, KINETIC]
+    if windowed:
+        open_window(at)
+    while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[work.time]:
+        write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
+        work.counts[SAMPLES] += 1
+    return first_length(at, work.proposals, proposal_of(at)), GROW, 0.0
+
+
 @njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
 def integrate(control, work):
     """Integrate from the state in `work.y` to the end that `control` sets.  Every other function works on `at[0]`.
@@ -325,21 +344,16 @@ def integrate(control, work):
 
     The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
     """
-    at, time, tally, record = pointer_to(work), work.time, work.tally, work.record
-    events = np.empty((64 if control.keep_events else 0, 5))
-    proposals = np.zeros(2 << work.state.size)
-    windowed = control.window <= 0.0
+    at, time, proposals = pointer_to(work), work.time, work.proposals
+    events, earlier = np.empty((64 if control.keep_events else 0, 5)), work.counts[EVENTS]
+    windowed = control.window <= work.y[time]
     stop = control.end if windowed else control.window
-    evaluate(at, work.y, 0)
-    tally.whole[KINETIC_START] = work.o[0, KINETIC]
-    if windowed:
-        open_window(at)
-    while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[time]:
-        write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
-        work.counts[SAMPLES] += 1
-    h = first_length(at, proposals, proposal_of(at))
-    grow, tries, expected = GROW, 0, 0.0
+    h, grow, expected = begin(at, windowed)
+    tries = 0
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
+        if work.y[time] >= control.pause:
+            work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
+            return PAUSED, events[: work.counts[EVENTS] - earlier]
         h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(at, h)
         error = max(error, way(at, h) ** 8)  # the step control takes the eighth root
@@ -348,7 +362,7 @@ def integrate(control, work):
             h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
             grow, tries = 1.0, tries + 1
             if tries > TRIES:
-                return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS]]
+                return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS] - earlier]
             continue
         tries = 0
         finish_ends(at)
@@ -366,15 +380,15 @@ def integrate(control, work):
             continue
         if kind == STOP:
             if windowed:
-                return OK, events[: work.counts[EVENTS]]
+                return OK, events[: work.counts[EVENTS] - earlier]
             windowed, stop = True, control.end
             open_window(at)
         else:
-            events = apply_event(at, kind, joint, windowed, events, control.keep_events)
+            events = apply_event(at, kind, joint, windowed, events, earlier, control.keep_events)
             if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
-                return OK, events[: work.counts[EVENTS]]
+                return OK, events[: work.counts[EVENTS] - earlier]
             if work.counts[EVENTS] >= control.event_budget:
-                return EVENT_BUDGET, events[: work.counts[EVENTS]]
+                return EVENT_BUDGET, events[: work.counts[EVENTS] - earlier]
         restart(at)
         h, grow, expected = first_length(at, proposals, proposal_of(at)), GROW, 0.0
-    return STEP_BUDGET, events[: work.counts[EVENTS]]
+    return STEP_BUDGET, events[: work.counts[EVENTS] - earlier]

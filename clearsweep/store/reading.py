@@ -27,8 +27,8 @@ class Run:
     def __init__(self, directory: str | Path):
         self.directory = Path(directory)
         self.grid = read_record(self.directory)
-        mechanism, joints = self.grid["layout"]
-        self.layout = outcome.Layout(mechanism, tuple(outcome.JointLayout(*joint) for joint in joints))
+        mechanism, joints, *asked = self.grid["layout"]
+        self.layout = outcome.Layout(mechanism, tuple(outcome.JointLayout(*joint) for joint in joints), *asked)
         self._check()
 
     def _check(self) -> None:
