@@ -12,7 +12,7 @@ from .kernels import integrate as loop
 from .kernels import method, wear
 from .kernels import tally as tallies
 from .kernels.family import NO_ENTRY, flatten
-from .kernels.joint import FREE, PRESSED
+from .kernels.joint import FREE, PRESSED, width
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
 from .kernels.record import Record
 from .outcome import EVENT_DTYPE, Trajectory, channels, summary_columns
@@ -149,6 +149,7 @@ class _Run:
             onset=np.full(len(joints), loop.ONSET_FLOOR),
             clearance=np.array([joint.clearance for joint in joints]),
             side=np.array([joint.side for joint in joints]),
+            owner=np.repeat(np.arange(len(joints)), [width(joint) for joint in joints]),
             limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case["joints"].values()]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             mode=np.zeros(3, dtype=np.int64),
@@ -183,7 +184,7 @@ def _scale(scene: Scene) -> np.ndarray:
     rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.pace / arm
     moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.pace
     root = np.full(len(value.joints), ROOT_WEIGHT * tolerance * math.sqrt(clearance))
-    return np.concatenate([place, rate, [moment], root])
+    return np.concatenate([place, rate, [moment], root, tolerance * np.array(value.memories)])
 
 
 def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:

@@ -49,6 +49,7 @@ class Work(NamedTuple):
     onset: np.ndarray  # (j,) m/s, closing rate at which the present contact began, floored
     clearance: np.ndarray  # (j,) m
     side: np.ndarray  # (j,) Joint.side
+    owner: np.ndarray  # (memories,) int64, the joint of each number that laws remember, which follow the roots in `y`
     limit_depth: np.ndarray  # (j,) m, penetration up to which the elastic law is meant to hold; inf: any
     counts: np.ndarray  # (COUNTS,) int64
     mode: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step

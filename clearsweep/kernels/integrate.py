@@ -163,12 +163,15 @@ def begin_contact(at, j, windowed):
 
 @kernel
 def end_contact(at, j):
-    """Release joint `j` at `work.end`; return the rate of its gap, m/s, closing positive."""
+    """Release joint `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
     work = at[0]
     tally = work.tally
     rate = work.o[END, JOINTS + JOINT_WIDTH * j + RATE]
     work.state[j] = FREE
     work.end[work.time + 1 + j] = 0.0
+    for i in range(work.owner.size):
+        if work.owner[i] == j:
+            work.end[work.time + 1 + work.state.size + i] = 0.0
     work.counts[SEPARATIONS] += 1
     if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
         tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]

@@ -8,8 +8,11 @@ power of friction is tangential force times sliding speed.
 import math
 from typing import NamedTuple
 
-from .family import kernel
+from numba.extending import overload
+
+from .family import OPTIONS, kernel
 from .friction import friction_force
+from .memory import memory, recalled
 from .normal import contact_force, lowest_force
 
 FREE, PRESSED, CLIPPED = 0, 1, 2  # what a joint is doing; CLIPPED: penetrating, but its law would pull
@@ -53,6 +56,31 @@ class Load(NamedTuple):
     depth: float  # m, eccentricity less clearance; negative where there is a gap
     elastic: float  # N, the elastic part of the normal force
     raw: float  # N, the normal force before it is clipped, above the least that its law allows
+
+
+@kernel
+def width(joint):
+    """Return how many numbers the laws of a joint remember."""
+    return len(memory(joint.law)) + len(memory(joint.friction))
+
+
+def remembering(joint, y, place):
+    """Return the joint with what its laws remember, which stands in the state `y` from `place` on."""
+    law = recalled(joint.law, y, place)
+    friction = recalled(joint.friction, y, place + len(memory(joint.law)))
+    return Joint(joint.clearance, joint.bearing_radius, joint.journal_radius, joint.side,
+                 law, joint.elastic, friction, joint.wear)  # fmt: skip
+
+
+@overload(remembering, strict=False, jit_options=dict(OPTIONS))
+def _remembering(joint, y, place):
+    return remembering if remembers(joint) else lambda joint, y, place: joint
+
+
+def remembers(joint):
+    """Return whether a law of `joint`, a compiled type, has a memory."""
+    laws = [joint.types[joint.fields.index(name)].instance_class for name in ("law", "friction")]
+    return any(law in memory.members for law in laws)
 
 
 @kernel
