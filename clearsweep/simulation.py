@@ -14,6 +14,7 @@ from .kernels import tally as tallies
 from .kernels.family import NO_ENTRY, flatten
 from .kernels.joint import FREE, PRESSED, width
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
+from .kernels.normal import Plastic
 from .kernels.record import Record
 from .outcome import EVENT_DTYPE, Trajectory, channels, summary_columns
 from .scene import Scene
@@ -149,6 +150,7 @@ class _Run:
             onset=np.full(len(joints), loop.ONSET_FLOOR),
             clearance=np.array([joint.clearance for joint in joints]),
             side=np.array([joint.side for joint in joints]),
+            deepest=_places(value, Plastic),
             owner=np.repeat(np.arange(len(joints)), [width(joint) for joint in joints]),
             limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case["joints"].values()]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
@@ -167,6 +169,13 @@ class _Run:
             record=self.record,
         )
         self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
+
+
+def _places(value, law) -> np.ndarray:
+    """Return where in the state of a scene the memory of each joint's normal law begins, 0 where it is no `law`."""
+    first = 2 * len(value.coordinates) + 1 + len(value.joints)
+    places = first + np.cumsum([0] + [width(joint) for joint in value.joints[:-1]])
+    return places * [isinstance(joint.law, law) for joint in value.joints]
 
 
 def _scale(scene: Scene) -> np.ndarray:

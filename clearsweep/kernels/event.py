@@ -1,10 +1,11 @@
-"""Where a step meets an event: contact onset, separation, clipped force, or a time at which to stop.
+"""Where a step meets an event: contact onset, separation, clipped force, yielding, or a time at which to stop.
 
 Free flight is searched, not only tested at the ends of a step: the journal's path through the step is followed on the
 dense output in SPANS parts, each with its end values and end slopes, and a rise and fall in between is bounded by its
 end tangents and, where these reach the bearing, maximised.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,11 +15,13 @@ from .joint import FREE, PRESSED
 from .method import END, SCRATCH, dense_component, dense_state
 from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, RAW, SPEED
 
-NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP = 0, 1, 2, 3, 4, 5
+# TURN, REACH: a contact that yields begins to part; comes back to the deepest point it has been to
+NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP, TURN, REACH = range(8)
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
 MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step, so that SPANS of it can be followed
 ROUNDING = 4.0e-16
+BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: not reached again by rounding
 EXPLICIT, IMPLICIT = 0, 1  # methods
 # Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
 STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
@@ -49,6 +52,7 @@ class Work(NamedTuple):
     onset: np.ndarray  # (j,) m/s, closing rate at which the present contact began, floored
     clearance: np.ndarray  # (j,) m
     side: np.ndarray  # (j,) Joint.side
+    deepest: np.ndarray  # (j,) int64, place in the state of Plastic.deepest; 0 where the law does not yield
     owner: np.ndarray  # (memories,) int64, the joint of each number that laws remember, which follow the roots in `y`
     limit_depth: np.ndarray  # (j,) m, penetration up to which the elastic law is meant to hold; inf: any
     counts: np.ndarray  # (COUNTS,) int64
@@ -81,6 +85,17 @@ def may_clip(at, j):
 
 
 @kernel
+def bound_of_yield(at, j):
+    """Return which end of yielding the step can hold for joint `j`, in contact: TURN, REACH or NOTHING."""
+    work = at[0]
+    place = work.deepest[j]
+    if place > 0 and work.y[place] == 0.0:
+        return TURN if work.o[END, JOINTS + JOINT_WIDTH * j + RATE] < 0.0 else NOTHING
+    reached = place > 0 and work.end[work.time + 1 + j] > BEYOND * math.sqrt(work.y[place])
+    return REACH if reached else NOTHING
+
+
+@kernel
 def may_meet(at, h, stop):
     """Return whether the step from `work.y` to `work.end` can hold an event; True wherever that is not excluded."""
     work = at[0]
@@ -101,7 +116,7 @@ def may_meet(at, h, stop):
         lowest = min(work.y[work.time + 1 + j], work.end[work.time + 1 + j])
         if lowest <= 0.0 or (start < 0.0 < end and lowest < 0.25 * h * min(-start, end)):
             return True
-        if may_clip(at, j):
+        if may_clip(at, j) or bound_of_yield(at, j) != NOTHING:
             return True
     return False
 
@@ -155,7 +170,11 @@ def excess(at, kind, j, h, stop, x):
         return -dense_component(x, work.time + 1 + j, work.y, work.f)
     if kind == STOP:
         return dense_component(x, work.time, work.y, work.f) - stop
+    if kind == REACH:
+        return dense_component(x, work.time + 1 + j, work.y, work.f) - BEYOND * math.sqrt(work.y[work.deepest[j]])
     evaluate_dense(at, x)
+    if kind == TURN:
+        return -work.o[SCRATCH, JOINTS + JOINT_WIDTH * j + RATE]
     raw = work.o[SCRATCH, JOINTS + JOINT_WIDTH * j + RAW]
     return raw if kind == UNCLIP else -raw
 
@@ -240,8 +259,8 @@ def first_separation(at, j, h):
 
 
 @kernel
-def first_clip(at, j, h, kind):
-    """Return the share of the step at which the raw force of joint `j` changes sign; 2 if it does not."""
+def first_change(at, j, h, kind):
+    """Return the share of the step at which the function of an event of joint `j` turns positive; 2 if it does not."""
     xa = 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
@@ -265,9 +284,14 @@ def first_event(at, h, stop):
             x, what = first_separation(at, j, h), SEPARATION
             if may_clip(at, j):
                 press = CLIP if work.state[j] == PRESSED else UNCLIP
-                touch = first_clip(at, j, h, press)
+                touch = first_change(at, j, h, press)
                 if touch < x:
                     x, what = touch, press
+            bound = bound_of_yield(at, j)
+            if bound != NOTHING:
+                touch = first_change(at, j, h, bound)
+                if touch < x:
+                    x, what = touch, bound
         if x < best:
             best, kind, joint = x, what, j
     return best, kind, joint

@@ -12,12 +12,14 @@ from .event import (
     EVENTS,
     NOTHING,
     ONSET,
+    REACH,
     REJECTED,
     SAMPLES,
     SEPARATION,
     SEPARATIONS,
     STEPS,
     STOP,
+    TURN,
     evaluate,
     way,
 )
@@ -37,6 +39,7 @@ from .motion import (
     RATE,
     TORQUE,
 )
+from .normal import SHALLOW
 from .record import write_sample, write_samples
 from .step import finish_dense, finish_ends, meet, take_step
 from .stiff import choose_method
@@ -203,6 +206,9 @@ def apply_event(at, kind, j, windowed, events, keep):
         work.state[j] = CLIPPED
         if windowed:
             tally.joint[j, CLIPS] += 1.0
+        return events
+    if kind in (TURN, REACH):
+        work.end[work.deepest[j]] = max(work.end[work.time + 1 + j] ** 2, SHALLOW) if kind == TURN else 0.0
         return events
     if kind not in (ONSET, SEPARATION):
         work.state[j] = PRESSED
