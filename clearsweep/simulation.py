@@ -150,6 +150,7 @@ class _Run:
             onset=np.full(len(joints), loop.ONSET_FLOOR),
             clearance=np.array([joint.clearance for joint in joints]),
             side=np.array([joint.side for joint in joints]),
+            band=np.array([getattr(joint.friction, "band", 0.0) for joint in joints]),
             deepest=_places(value, Plastic),
             owner=np.repeat(np.arange(len(joints)), [width(joint) for joint in joints]),
             limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case["joints"].values()]),

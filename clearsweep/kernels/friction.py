@@ -61,6 +61,17 @@ class Stribeck(NamedTuple):
     velocity_scale: float  # m/s
 
 
+class Karnopp(NamedTuple):
+    """Slides as Stribeck's law down to the sliding speed `band`; below it sticks, which `stick.held` sees to."""
+
+    coefficient: float  # kinetic, 1
+    static_coefficient: float  # 1
+    stribeck_velocity: float  # m/s
+    shape: float  # 1
+    viscous: float  # s/m
+    band: float  # m/s
+
+
 class Dahl(NamedTuple):
     """T = -N sigma0 z with bristles bent by z: z' = slip (1 - x)^shape, x = sigma0 z sgn(slip) / mu."""
 
@@ -129,6 +140,12 @@ def _bengisu_akay(friction, normal, slip):
 def _stribeck(friction, normal, slip):
     share = stribeck_coefficient(friction, slip)
     return -normal * (share * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
+
+
+@friction_force.member(Karnopp)
+def _karnopp(friction, normal, slip):
+    sign = min(max(slip / friction.band, -1.0), 1.0)  # no jump in a step that runs into the band and is cut there
+    return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
 # ---------------------------------------------------------------------------------------------- with bristles

@@ -18,13 +18,13 @@ from .event import (
     SEPARATION,
     SEPARATIONS,
     STEPS,
+    STICK,
     STOP,
     TURN,
-    evaluate,
     way,
 )
 from .family import invoke, kernel, pointer_to
-from .joint import CLIPPED, FREE, PRESSED
+from .joint import CLIPPED, FREE, PRESSED, STUCK
 from .method import END
 from .motion import (
     ACCELERATION,
@@ -41,7 +41,7 @@ from .motion import (
 )
 from .normal import SHALLOW
 from .record import write_sample, write_samples
-from .step import finish_dense, finish_ends, meet, take_step
+from .step import begin_step, finish_dense, finish_ends, meet, take_step
 from .stiff import choose_method
 from .tally import (
     ACCELERATION_MAX,
@@ -211,7 +211,7 @@ def apply_event(at, kind, j, windowed, events, keep):
         work.end[work.deepest[j]] = max(work.end[work.time + 1 + j] ** 2, SHALLOW) if kind == TURN else 0.0
         return events
     if kind not in (ONSET, SEPARATION):
-        work.state[j] = PRESSED
+        work.state[j] = STUCK if kind == STICK else PRESSED
         return events
     peak = tally.joint[j, PEAK]
     rate = begin_contact(at, j, windowed) if kind == ONSET else end_contact(at, j)
@@ -285,7 +285,7 @@ def restart(at):
         work.y[i] = work.end[i]
     work.mode[0], work.mode[1] = work.mode[2], 0
     work.history[0] = 0.0
-    evaluate(at, work.y, 0)
+    begin_step(at)
 
 
 @kernel
@@ -339,7 +339,7 @@ def integrate(control, work):
     proposals = np.zeros(2 << work.state.size)
     windowed = control.window <= 0.0
     stop = control.end if windowed else control.window
-    evaluate(at, work.y, 0)
+    begin_step(at)
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
     if windowed:
         open_window(at)

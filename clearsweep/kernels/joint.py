@@ -15,7 +15,8 @@ from .friction import friction_force
 from .memory import memory, recalled
 from .normal import contact_force, lowest_force
 
-FREE, PRESSED, CLIPPED = 0, 1, 2  # what a joint is doing; CLIPPED: penetrating, but its law would pull
+# What a joint is doing.  CLIPPED: penetrating, but its law would pull; STUCK: pressed, and its surfaces stick
+FREE, PRESSED, CLIPPED, STUCK = range(4)
 
 
 class Joint(NamedTuple):
@@ -105,7 +106,7 @@ def joint_load(joint, gap, state, pen, onset_rate):
     rate = joint.side * (gap.vx * nx + gap.vy * ny)
     force, elastic = contact_force(joint.law, joint.elastic, pen, rate, onset_rate)
     lowest = lowest_force(joint.law)
-    normal = force if state == PRESSED else 0.0
+    normal = force if state != CLIPPED else 0.0
     slip = surface_speed(joint, gap, -ny, nx)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
     tangential = friction_force(joint.friction, rubbing, slip)

@@ -22,6 +22,7 @@ from .joint import FREE, joint_load, remembering, remembers, width
 from .mechanism import gaps, pose
 from .memory import memory, memory_rate, recalled
 from .method import END, ROWS
+from .stick import held
 
 # Columns of the observables, then a block of JOINT_WIDTH for every joint.
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, JOINTS = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -100,6 +101,7 @@ def look(scene, y, state, onset):
     relative = gaps(scene.mechanism, p)
     first = 2 * len(scene.coordinates) + 1
     loads = loads_of(scene.joints, relative, y, first, first + len(scene.joints), state, onset, 0)
+    loads = held(scene, p, relative, loads, state)
     return p, relative, loads, motion(scene.mechanism, p, loads)
 
 

@@ -3,7 +3,7 @@
 import math
 
 from ..catalogue import Field
-from ..kernels.friction import Ambrosio, BengisuAkay, Dahl, LuGre, Stribeck, Tanh, Threlfall
+from ..kernels.friction import Ambrosio, BengisuAkay, Dahl, Karnopp, LuGre, Stribeck, Tanh, Threlfall
 from .recipe import enter
 
 COEFFICIENT = Field("coefficient", "1", "of kinetic friction, mu", low_open=False)
@@ -91,6 +91,24 @@ _enter(
     SCALE,
     notes="Creeps where it should stick; velocity_scale should be well below stribeck_velocity, else the static "
     "friction is never reached.",
+)
+
+_enter(
+    "karnopp",
+    "sticks: below a sliding speed the surfaces hold each other",
+    "above band: T = -N sgn(slip) (mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape) + viscous |slip|); below: "
+    "T is what stops the sliding, at most mu_s N either way, or what slides at the edge of the band if that is more",
+    "after Karnopp 1985, J. Dyn. Syst. Meas. Control 107:100; with Stribeck's fall",
+    Karnopp,
+    COEFFICIENT,
+    STATIC,
+    Field("stribeck_velocity", "m/s", "sliding speed over which friction falls from static to kinetic"),
+    Field("shape", "1", "2: a Gaussian fall, 1: an exponential one", default=2.0),
+    Field("viscous", "s/m", "growth of the coefficient with the sliding speed", low_open=False, default=0.0),
+    Field("band", "m/s", "sliding speed below which the surfaces stick; well below stribeck_velocity"),
+    notes="T in the band follows from the motion: it makes the sliding speed die away with the crank's rate, so what "
+    "is left of it, less than band, is a creep of no meaning.  The edge of the band is located; T jumps there.  "
+    "Static friction is bounded by the load alone, so surfaces let go when the load on them falls.",
 )
 
 # ---------------------------------------------------------------------------------------------- with a memory
