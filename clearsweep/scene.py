@@ -13,6 +13,7 @@ from .kernels.elastic import elastic_force
 from .kernels.integrate import ONSET_FLOOR
 from .kernels.joint import Joint
 from .kernels.mechanism import COORDINATES, Links, Pair
+from .kernels.memory import memory
 from .outcome import JointLayout, Layout
 
 JOINTS = {"ground-crank": "A", "crank-rod": "B", "rod-slider": "C"}
@@ -59,18 +60,27 @@ def build(case: dict) -> Scene:
     open_joints = "".join(JOINTS[name] for name in case["joints"])
     mechanism = getattr(mechanisms, f"Open{open_joints}")(_links(case))
     sigma = math.sqrt(min(joint.clearance for joint in joints))
-    value = motion.Scene(mechanism, joints, (0.0,) * COORDINATES[type(mechanism)], case["drive"]["speed"], sigma)
+    memories = _memories(joints)
+    value = motion.Scene(mechanism, joints, (0.0,) * COORDINATES[type(mechanism)], case["drive"]["speed"], sigma,
+                         memories)  # fmt: skip
     offsets, roots = _offsets(case, joints)
-    return Scene(case, value, layout, _start(case, open_joints, offsets, roots), bool(np.any(roots)))
+    start = np.append(_start(case, open_joints, offsets, roots), np.zeros(len(memories)))
+    return Scene(case, value, layout, start, bool(np.any(roots)))
 
 
 def _pair_scene(case: dict, layout: Layout, joints: tuple) -> Scene:
     """Return the scene of an impact pair: centred, approaching."""
     first, second = case["mechanism"]["masses"]
     speed, clearance = case["mechanism"]["speed"], joints[0].clearance
+    memories = _memories(joints)
     value = motion.Scene(Pair(first * second / (first + second)), joints, (0.0,), speed / clearance,
-                         math.sqrt(clearance))  # fmt: skip
-    return Scene(case, value, layout, np.array([0.0, speed, 0.0, 0.0]), False)
+                         math.sqrt(clearance), memories)  # fmt: skip
+    return Scene(case, value, layout, np.array([0.0, speed, 0.0, 0.0] + [0.0] * len(memories)), False)
+
+
+def _memories(joints: tuple) -> tuple:
+    """Return the size of each number that the laws of joints remember."""
+    return tuple(size for joint in joints for law in (joint.law, joint.friction) for size in memory(law))
 
 
 def _layout(case: dict) -> Layout:

@@ -12,8 +12,9 @@ from .kernels import integrate as loop
 from .kernels import method, wear
 from .kernels import tally as tallies
 from .kernels.family import NO_ENTRY, flatten
-from .kernels.joint import FREE, PRESSED
+from .kernels.joint import FREE, PRESSED, width
 from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
+from .kernels.normal import Plastic
 from .kernels.record import Record
 from .outcome import EVENT_DTYPE, Trajectory, channels, differ, summary_columns
 from .remarks import past_limits
@@ -196,6 +197,9 @@ class _Run:
             onset=np.full(len(joints), loop.ONSET_FLOOR),
             clearance=np.array([joint.clearance for joint in joints]),
             side=np.array([joint.side for joint in joints]),
+            band=np.array([getattr(joint.friction, "band", 0.0) for joint in joints]),
+            deepest=_places(value, Plastic),
+            owner=np.repeat(np.arange(len(joints)), [width(joint) for joint in joints]),
             limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case["joints"].values()]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             mode=np.zeros(3, dtype=np.int64),
@@ -238,6 +242,13 @@ def _unit(scene: Scene) -> np.ndarray:
     return np.concatenate([unit, unit * scene.value.pace])
 
 
+def _places(value, law) -> np.ndarray:
+    """Return where in the state of a scene the memory of each joint's normal law begins, 0 where it is no `law`."""
+    first = 2 * len(value.coordinates) + 1 + len(value.joints)
+    places = first + np.cumsum([0] + [width(joint) for joint in value.joints[:-1]])
+    return places * [isinstance(joint.law, law) for joint in value.joints]
+
+
 def _scale(scene: Scene) -> np.ndarray:
     """Return the error (n,) that one step may make in each component of the state."""
     value, tolerance = scene.value, scene.case["simulate"]["tolerance"]
@@ -250,7 +261,7 @@ def _scale(scene: Scene) -> np.ndarray:
     rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.pace / arm
     moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.pace
     root = np.full(len(value.joints), ROOT_WEIGHT * tolerance * math.sqrt(clearance))
-    return np.concatenate([place, rate, [moment], root])
+    return np.concatenate([place, rate, [moment], root, tolerance * np.array(value.memories)])
 
 
 def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:

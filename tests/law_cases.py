@@ -24,6 +24,7 @@ SAMPLES = {
     "m": 1e-3,
     "m/s": 1e-3,
     "s/m": 10.0,
+    "1/m": 1e5,
 }
 RECIPES = laws.RECIPES
 

@@ -1,25 +1,30 @@
-"""Where a step meets an event: contact onset, separation, clipped force, or a time at which to stop.
+"""Where a step meets an event: onset, separation, clipped force, yielding, sticking, or a time at which to stop.
 
 Free flight is searched, not only tested at the ends of a step: the journal's path through the step is followed on the
 dense output in SPANS parts, each with its end values and end slopes, and a rise and fall in between is bounded by its
 end tangents and, where these reach the bearing, maximised.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from .family import Entry, invoke, kernel
-from .joint import FREE, PRESSED
+from .joint import CLIPPED, FREE, STUCK
 from .method import END, SCRATCH, dense_component, dense_state
 from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, RAW, SPEED
 
-NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP = 0, 1, 2, 3, 4, 5
+# TURN, REACH: a contact that yields begins to part; comes back to the deepest point it has been to
+# STICK, SLIP: sliding slows down to where surfaces stick; is beyond it again
+NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP, TURN, REACH, STICK, SLIP = range(10)
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
 MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step, so that SPANS of it can be followed
 ROUNDING = 4.0e-16
 CLOSE_ENOUGH = 1e-9  # of a step: the step that ends at an onset corrects what is left
+LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again
+BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: not reached again by rounding
 EXPLICIT, IMPLICIT = 0, 1  # methods
 # Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
 STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
@@ -50,6 +55,9 @@ class Work(NamedTuple):
     onset: np.ndarray  # (j,) m/s, closing rate at which the present contact began, floored
     clearance: np.ndarray  # (j,) m
     side: np.ndarray  # (j,) Joint.side
+    band: np.ndarray  # (j,) m/s, sliding speed below which the surfaces stick; 0 where they do not
+    deepest: np.ndarray  # (j,) int64, place in the state of Plastic.deepest; 0 where the law does not yield
+    owner: np.ndarray  # (memories,) int64, the joint of each number that laws remember, which follow the roots in `y`
     limit_depth: np.ndarray  # (j,) m, penetration up to which the elastic law is meant to hold; inf: any
     counts: np.ndarray  # (COUNTS,) int64
     mode: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
@@ -70,16 +78,47 @@ class Work(NamedTuple):
 
 
 @kernel
-def may_clip(at, j):
-    """Return whether the force law of joint `j`, in contact, turns to traction within the step, or back."""
+def end_of_force(at, j):
+    """Return how the force law of joint `j`, in contact, turns to traction within the step: CLIP, UNCLIP or NOTHING."""
     work = at[0]
     block = JOINTS + JOINT_WIDTH * j
-    if work.state[j] != PRESSED:
-        return work.o[END, block + RAW] > 0.0
+    if work.state[j] == CLIPPED:
+        return UNCLIP if work.o[END, block + RAW] > 0.0 else NOTHING
     least = 0.0
     for row in range(5, END + 1):  # the stages before are too inaccurate to tell, and close to the start
         least = min(least, work.o[row, block + RAW])
-    return least < 0.0
+    return CLIP if least < 0.0 else NOTHING
+
+
+@kernel
+def end_of_yield(at, j):
+    """Return which end of yielding the step can hold for joint `j`, in contact: TURN, REACH or NOTHING."""
+    work = at[0]
+    place = work.deepest[j]
+    if place > 0 and work.y[place] == 0.0:
+        return TURN if work.o[END, JOINTS + JOINT_WIDTH * j + RATE] < 0.0 else NOTHING
+    reached = place > 0 and work.end[work.time + 1 + j] > BEYOND * math.sqrt(work.y[place])
+    return REACH if reached else NOTHING
+
+
+@kernel
+def end_of_sliding(at, j):
+    """Return whether joint `j`, in contact, begins or ceases to stick within the step: STICK, SLIP or NOTHING."""
+    work = at[0]
+    band = work.band[j]
+    if band == 0.0 or work.state[j] == CLIPPED:
+        return NOTHING
+    column = JOINTS + JOINT_WIDTH * j + SPEED
+    start, end = work.o[0, column], work.o[END, column]
+    if work.state[j] == STUCK:
+        return SLIP if abs(end) > LOOSE * band else NOTHING
+    return STICK if abs(end) < band or start * end < 0.0 else NOTHING
+
+
+@kernel
+def changes(at, j):
+    """Return the events, but for separation, that the step can hold for joint `j`, in contact."""
+    return end_of_force(at, j), end_of_yield(at, j), end_of_sliding(at, j)
 
 
 @kernel
@@ -111,8 +150,9 @@ def may_meet(at, h, stop):
         lowest = min(work.y[work.time + 1 + j], work.end[work.time + 1 + j])
         if lowest <= 0.0 or (start < 0.0 < end and lowest < 0.25 * h * min(-start, end)):
             return True
-        if may_clip(at, j):
-            return True
+        for kind in changes(at, j):
+            if kind != NOTHING:
+                return True
     return False
 
 
@@ -162,7 +202,15 @@ def excess(at, kind, j, h, stop, x):
         return -dense_component(x, work.time + 1 + j, work.y, work.f)
     if kind == STOP:
         return dense_component(x, work.time, work.y, work.f) - stop
+    if kind == REACH:
+        return dense_component(x, work.time + 1 + j, work.y, work.f) - BEYOND * math.sqrt(work.y[work.deepest[j]])
     evaluate_dense(at, x)
+    if kind == TURN:
+        return -work.o[SCRATCH, JOINTS + JOINT_WIDTH * j + RATE]
+    if kind in (STICK, SLIP):
+        column = JOINTS + JOINT_WIDTH * j + SPEED
+        slip = math.copysign(1.0, work.o[0, column]) * work.o[SCRATCH, column]
+        return work.band[j] - slip if kind == STICK else abs(slip) - LOOSE * work.band[j]
     raw = work.o[SCRATCH, JOINTS + JOINT_WIDTH * j + RAW]
     return raw if kind == UNCLIP else -raw
 
@@ -287,8 +335,8 @@ def first_separation(at, j, h):
 
 
 @kernel
-def first_clip(at, j, h, kind):
-    """Return the share of the step at which the raw force of joint `j` changes sign; 2 if it does not."""
+def first_change(at, j, h, kind):
+    """Return the share of the step at which the function of an event of joint `j` turns positive; 2 if it does not."""
     xa = 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
@@ -310,11 +358,10 @@ def first_event(at, h, stop):
             x, what = first_onset(at, j, h), ONSET
         else:
             x, what = first_separation(at, j, h), SEPARATION
-            if may_clip(at, j):
-                press = CLIP if work.state[j] == PRESSED else UNCLIP
-                touch = first_clip(at, j, h, press)
+            for change in changes(at, j):
+                touch = first_change(at, j, h, change) if change != NOTHING else 2.0
                 if touch < x:
-                    x, what = touch, press
+                    x, what = touch, change
         if x < best:
             best, kind, joint = x, what, j
     return best, kind, joint

@@ -37,14 +37,16 @@ def inlined(function):
 def family(stub):
     """Return `stub` as a function whose code is chosen by the type of its first argument.
 
-    `@stub.member(cls)` enters the code for `cls`, a NamedTuple.  In compiled code the choice costs nothing and only
-    the chosen body is compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
+    `@stub.member(cls)` enters the code for `cls`, a NamedTuple; for None, that for all types not entered.  In compiled
+    code the choice costs nothing and only the chosen body is compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as
+    plain Python.
     """
     members = {}
 
     @functools.wraps(stub)
     def dispatch(first, *rest):
-        return members[type(first)](first, *rest)
+        cls = type(first)
+        return members[cls if cls in members else None](first, *rest)
 
     def member(cls):
         def enter(body):
@@ -54,7 +56,7 @@ def family(stub):
         return enter
 
     def select(first, *rest):
-        return members.get(getattr(first, "instance_class", None))
+        return members.get(getattr(first, "instance_class", None), members.get(None))
 
     overload(dispatch, strict=False, jit_options=dict(OPTIONS))(select)
     dispatch.member, dispatch.members = member, members

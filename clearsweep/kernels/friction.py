@@ -3,7 +3,8 @@
 import math
 from typing import NamedTuple
 
-from .family import family
+from .family import family, kernel
+from .memory import memory, memory_rate, recalled
 
 
 @family
@@ -60,6 +61,47 @@ class Stribeck(NamedTuple):
     velocity_scale: float  # m/s
 
 
+class Karnopp(NamedTuple):
+    """Slides as Stribeck's law down to the sliding speed `band`; below it sticks, which `stick.held` sees to."""
+
+    coefficient: float  # kinetic, 1
+    static_coefficient: float  # 1
+    stribeck_velocity: float  # m/s
+    shape: float  # 1
+    viscous: float  # s/m
+    band: float  # m/s
+
+
+class Dahl(NamedTuple):
+    """T = -N sigma0 z with bristles bent by z: z' = slip (1 - x)^shape, x = sigma0 z sgn(slip) / mu."""
+
+    coefficient: float  # mu, 1
+    bristle_stiffness: float  # sigma0, 1/m, per load
+    shape: float  # 1
+    bend: float = 0.0  # z, m
+
+
+class LuGre(NamedTuple):
+    """T = -N (sigma0 z + sigma1(slip) z' + viscous slip) with z' = slip - sigma0 |slip| z / g(slip)."""
+
+    coefficient: float  # kinetic, 1
+    static_coefficient: float  # 1
+    stribeck_velocity: float  # m/s
+    shape: float  # 1
+    viscous: float  # s/m
+    bristle_stiffness: float  # sigma0, 1/m, per load
+    bristle_damping: float  # sigma1 at rest, s/m, per load
+    damping_velocity: float  # m/s, sigma1 falls with exp(-(slip / damping_velocity)^2)
+    bend: float = 0.0  # z, m
+
+
+@kernel
+def stribeck_coefficient(friction, slip):
+    """Return mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)."""
+    fall = math.exp(-(abs(slip / friction.stribeck_velocity) ** friction.shape))
+    return friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
+
+
 @friction_force.member(Frictionless)
 def _frictionless(friction, normal, slip):
     return 0.0
@@ -96,6 +138,56 @@ def _bengisu_akay(friction, normal, slip):
 
 @friction_force.member(Stribeck)
 def _stribeck(friction, normal, slip):
-    fall = math.exp(-(abs(slip / friction.stribeck_velocity) ** friction.shape))
-    share = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
+    share = stribeck_coefficient(friction, slip)
     return -normal * (share * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
+
+
+@friction_force.member(Karnopp)
+def _karnopp(friction, normal, slip):
+    sign = min(max(slip / friction.band, -1.0), 1.0)  # no jump in a step that runs into the band and is cut there
+    return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
+
+
+# ---------------------------------------------------------------------------------------------- with bristles
+
+
+@friction_force.member(Dahl)
+def _dahl(friction, normal, slip):
+    return -normal * friction.bristle_stiffness * friction.bend
+
+
+@friction_force.member(LuGre)
+def _lugre(friction, normal, slip):
+    fall = math.exp(-((slip / friction.damping_velocity) ** 2))
+    share = friction.bristle_stiffness * friction.bend
+    share += friction.bristle_damping * fall * memory_rate(friction, slip)
+    return -normal * (share + friction.viscous * slip)
+
+
+@memory_rate.member(Dahl)
+def _dahl_rate(friction, slip):
+    rest = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
+    return slip * math.copysign(abs(rest) ** friction.shape, rest)
+
+
+@memory_rate.member(LuGre)
+def _lugre_rate(friction, slip):
+    return slip - friction.bristle_stiffness * abs(slip) * friction.bend / stribeck_coefficient(friction, slip)
+
+
+@recalled.member(Dahl)
+def _dahl_recalled(friction, y, place):
+    return Dahl(friction.coefficient, friction.bristle_stiffness, friction.shape, y[place])
+
+
+@recalled.member(LuGre)
+def _lugre_recalled(friction, y, place):
+    return LuGre(friction.coefficient, friction.static_coefficient, friction.stribeck_velocity, friction.shape,
+                 friction.viscous, friction.bristle_stiffness, friction.bristle_damping, friction.damping_velocity,
+                 y[place])  # fmt: skip
+
+
+@memory.member(Dahl)
+@memory.member(LuGre)
+def _bend_of_sliding(friction):
+    return (friction.coefficient / friction.bristle_stiffness,)

@@ -12,17 +12,19 @@ from .event import (
     EVENTS,
     NOTHING,
     ONSET,
+    REACH,
     REJECTED,
     SAMPLES,
     SEPARATION,
     SEPARATIONS,
     STEPS,
+    STICK,
     STOP,
-    evaluate,
+    TURN,
     way,
 )
 from .family import invoke, kernel, pointer_to
-from .joint import CLIPPED, FREE, PRESSED
+from .joint import CLIPPED, FREE, PRESSED, STUCK
 from .method import END
 from .motion import (
     ACCELERATION,
@@ -37,8 +39,9 @@ from .motion import (
     RATE,
     TORQUE,
 )
+from .normal import SHALLOW
 from .record import write_sample, write_samples
-from .step import finish_dense, finish_ends, meet, take_step
+from .step import begin_step, finish_dense, finish_ends, meet, take_step
 from .stiff import choose_method
 from .tally import (
     ACCELERATION_MAX,
@@ -164,12 +167,15 @@ def begin_contact(at, j, windowed):
 
 @kernel
 def end_contact(at, j):
-    """Release joint `j` at `work.end`; return the rate of its gap, m/s, closing positive."""
+    """Release joint `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
     work = at[0]
     tally = work.tally
     rate = work.o[END, JOINTS + JOINT_WIDTH * j + RATE]
     work.state[j] = FREE
     work.end[work.time + 1 + j] = 0.0
+    for i in range(work.owner.size):
+        if work.owner[i] == j:
+            work.end[work.time + 1 + work.state.size + i] = 0.0
     work.counts[SEPARATIONS] += 1
     if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
         tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
@@ -202,8 +208,11 @@ def apply_event(at, kind, j, windowed, events, earlier, keep):
         if windowed:
             tally.joint[j, CLIPS] += 1.0
         return events
+    if kind in (TURN, REACH):
+        work.end[work.deepest[j]] = max(work.end[work.time + 1 + j] ** 2, SHALLOW) if kind == TURN else 0.0
+        return events
     if kind not in (ONSET, SEPARATION):
-        work.state[j] = PRESSED
+        work.state[j] = STUCK if kind == STICK else PRESSED
         return events
     peak = tally.joint[j, PEAK]
     rate = begin_contact(at, j, windowed) if kind == ONSET else end_contact(at, j)
@@ -278,7 +287,7 @@ def restart(at):
         work.y[i] = work.end[i]
     work.mode[0], work.mode[1] = work.mode[2], 0
     work.history[0] = 0.0
-    evaluate(at, work.y, 0)
+    begin_step(at)
 
 
 @kernel
@@ -321,7 +330,7 @@ def begin(at, windowed):
     """Return the first step's length, growth and expected error: after a pause what was to come, else a guess."""
     work = at[0]
     tally, record = work.tally, work.record
-    evaluate(at, work.y, 0)  # after a pause the same again, unless the state was put elsewhere
+    begin_step(at)  # after a pause the same again, unless the state was put elsewhere
     if work.ahead[0] > 0.0:
         return work.ahead[0], work.ahead[1], work.ahead[2]
     tally.whole[KINETIC_START] = work.o[0, KINETIC]

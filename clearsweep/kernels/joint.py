@@ -8,11 +8,15 @@ power of friction is tangential force times sliding speed.
 import math
 from typing import NamedTuple
 
-from .family import kernel
+from numba.extending import overload
+
+from .family import OPTIONS, kernel
 from .friction import friction_force
+from .memory import memory, recalled
 from .normal import contact_force, lowest_force, sign_beyond
 
-FREE, PRESSED, CLIPPED = 0, 1, 2  # what a joint is doing; CLIPPED: penetrating, but its law would pull
+# What a joint is doing.  CLIPPED: penetrating, but its law would pull; STUCK: pressed, and its surfaces stick
+FREE, PRESSED, CLIPPED, STUCK = range(4)
 
 
 class Joint(NamedTuple):
@@ -56,6 +60,31 @@ class Load(NamedTuple):
 
 
 @kernel
+def width(joint):
+    """Return how many numbers the laws of a joint remember."""
+    return len(memory(joint.law)) + len(memory(joint.friction))
+
+
+def remembering(joint, y, place):
+    """Return the joint with what its laws remember, which stands in the state `y` from `place` on."""
+    law = recalled(joint.law, y, place)
+    friction = recalled(joint.friction, y, place + len(memory(joint.law)))
+    return Joint(joint.clearance, joint.bearing_radius, joint.journal_radius, joint.side,
+                 law, joint.elastic, friction, joint.wear)  # fmt: skip
+
+
+@overload(remembering, strict=False, jit_options=dict(OPTIONS))
+def _remembering(joint, y, place):
+    return remembering if remembers(joint) else lambda joint, y, place: joint
+
+
+def remembers(joint):
+    """Return whether a law of `joint`, a compiled type, has a memory."""
+    laws = [joint.types[joint.fields.index(name)].instance_class for name in ("law", "friction")]
+    return any(law in memory.members for law in laws)
+
+
+@kernel
 def surface_speed(joint, gap, tx, ty):
     """Return the speed (m/s) of the journal surface over the bearing surface along the unit tangent (tx, ty)."""
     spin = gap.spin_distal * joint.journal_radius - gap.spin_proximal * joint.bearing_radius
@@ -86,7 +115,7 @@ def joint_load(joint, gap, state, pen, onset_rate):
     if pen < 0.0:
         sign = sign_beyond(joint.law, joint.elastic)
         force, elastic = sign * force, sign * elastic
-    normal = force if state == PRESSED else 0.0
+    normal = force if state != CLIPPED else 0.0
     slip = surface_speed(joint, gap, -ny, nx)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
     tangential = friction_force(joint.friction, rubbing, slip)

@@ -1,7 +1,7 @@
 """The right-hand side: rates of the state, and what the motion does on the way (observables).
 
-State, a vector of n numbers: coordinates q, their rates v, time t, and one s per joint, the square root of the
-penetration while the joint is in contact.  The independent variable is not time but tau, with
+State, a vector of n numbers: coordinates q, their rates v, time t, one s per joint, the square root of the penetration
+while the joint is in contact, and what laws with a memory remember.  The independent variable is not time but tau, with
 
     dt/dtau = kappa,   1/kappa = sigma * sum over joints in contact of 1/s,   kappa = 1 without contact,
 
@@ -18,9 +18,11 @@ from numba.extending import overload
 
 from .dynamics import describe, energy_and_gravity_power, misplacement, motion
 from .family import OPTIONS, Entry, entry, inlined, kernel, shaped
-from .joint import FREE, joint_load
+from .joint import FREE, joint_load, remembering, remembers, width
 from .mechanism import gaps, pose
+from .memory import memory, memory_rate, recalled
 from .method import END, ROWS
+from .stick import held
 
 # Columns of the observables, then a block of JOINT_WIDTH for every joint.
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, JOINTS = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -37,33 +39,59 @@ class Scene(NamedTuple):
     coordinates: tuple  # as many zeros as there are coordinates: their number is part of the type
     pace: float  # rad/s, the scale of time: crank speed, or approach speed over clearance
     sigma: float  # m^0.5, sets the unit of tau; any positive number
+    memories: tuple = ()  # the size of each number that laws remember: how many there are is part of the type
 
 
-def loads_of(joints, relative, y, first, state, onset, j):
-    """Return one Load per joint of the tuple `joints`; `first` is where the roots of penetration begin in `y`."""
+def loads_of(joints, relative, y, first, place, state, onset, j):
+    """Return one Load per joint of the tuple `joints`.
+
+    `first`, `place` : where in `y` the roots of penetration begin, and what the laws of the first of them remember.
+    """
     if len(joints) == 0:
         return ()
-    root = y[first + j]
-    load = joint_load(joints[0], relative[0], state[j], root * abs(root), onset[j])
-    return (load, *loads_of(joints[1:], relative[1:], y, first, state, onset, j + 1))
+    root, joint = y[first + j], remembering(joints[0], y, place)
+    load = joint_load(joint, relative[0], state[j], root * abs(root), onset[j])
+    return (load, *loads_of(joints[1:], relative[1:], y, first, place + width(joint), state, onset, j + 1))
 
 
 @overload(loads_of, strict=False, jit_options=dict(OPTIONS))
-def _loads_of(joints, relative, y, first, state, onset, j):
+def _loads_of(joints, relative, y, first, place, state, onset, j):
     if len(joints) == 1:
 
-        def last(joints, relative, y, first, state, onset, j):
+        def last(joints, relative, y, first, place, state, onset, j):
             root = y[first + j]
-            return (joint_load(joints[0], relative[0], state[j], root * abs(root), onset[j]),)
+            joint = remembering(joints[0], y, place)
+            return (joint_load(joint, relative[0], state[j], root * abs(root), onset[j]),)
 
         return last
 
-    def more(joints, relative, y, first, state, onset, j):
+    def more(joints, relative, y, first, place, state, onset, j):
         root = y[first + j]
-        load = joint_load(joints[0], relative[0], state[j], root * abs(root), onset[j])
-        return (load,) + loads_of(joints[1:], relative[1:], y, first, state, onset, j + 1)  # noqa: RUF005
+        joint = remembering(joints[0], y, place)
+        load = joint_load(joint, relative[0], state[j], root * abs(root), onset[j])
+        rest = loads_of(joints[1:], relative[1:], y, first, place + width(joint), state, onset, j + 1)
+        return (load,) + rest  # noqa: RUF005
 
     return more
+
+
+def remember(joints, loads, y, kappa, state, k, row, place, j):
+    """Put the rates of what the laws of `joints` remember into `k[row]`, from `place` on."""
+    if len(joints) > 0:
+        joint, friction = joints[0], place + len(memory(joints[0].law))
+        slip = loads[0].slip if state[j] != FREE else 0.0  # at rest nothing changes
+        if friction > place:
+            k[row, place] = kappa * memory_rate(recalled(joint.law, y, place), slip)
+        if place + width(joint) > friction:
+            k[row, friction] = kappa * memory_rate(recalled(joint.friction, y, friction), slip)
+        remember(joints[1:], loads[1:], y, kappa, state, k, row, place + width(joint), j + 1)
+
+
+@overload(remember, strict=False, jit_options=dict(OPTIONS))
+def _remember(joints, loads, y, kappa, state, k, row, place, j):
+    if any(map(remembers, joints)):
+        return remember
+    return lambda joints, loads, y, kappa, state, k, row, place, j: None
 
 
 @inlined
@@ -71,7 +99,9 @@ def look(scene, y, state, onset):
     """Return the Pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
     p = pose(scene.mechanism, y)
     relative = gaps(scene.mechanism, p)
-    loads = loads_of(scene.joints, relative, y, 2 * len(scene.coordinates) + 1, state, onset, 0)
+    first = 2 * len(scene.coordinates) + 1
+    loads = loads_of(scene.joints, relative, y, first, first + len(scene.joints), state, onset, 0)
+    loads = held(scene, p, relative, loads, state)
     return p, relative, loads, motion(scene.mechanism, p, loads)
 
 
@@ -131,13 +161,14 @@ def rates(scene, y, state, onset, k, o, row):
         o[row, block + RAW] = load.raw
         o[row, block + DEPTH] = load.depth
         o[row, block + RATE] = load.rate
+    remember(scene.joints, loads, y, kappa, state, k, row, first + len(scene.joints), 0)
 
 
 def rates_entry(scene, y, state, onset, k, o, row):
     """Evaluate `rates` with arrays from bare pointers; `scene` points at the Scene."""
     here = scene[0]
     joints = len(here.joints)
-    n = 2 * len(here.coordinates) + 1 + joints
+    n = 2 * len(here.coordinates) + 1 + joints + len(here.memories)
     columns = JOINTS + JOINT_WIDTH * joints
     rates(here, shaped(y, (n,)), shaped(state, (joints,)), shaped(onset, (joints,)),
           shaped(k, (ROWS, n)), shaped(o, (ROWS, columns)), row)  # fmt: skip
@@ -150,7 +181,7 @@ def sample_entry(scene, y, state, onset, side, out, row):
     time = 2 * len(here.coordinates)
     values = shaped(out, (MOST_CHANNELS,))
     state, side = shaped(state, (joints,)), shaped(side, (joints,))
-    y = shaped(y, (time + 1 + joints,))
+    y = shaped(y, (time + 1 + joints + len(here.memories),))
     p, relative, loads, acceleration = look(here, y, state, shaped(onset, (joints,)))
     column = describe(here.mechanism, p, acceleration, y[0], y[time], values)
     for j in range(joints):

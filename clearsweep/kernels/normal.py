@@ -5,6 +5,9 @@ from typing import NamedTuple
 
 from .elastic import elastic_force, parity
 from .family import family
+from .memory import memory, recalled
+
+SHALLOW = 1e-12  # m, the least depth that a contact which yields remembers
 
 
 @family
@@ -83,6 +86,18 @@ class SteppedDamper(NamedTuple):
     depth: float  # m
 
 
+class Plastic(NamedTuple):
+    """F = F_elastic(pen) while it deepens, then along the same curve shrunk towards the deepest point.
+
+    Back and forth below the deepest point: F = F_elastic((pen - left) / e^2), left = (1 - e^2) deepest being the
+    indentation that stays.  The share e^2 of the work done while it deepens comes back.
+    """
+
+    returned_share: float  # e^2, 1
+    yield_rate: float  # m/s, onset rate up to which all is elastic
+    deepest: float = 0.0  # m, where the contact last turned from deepening to parting; 0 while it deepens
+
+
 @contact_force.member(Lossless)
 def _lossless(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
@@ -133,6 +148,27 @@ def _stepped_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     x = min(pen / law.depth, 1.0)
     return force + law.damping * x * x * (3.0 - 2.0 * x) * rate, force
+
+
+@contact_force.member(Plastic)
+def _plastic(law, elastic, pen, rate, onset_rate):
+    share = law.returned_share if onset_rate > law.yield_rate else 1.0
+    if law.deepest < SHALLOW:
+        force = elastic_force(elastic, pen)
+        return force, share * force
+    rest = (pen - (1.0 - share) * law.deepest) / share
+    force = math.copysign(elastic_force(elastic, abs(rest)), rest)  # below 0 where the indentation is clear
+    return force, max(force, 0.0)
+
+
+@recalled.member(Plastic)
+def _plastic_recalled(law, y, place):
+    return Plastic(law.returned_share, law.yield_rate, y[place])
+
+
+@memory.member(Plastic)
+def _depth(law):
+    return (SHALLOW,)  # changes at events alone; below what the law tells apart, so that no derivative spans the change
 
 
 def _pushes(law):

@@ -2,9 +2,23 @@
 
 from .event import EVALUATIONS, IMPLICIT, LOCATING, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
 from .family import kernel
+from .joint import PRESSED, STUCK
 from .method import END, ROWS, dense_coefficients, dense_state, error_norm, stage_state
-from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE
+from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, SPEED
 from .stiff import FAILED, implicit_step, look_along
+
+
+@kernel
+def begin_step(at):
+    """Evaluate the start of a step at which something has changed; surfaces that hardly slide now stick."""
+    work = at[0]
+    evaluate(at, work.y, 0)
+    before = work.state.sum()
+    for j in range(work.state.size):
+        if work.state[j] == PRESSED and abs(work.o[0, JOINTS + JOINT_WIDTH * j + SPEED]) < work.band[j]:
+            work.state[j] = STUCK
+    if work.state.sum() != before:
+        evaluate(at, work.y, 0)
 
 
 @kernel

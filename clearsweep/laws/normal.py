@@ -8,6 +8,7 @@ from ..kernels.normal import (
     ApproachRootDamper,
     Hysteresis,
     Lossless,
+    Plastic,
     PullingSpring,
     RootDamper,
     RootViscous,
@@ -186,6 +187,27 @@ enter(
     returned=lambda e: approach_hysteresis_rebound(approach_only_factor(e)),
     notes="Damped while the bodies approach only: damped in both phases, as also found, it would give back 0.22 "
     "where 0.5 is asked for.  The paper's elastic force is linear: write `exponent: 1`.",
+)
+
+# ---------------------------------------------------------------------------------------------- yielding
+
+enter(
+    "law",
+    "lankarani-nikravesh-plastic",
+    "yields while it deepens, springs back from an indentation",
+    "F = F_elastic(pen) while pen deepens; below the deepest, pen_m, where it last turned back: "
+    "F = F_elastic((pen - pen_p) / e^2), pen_p = (1 - e^2) pen_m, 0 below pen_p; for a power n that is "
+    "F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, F_m = K pen_m^n",
+    "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; pen_p such that a free impact loses (1 - e^2) m v0^2 / 2",
+    lambda joint: Plastic(joint["contact"]["restitution"] ** 2, joint["contact"]["yield_rate"]),
+    restitution(zero=False),
+    Field("yield_rate", "m/s", "onset rate up to which the contact is elastic", low_open=False, default=0.0),
+    returned=lambda e: e,
+    notes="For impacts that leave the elastic range; for steel that is from about 0.05 m/s on, a yield_rate that is "
+    "not assumed but has to be written.  pen_m is forgotten when the surfaces part (pen < 0): the next contact meets a "
+    "fresh surface, but a journal that wanders within one contact takes its indentation along.  There pen < pen_p "
+    "counts as contact without force, each entry into it as a clip.  A contact that stays shakes down to an elastic "
+    "one.",
 )
 
 # ---------------------------------------------------------------------------------------------- with a mass

@@ -1,0 +1,259 @@
+"""Surfaces that stick: the tangential force that stops their sliding, found from the mechanism itself.
+
+The accelerations are affine in the tangential forces, so two evaluations of the motion tell the force of one joint.
+Where several joints stick, each is solved for in turn, clipped at what it can hold, until nothing changes: projected
+Gauss-Seidel, on a matrix that is symmetric and positive definite because these forces work on these very slips.
+"""
+
+from typing import NamedTuple
+
+from numba.extending import overload
+
+from .dynamics import motion
+from .family import OPTIONS, family, kernel
+from .friction import Karnopp, stribeck_coefficient
+from .joint import STUCK, Load
+from .mechanism import OpenA, OpenAB, OpenABC, OpenAC, OpenB, OpenBC, OpenC
+
+SWEEPS = 100  # over the joints that stick; joints share little, so a dozen do
+SETTLED = 1e-15  # of the holding force
+
+
+class Swing(NamedTuple):
+    """How the rates of a Gap change."""
+
+    ax: float  # m/s^2
+    ay: float
+    proximal: float  # rad/s^2
+    distal: float
+
+
+class Surface(NamedTuple):
+    """What sticking takes from a joint."""
+
+    bearing_radius: float  # m
+    journal_radius: float  # m
+    side: float
+    holding: float  # largest tangential force over normal force; 0 where the law does not stick
+
+
+@family
+def swings(mechanism, p, m):
+    """Return one Swing per open joint, in the order A, B, C, at the Pose `p` and the Motion `m`."""
+
+
+@family
+def holding(friction):
+    """Return the tangential force over the normal one that a law holds while it sticks, 0 if it does not stick."""
+
+
+@holding.member(None)
+def _slides(friction):
+    return 0.0
+
+
+@holding.member(Karnopp)
+def _sticks(friction):
+    edge = stribeck_coefficient(friction, friction.band) + friction.viscous * friction.band
+    return max(friction.static_coefficient, edge)  # else surfaces that let go would be caught again at once
+
+
+# ---------------------------------------------------------------------------------------------- accelerations of gaps
+
+
+@kernel
+def _turning(p, alpha):
+    """Return minus the second derivative of the unit vector along the rod, 1/s^2."""
+    rate2 = p.rod_rate * p.rod_rate
+    return alpha * p.s2 + rate2 * p.c2, rate2 * p.s2 - alpha * p.c2
+
+
+@kernel
+def _pull(links, p):
+    """Return minus the acceleration of the crank pin on a crank that turns about a fixed pivot, m/s^2."""
+    pull = links.crank_length * links.speed * links.speed
+    return pull * p.c1, pull * p.s1
+
+
+@kernel
+def _at_crank(links, p, alpha, ax, ay, bx, by):
+    """Return the Swing of crank-rod where the crank's pivot accelerates by (ax, ay) and the rod's end by (bx, by)."""
+    pull_x, pull_y = _pull(links, p)
+    return Swing(bx - ax + pull_x, by - ay + pull_y, 0.0, alpha)
+
+
+@kernel
+def _at_slider(links, p, alpha, a, bx, by):
+    """Return the Swing of rod-slider where the rod's other end accelerates by (bx, by) and the slider by `a`."""
+    ux, uy = _turning(p, alpha)
+    return Swing(a - bx + links.rod_length * ux, -by + links.rod_length * uy, alpha, 0.0)
+
+
+@kernel
+def _hinged(links, p, alpha, a):
+    """Return the acceleration (m/s^2) of the end of a rod whose other end is on the slider."""
+    ux, uy = _turning(p, alpha)
+    return a + links.rod_length * ux, links.rod_length * uy
+
+
+@kernel
+def _floating(links, p, alpha, gx, gy):
+    """Return the acceleration (m/s^2) of the end of a rod whose centre accelerates by (gx, gy)."""
+    ux, uy = _turning(p, alpha)
+    return gx + links.rod_center * ux, gy + links.rod_center * uy
+
+
+@swings.member(OpenA)
+def _swings_a(mechanism, p, m):
+    bx, by = _hinged(mechanism.links, p, m.q0, m.q1)
+    pull_x, pull_y = _pull(mechanism.links, p)
+    return (Swing(bx + pull_x, by + pull_y, 0.0, 0.0),)
+
+
+@swings.member(OpenB)
+def _swings_b(mechanism, p, m):
+    bx, by = _hinged(mechanism.links, p, m.q0, m.q1)
+    return (_at_crank(mechanism.links, p, m.q0, 0.0, 0.0, bx, by),)
+
+
+@swings.member(OpenC)
+def _swings_c(mechanism, p, m):
+    pull_x, pull_y = _pull(mechanism.links, p)
+    return (_at_slider(mechanism.links, p, m.q0, m.q1, -pull_x, -pull_y),)
+
+
+@swings.member(OpenAB)
+def _swings_ab(mechanism, p, m):
+    bx, by = _hinged(mechanism.links, p, m.q0, m.q1)
+    return (Swing(m.q2, m.q3, 0.0, 0.0), _at_crank(mechanism.links, p, m.q0, m.q2, m.q3, bx, by))
+
+
+@swings.member(OpenAC)
+def _swings_ac(mechanism, p, m):
+    pull_x, pull_y = _pull(mechanism.links, p)
+    at_slider = _at_slider(mechanism.links, p, m.q0, m.q1, m.q2 - pull_x, m.q3 - pull_y)
+    return (Swing(m.q2, m.q3, 0.0, 0.0), at_slider)
+
+
+@swings.member(OpenBC)
+def _swings_bc(mechanism, p, m):
+    links = mechanism.links
+    bx, by = _floating(links, p, m.q0, m.q2, m.q3)
+    return (_at_crank(links, p, m.q0, 0.0, 0.0, bx, by), _at_slider(links, p, m.q0, m.q1, bx, by))
+
+
+@swings.member(OpenABC)
+def _swings_abc(mechanism, p, m):
+    links = mechanism.links
+    bx, by = _floating(links, p, m.q0, m.q2, m.q3)
+    return (Swing(m.q4, m.q5, 0.0, 0.0), _at_crank(links, p, m.q0, m.q4, m.q5, bx, by),
+            _at_slider(links, p, m.q0, m.q1, bx, by))  # fmt: skip
+
+
+# ---------------------------------------------------------------------------------------------- the force that holds
+
+
+@kernel
+def slip_rate(surface, gap, load, swing):
+    """Return the rate (m/s^2) of the sliding speed of a joint in contact."""
+    squared = gap.x * gap.x + gap.y * gap.y
+    turning = gap.x * gap.vy - gap.y * gap.vx
+    across = gap.x * swing.ay - gap.y * swing.ax - turning * (gap.x * gap.vx + gap.y * gap.vy) / squared
+    spin = swing.distal * surface.journal_radius - swing.proximal * surface.bearing_radius
+    if surface.side < 0.0:
+        spin = swing.proximal * surface.journal_radius - swing.distal * surface.bearing_radius
+    return across / squared**0.5 + spin
+
+
+@kernel
+def carrying(surface, gap, load, force):
+    """Return the Load with the tangential force `force` (N) in place of its own."""
+    more = force - load.tangential
+    share = more / (gap.x * gap.x + gap.y * gap.y) ** 0.5
+    bearing, journal = -surface.bearing_radius * more, surface.journal_radius * more
+    if surface.side < 0.0:
+        bearing, journal = journal, bearing
+    return Load(load.fx - share * gap.y, load.fy + share * gap.x, load.moment_proximal + bearing,
+                load.moment_distal + journal, load.normal, force, load.slip, load.rate, load.depth, load.elastic,
+                load.raw)  # fmt: skip
+
+
+def surfaces_of(joints):
+    """Return one Surface per joint of the tuple `joints`."""
+    if len(joints) == 0:
+        return ()
+    return (surface_of(joints[0]), *surfaces_of(joints[1:]))
+
+
+@kernel
+def surface_of(joint):
+    """Return the Surface of a joint."""
+    return Surface(joint.bearing_radius, joint.journal_radius, joint.side, holding(joint.friction))
+
+
+@overload(surfaces_of, strict=False, jit_options=dict(OPTIONS))
+def _surfaces_of(joints):
+    if len(joints) == 1:
+        return lambda joints: (surface_of(joints[0]),)
+    return lambda joints: (surface_of(joints[0]),) + surfaces_of(joints[1:])  # noqa: RUF005
+
+
+def carried(surfaces, relative, loads, j, force):
+    """Return the tuple `loads` with the tangential force `force` (N) in that of joint `j`."""
+    if len(loads) == 0:
+        return ()
+    first = carrying(surfaces[0], relative[0], loads[0], force) if j == 0 else loads[0]
+    return (first, *carried(surfaces[1:], relative[1:], loads[1:], j - 1, force))
+
+
+@overload(carried, strict=False, jit_options=dict(OPTIONS))
+def _carried(surfaces, relative, loads, j, force):
+    def last(surfaces, relative, loads, j, force):
+        return (carrying(surfaces[0], relative[0], loads[0], force) if j == 0 else loads[0],)
+
+    def more(surfaces, relative, loads, j, force):
+        first = carrying(surfaces[0], relative[0], loads[0], force) if j == 0 else loads[0]
+        return (first,) + carried(surfaces[1:], relative[1:], loads[1:], j - 1, force)  # noqa: RUF005
+
+    return last if len(loads) == 1 else more
+
+
+@kernel
+def rate_under(scene, p, surfaces, relative, loads, j):
+    """Return the rate (m/s^2) of the sliding speed of joint `j` under the loads."""
+    swing = swings(scene.mechanism, p, motion(scene.mechanism, p, loads))[j]
+    return slip_rate(surfaces[j], relative[j], loads[j], swing)
+
+
+def held(scene, p, relative, loads, state):
+    """Return the loads with the tangential forces of joints that stick such as let their sliding speed die away.
+
+    It dies away with the rate `scene.pace`, as what it has left is the band's width and of no account; where that takes
+    more force than the surfaces hold, they bear what they hold.
+    """
+    surfaces, stuck = surfaces_of(scene.joints), 0
+    for j in range(len(surfaces)):
+        stuck += state[j] == STUCK
+    for _ in range(SWEEPS if stuck > 1 else stuck):
+        change = 0.0
+        for j in range(len(surfaces)):
+            limit = surfaces[j].holding * max(loads[j].normal, 0.0)
+            if state[j] != STUCK or limit == 0.0:
+                continue
+            now = loads[j].tangential
+            wanted = -scene.pace * loads[j].slip - rate_under(scene, p, surfaces, relative, loads, j)
+            other = carried(surfaces, relative, loads, j, now + limit)
+            gain = wanted + scene.pace * loads[j].slip + rate_under(scene, p, surfaces, relative, other, j)
+            force = min(max(now + limit * wanted / gain, -limit), limit)
+            change = max(change, abs(force - now) / limit)
+            loads = carried(surfaces, relative, loads, j, force)
+        if change < SETTLED:
+            break
+    return loads
+
+
+@overload(held, strict=False, jit_options=dict(OPTIONS))
+def _held(scene, p, relative, loads, state):
+    joints = scene.types[scene.fields.index("joints")]
+    laws = [joint.types[joint.fields.index("friction")].instance_class for joint in joints]
+    return held if Karnopp in laws else lambda scene, p, relative, loads, state: loads

@@ -1,0 +1,225 @@
+"""Friction that remembers: bristles that bend, from the law alone to its place in the state of a mechanism."""
+
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names
+from mechanism_cases import slider_crank
+from scipy.integrate import solve_ivp
+
+import clearsweep
+from clearsweep import laws, simulation
+from clearsweep.kernels.friction import friction_force
+from clearsweep.kernels.joint import FREE, PRESSED
+from clearsweep.kernels.mechanism import gaps, pose
+from clearsweep.kernels.memory import memory, memory_rate, recalled
+from clearsweep.kernels.motion import rates
+
+LUGRE = {"law": "lugre", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 1e-3,
+         "bristle_stiffness": 1e5, "bristle_damping": 316.0}  # fmt: skip
+DAHL = {"law": "dahl", "coefficient": 0.1, "bristle_stiffness": 1e5}
+REMEMBERING = [name for name in names("friction") if memory(laws.friction_term(joint(friction=name)))]
+
+
+def term(bend=0.0, **written):
+    """Return a friction law with its bristles bent by `bend` (m)."""
+    fields = RECIPES["friction", written["law"]].law.fields
+    defaults = {field.name: field.default for field in fields if field.default is not None}
+    return recalled(laws.friction_term({"friction": defaults | written}), [bend], 0)
+
+
+def crank(friction, *joints, **changes):
+    """Return the scene of a slider-crank with this friction in the first of `joints`."""
+    joints = joints or ("rod-slider",)
+    written = {f"joints.{joints[0]}.friction": friction}
+    return clearsweep.load_case(slider_crank(*joints, changes=written | {k.replace("__", "."): v
+                                                                         for k, v in changes.items()}))  # fmt: skip
+
+
+def slid(law, slip, distance):
+    """Return the bend (m) of bristles straight at first, after sliding at an even speed: an independent integration."""
+    done = solve_ivp(lambda t, z: [memory_rate(recalled(law, z, 0), slip)], (0.0, distance / abs(slip)), [0.0],
+                     "Radau", rtol=1e-10, atol=1e-18)  # fmt: skip
+    return done.y[0, -1]
+
+
+# ---------------------------------------------------------------------------------------------- the laws alone
+
+
+def test_lugre_settles_at_stribeck_s_curve():
+    bend = slid(term(**LUGRE), 1e-3, 1e-4)
+    assert bend == pytest.approx(1.1839397e-6, rel=1e-7)
+    assert friction_force(term(bend, **LUGRE), 100.0, 1e-3) == pytest.approx(-11.839397, rel=1e-6)
+    assert slid(term(**LUGRE), -5.0, 1e-4) == pytest.approx(-1e-6, rel=1e-7)
+
+
+def test_lugre_s_viscous_part_is_added():
+    written = LUGRE | {"viscous": 0.04}
+    assert friction_force(term(1e-6, **written), 100.0, 5.0) == pytest.approx(-100.0 * (0.1 + 0.2), rel=1e-6)
+
+
+def test_dahl_is_elastic_at_first_and_ends_at_the_kinetic_coefficient():
+    law = term(**DAHL)
+    bend = slid(law, 0.01, 1e-9)
+    assert friction_force(term(bend, **DAHL), 100.0, 0.01) == pytest.approx(-100.0 * 1e5 * 1e-9, rel=1e-3)
+    bend = slid(law, 0.01, 1e-4)
+    assert friction_force(term(bend, **DAHL), 100.0, 0.01) == pytest.approx(-10.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("shape", "bent"), [(1.0, lambda x: 1.0 - math.exp(-x)), (2.0, lambda x: x / (1.0 + x))], ids=["1", "2"]
+)
+def test_dahl_approaches_sliding_as_its_closed_form(shape, bent):
+    law = term(**DAHL, shape=shape)
+    for reach in (0.1, 1.0, 4.0):  # sliding over mu / sigma0
+        assert slid(law, 2.0, reach * 1e-6) == pytest.approx(1e-6 * bent(reach), rel=1e-8)
+        assert slid(law, -2.0, reach * 1e-6) == pytest.approx(-1e-6 * bent(reach), rel=1e-8)
+
+
+@pytest.mark.parametrize("shape", [0.5, 1.0, 2.0])
+def test_bristles_bent_too_far_come_back(shape):
+    for bend in (1.5e-6, 1e-3):
+        assert memory_rate(term(bend, **DAHL, shape=shape), 1.0) < 0.0
+        assert memory_rate(term(-bend, **DAHL, shape=shape), -1.0) > 0.0
+        assert memory_rate(term(bend, **DAHL, shape=shape), 0.0) == 0.0
+
+
+def test_lugre_s_bristles_never_drive_unless_their_damping_lasts():
+    def least_loss(**written):
+        worst = math.inf
+        for slip in np.geomspace(1e-7, 10.0, 161):
+            for bend in np.linspace(-1.5e-6, 1.5e-6, 61):
+                law = term(bend, **written)
+                stored = 1e5 * bend * memory_rate(law, slip)  # rate at which bristles store energy, per load
+                worst = min(worst, (-friction_force(law, 1.0, slip) * slip - stored) / slip)
+        return worst
+
+    assert least_loss(**LUGRE) >= -1e-12
+    assert least_loss(**LUGRE, damping_velocity=0.1) < -1e-3
+
+
+@pytest.mark.parametrize("name", REMEMBERING)
+def test_bent_bristles_give_the_same_force_compiled_and_in_any_unit(name):
+    section = joint(friction=name)
+    (size,) = memory(laws.friction_term(section))
+    slips = np.linspace(-0.01, 0.01, 21)
+    for bend in (-0.7 * size, 0.4 * size):
+        law = recalled(laws.friction_term(section), [bend], 0)
+        plain = np.array([friction_force(law, 100.0, slip) for slip in slips])
+        np.testing.assert_allclose(compiled_friction(law, 100.0, slips), plain, rtol=1e-13, atol=1e-300)
+        scaled = recalled(laws.friction_term(in_millimetres(section)), [1e3 * bend], 0)
+        in_mm = [friction_force(scaled, 100.0, 1e3 * slip) for slip in slips]
+        np.testing.assert_allclose(in_mm, plain, rtol=1e-11)
+
+
+# ---------------------------------------------------------------------------------------------- in a mechanism
+
+
+def test_a_scene_without_memory_has_no_state_for_it():
+    tanh = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
+    plain, bristles = crank(tanh), crank(DAHL)
+    assert plain.value.memories == ()
+    assert plain.start.size == 2 * 2 + 1 + 1
+    assert bristles.value.memories == (1e-6,)
+    assert bristles.start.size == plain.start.size + 1
+
+
+@pytest.mark.parametrize("friction", [LUGRE, DAHL], ids=["lugre", "dahl"])
+def test_the_first_contact_is_that_of_scipy_in_time(friction):
+    """The right-hand side in time, with the penetration of the coordinates, from the located onset on."""
+    made = crank(friction, simulate__revolutions=0.03, simulate__tolerance=1e-11)
+    n, value = len(made.value.coordinates), made.value
+    onset = clearsweep.simulate(made, times=[0.0]).events[0]
+    end = onset["t"] + 4e-5
+    ours = clearsweep.simulate(made, times=[onset["t"], end])
+    channels = ("rod/angle", "slider/x", "rod/rate", "slider/v")
+    start = np.array([*(ours[name][0] for name in channels), 0.0])
+    k, o = np.zeros((16, made.start.size)), np.zeros((16, 40))
+    state, rate = np.array([PRESSED]), np.array([onset["rate"]])
+
+    def slope(t, y):
+        gap = np.hypot(*places(y, t)) - 0.5e-3
+        full = np.array([*y[: 2 * n], t, math.sqrt(max(gap, 1e-16)), y[2 * n]])
+        rates(value, full, state, rate, k, o, 0)
+        return np.delete(k[0], [2 * n, 2 * n + 1]) / k[0, 2 * n]
+
+    def places(y, t):
+        gap = gaps(value.mechanism, pose(value.mechanism, np.array([*y[: 2 * n], t])))[0]
+        return gap.x, gap.y
+
+    scale = np.array([1.0, 1.0, 1e3, 1e3, 1e-3])
+    done = solve_ivp(slope, (onset["t"], end), start, "Radau", rtol=1e-9, atol=1e-13 * scale)
+    assert [ours[name][1] for name in channels] == pytest.approx(done.y[: 2 * n, -1], rel=1e-8, abs=1e-9)
+    assert ours["joints/rod_slider/force_tangential"][1] != 0.0
+
+
+@pytest.mark.parametrize("friction", [LUGRE, DAHL], ids=["lugre", "dahl"])
+def test_explicit_and_implicit_method_agree_and_energies_balance(friction):
+    def run(method, tolerance):
+        made = crank(friction, simulate__method=method, simulate__tolerance=tolerance, simulate__revolutions=0.15)
+        return clearsweep.simulate(made).summary
+
+    explicit, implicit = run("explicit", 1e-9), run("implicit", 1e-8)
+    for figure in ("rod_slider_force_peak", "rod_slider_force_rms", "slider_acceleration_rms", "crank_torque_peak"):
+        assert implicit[figure] == pytest.approx(explicit[figure], rel=1e-5)
+    assert explicit["energy_residual"] < 1e-10
+    assert implicit["energy_residual"] < 1e-6
+
+
+def test_stiff_bristles_are_left_to_the_implicit_method():
+    def run(method):
+        stiff = LUGRE | {"bristle_stiffness": 3e6, "bristle_damping": 0.0}
+        return clearsweep.simulate(crank(stiff, simulate__method=method, simulate__tolerance=1e-6)).summary
+
+    auto, explicit = run("auto"), run("explicit")
+    assert auto["rhs_evaluations"] < 0.5 * explicit["rhs_evaluations"]
+    assert auto["rod_slider_force_peak"] == pytest.approx(explicit["rod_slider_force_peak"], rel=1e-4)
+
+
+def test_bristles_begin_straight_with_every_contact():
+    made = crank(DAHL, simulate__revolutions=0.5)
+    onsets = clearsweep.simulate(made, times=[0.0]).events
+    onsets = onsets["t"][onsets["kind"] == "on"]
+    later = 1e-8  # s: the surfaces slide by less than a tenth of mu / sigma0
+    seen = clearsweep.simulate(made, times=onsets + later)
+    share = np.abs(seen["joints/rod_slider/force_tangential"] / seen["joints/rod_slider/force_normal"])
+    assert len(onsets) > 5
+    assert np.all(share < 0.1 * 0.1)
+    assert np.all(share > 0.0)
+
+
+def test_only_the_separating_joint_forgets():
+    made = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3,
+                 **{"joints__rod-slider__friction": DAHL})  # fmt: skip
+    done = simulation._run(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.pace)
+    assert list(done.work.owner) == [0, 1]
+    for place, contact in enumerate(done.work.state):
+        assert (done.work.y[-2 + place] == 0.0) == (contact == FREE)
+    alone = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3)
+    assert alone.value.memories == (1e-6,)
+    for scene in (made, alone):
+        trajectory = clearsweep.simulate(scene)
+        assert trajectory.status == "ok"
+        assert trajectory.summary["energy_residual"] < 1e-9
+
+
+def test_a_scene_whose_laws_remember_runs_uncompiled():
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "import clearsweep\n"
+        "from test_friction_memory import LUGRE, crank\n"
+        "t = clearsweep.simulate(crank(LUGRE, simulate__revolutions=0.03, simulate__tolerance=1e-6))\n"
+        "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'crank_torque_peak')))"
+    )
+    told = []
+    for off in ("0", "1"):
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
+                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        told.append(done.stdout.split())
+    assert told[0][0] == told[1][0] == "ok"
+    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-9)

@@ -1,0 +1,199 @@
+"""Surfaces that stick: the force that holds them, in every mechanism, and where it begins and ends."""
+
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep import simulation
+from clearsweep.kernels import motion as right_hand_side
+from clearsweep.kernels.dynamics import motion
+from clearsweep.kernels.joint import PRESSED, STUCK, surface_speed
+from clearsweep.kernels.mechanism import gaps, pose
+from clearsweep.kernels.stick import held, rate_under, surfaces_of, swings
+
+KARNOPP = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 1e-2, "band": 1e-3}
+JOINTS = ("ground-crank", "crank-rod", "rod-slider")
+OPENINGS = [JOINTS[:1], JOINTS[1:2], JOINTS[2:], JOINTS[:2], JOINTS[::2], JOINTS[1:], JOINTS]
+
+
+def crank(*joints, friction=KARNOPP, **changes):
+    """Return the scene of a slow slider-crank that begins at rest in its bearings, with this friction in `joints`."""
+    slow = {"drive.speed": "60 rpm", "mechanism.gravity": 9.81, "simulate.start": "seated"}
+    written = {f"joints.{joint}.friction": friction for joint in joints}
+    changes = {k.replace("__", "."): v for k, v in changes.items()}
+    return clearsweep.load_case(slider_crank(*joints, changes=slow | written | changes))
+
+
+def moving(*joints, seed=1, **changes):
+    """Return a scene with all joints in contact, and a state in which all surfaces stick but move a little."""
+    made = crank(*joints, **changes)
+    y, n = made.start.copy(), len(made.value.coordinates)
+    y[n : 2 * n] += np.random.default_rng(seed).normal(0.0, 1e-4, n)
+    y[2 * n] = 1e-3
+    return made.value, y, np.full(len(joints), STUCK)
+
+
+def looked_at(scene, y, state):
+    """Return Pose, Gaps, Loads before anything is held."""
+    p, first = pose(scene.mechanism, y), 2 * len(scene.coordinates) + 1
+    relative, onset = gaps(scene.mechanism, p), np.ones(len(state))
+    return p, relative, right_hand_side.loads_of(scene.joints, relative, y, first, y.size, state, onset, 0)
+
+
+# ---------------------------------------------------------------------------------------------- the force that holds
+
+
+@pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
+def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
+    scene, y, state = moving(*joints, drive__speed="300 rpm")
+    p, relative, loads = looked_at(scene, y, state)
+    m, n = motion(scene.mechanism, p, loads), len(scene.coordinates)
+    flow = np.concatenate([y[n : 2 * n], m[:n], [1.0]])
+    ends = []
+    for step in (-1e-7, 1e-7):
+        there = gaps(scene.mechanism, pose(scene.mechanism, y[: 2 * n + 1] + step * flow))
+        normals = [joint.side * np.array([gap.x, gap.y]) / math.hypot(gap.x, gap.y)
+                   for joint, gap in zip(scene.joints, there, strict=True)]  # fmt: skip
+        slips = [surface_speed(joint, gap, -normal[1], normal[0])
+                 for joint, gap, normal in zip(scene.joints, there, normals, strict=True)]  # fmt: skip
+        ends.append((np.array([gap[2:] for gap in there]), np.array(slips)))
+    (before, slips_before), (after, slips_after) = ends
+    scale = np.abs(m[:n]).max()
+    np.testing.assert_allclose(swings(scene.mechanism, p, m), (after - before) / 2e-7, atol=1e-6 * scale)
+    found = [rate_under(scene, p, surfaces_of(scene.joints), relative, loads, j) for j in range(len(joints))]
+    np.testing.assert_allclose(found, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
+
+
+@pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
+def test_surfaces_that_stick_let_no_sliding_grow(joints):
+    strong = KARNOPP | {"static_coefficient": 1e3}
+    scene, y, state = moving(*joints, friction=strong)
+    p, relative, loads = looked_at(scene, y, state)
+    still = held(scene, p, relative, loads, state)
+    surfaces = surfaces_of(scene.joints)
+    for j in range(len(joints)):
+        free = abs(rate_under(scene, p, surfaces, relative, loads, j))
+        wanted = -scene.pace * still[j].slip
+        assert rate_under(scene, p, surfaces, relative, still, j) == pytest.approx(wanted, abs=1e-10 * free)
+        assert abs(still[j].tangential) < 1e3 * still[j].normal
+
+
+def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
+    for seed in range(20):
+        scene, y, state = moving(*JOINTS, seed=seed, friction=KARNOPP | {"static_coefficient": 0.12})
+        state[seed % 3] = PRESSED
+        p, relative, loads = looked_at(scene, y, state)
+        still, surfaces, bearing = held(scene, p, relative, loads, state), surfaces_of(scene.joints), 0
+        for j in range(3):
+            if state[j] == PRESSED:
+                assert still[j].tangential == loads[j].tangential
+                continue
+            limit = 0.12 * still[j].normal
+            excess = rate_under(scene, p, surfaces, relative, still, j) + scene.pace * still[j].slip
+            if abs(still[j].tangential) < limit:
+                assert excess == pytest.approx(0.0, abs=1e-9)
+            else:
+                bearing += 1
+                assert abs(still[j].tangential) == pytest.approx(limit, rel=1e-14)
+                assert excess * still[j].tangential <= 0.0  # more force that way would still be needed
+    assert bearing > 0
+
+
+# ---------------------------------------------------------------------------------------------- in a mechanism
+
+
+def test_surfaces_stick_within_the_band_and_slide_beyond_it():
+    made = crank("rod-slider", friction=KARNOPP | {"viscous": 2.0}, simulate__revolutions=1, save__orbits="all",
+                 save__revolutions=1, save__samples=20_000)  # fmt: skip
+    run = clearsweep.simulate(made)
+    assert run.status == "ok"
+    x, y, vx, vy = (run[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
+    slip = (x * vy - y * vx) / np.hypot(x, y) + run["rod/rate"] * 9.5e-3  # the journal sits on the rod
+    normal, tangential = run["joints/rod_slider/force_normal"], run["joints/rod_slider/force_tangential"]
+    sliding = np.abs(slip) > 1.001e-3
+    inside = np.abs(slip) < 0.999e-3
+    curve = 0.1 + 0.05 * np.exp(-((slip / 1e-2) ** 2)) + 2.0 * np.abs(slip)
+    law = -normal * np.sign(slip) * curve
+    np.testing.assert_allclose(tangential[sliding], law[sliding], rtol=1e-9)
+    limit = 0.1 + 0.05 * math.exp(-0.01) + 2.0 * 1e-3  # at the edge; a little more than the static coefficient
+    assert np.all(np.abs(tangential[inside]) <= limit * normal[inside] * (1.0 + 1e-12))
+    assert 0.02 < np.mean(inside) < 0.98
+    holding = inside & (np.abs(tangential) < 0.15 * normal)
+    assert np.count_nonzero(holding) > 100
+    power = tangential * slip
+    assert np.all(power[sliding] < 0.0)
+    assert np.all(power <= limit * normal * 1.001e-3)
+
+
+def test_smooth_friction_comes_to_the_same_as_it_gets_steeper():
+    plain = {"coefficient": 0.1, "static_coefficient": 0.1, "stribeck_velocity": 1.0, "band": 1e-6}
+    times = np.linspace(0.0, 0.5, 501)
+    exact = clearsweep.simulate(crank("rod-slider", friction={"law": "karnopp", **plain}), times)["crank/torque"]
+    off = []
+    for scale in (1e-2, 1e-3, 1e-4):
+        tanh = {"law": "tanh", "coefficient": 0.1, "velocity_scale": scale}
+        smooth = clearsweep.simulate(crank("rod-slider", friction=tanh), times)["crank/torque"]
+        off.append(np.sqrt(np.mean((smooth - exact) ** 2)))
+    assert off[0] > 3.0 * off[1] > 9.0 * off[2]
+    assert off[2] < 1e-3 * np.abs(exact).max()
+
+
+def test_a_tighter_tolerance_converges_and_energies_balance():
+    def run(tolerance):
+        return clearsweep.simulate(crank(*JOINTS[1:], simulate__tolerance=tolerance)).summary
+
+    exact, errors = run(1e-11), []
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        summary = run(tolerance)
+        assert summary["energy_residual"] < 1e-7
+        errors.append(abs(summary["crank_torque_peak"] / exact["crank_torque_peak"] - 1.0))
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 1e-8
+
+
+@pytest.mark.parametrize("friction", [{"viscous": 30.0}, {"static_coefficient": 0.05}], ids=["viscous", "rising"])
+def test_surfaces_that_let_go_are_not_caught_at_once(friction):
+    summary = clearsweep.simulate(crank("rod-slider", friction=KARNOPP | friction, simulate__tolerance=1e-6)).summary
+    smooth = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
+    usual = clearsweep.simulate(crank("rod-slider", friction=smooth, simulate__tolerance=1e-6)).summary
+    assert summary["steps"] < 2.0 * usual["steps"]
+
+
+def test_a_fast_mechanism_whose_joints_all_stick_goes_through():
+    made = crank(*JOINTS, drive__speed="3000 rpm", simulate__start="centred", simulate__revolutions=0.5)
+    summary = clearsweep.simulate(made).summary
+    assert summary["energy_residual"] < 1e-9
+
+
+def test_only_joints_with_the_law_stick():
+    written = {"joints.crank-rod.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3},
+               "joints.rod-slider.friction": KARNOPP, "simulate.revolutions": 0.2}  # fmt: skip
+    made = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=written))
+    run = simulation._run(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.pace)
+    assert list(run.work.band) == [0.0, 1e-3]
+    assert simulation._trajectory(made, run, 1.0).summary["energy_residual"] < 1e-9
+
+
+def test_a_scene_that_sticks_runs_uncompiled():
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "import clearsweep\n"
+        "from test_karnopp import crank\n"
+        "made = crank('crank-rod', 'rod-slider', simulate__revolutions=0.02, simulate__tolerance=1e-5)\n"
+        "t = clearsweep.simulate(made)\n"
+        "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'crank_torque_peak')))"
+    )
+    told = []
+    for off in ("0", "1"):
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
+                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        told.append(done.stdout.split())
+    assert told[0][0] == told[1][0] == "ok"
+    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-8)

@@ -1,0 +1,173 @@
+"""Contacts that yield: the loop of force over penetration, its memory, its energy, and how its ends are located."""
+
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from mechanism_cases import PAIR, changed, slider_crank
+
+import clearsweep
+from clearsweep import laws, simulation
+from clearsweep.kernels import tally
+from clearsweep.kernels.elastic import elastic_force
+from clearsweep.kernels.memory import recalled
+from clearsweep.kernels.normal import contact_force
+from clearsweep.outcome import ELASTIC_ONSET
+
+LAW = "lankarani-nikravesh-plastic"
+STIFFNESS = 6.61e10
+CONTACT = {"law": LAW, "stiffness": STIFFNESS, "restitution": 0.7}
+STEEL = {"material": {"young": 207e9, "poisson": 0.3}}
+
+
+def bounce(speed=1.0, mass=0.2, **contact):
+    """Return the scene of one impact of two bodies of this mass."""
+    return clearsweep.load_case(changed(PAIR, {"joints.pair.contact": CONTACT | contact, "mechanism.speed": speed,
+                                               "mechanism.masses": [mass, mass], "simulate.impacts": 1}))  # fmt: skip
+
+
+def returned(**changes):
+    return clearsweep.simulate(bounce(**changes)).summary["pair_restitution"]
+
+
+def crank(**changes):
+    """Return the trajectory of a slider-crank whose contact yields."""
+    changes = {"joints.rod-slider.contact": CONTACT} | {k.replace("__", "."): v for k, v in changes.items()}
+    return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes)))
+
+
+def on_the_loop(pen, restitution):
+    """Return the force (N) over a history of penetrations (m) from one onset on, as the paper has it."""
+    deepest, force = 0.0, []
+    for p in pen:
+        deepest = max(deepest, p)
+        left = (1.0 - restitution**2) * deepest
+        largest = STIFFNESS * deepest**1.5
+        force.append(largest * (max(p - left, 0.0) / (deepest - left)) ** 1.5 if deepest > 0.0 else 0.0)
+    return np.array(force)
+
+
+# ---------------------------------------------------------------------------------------------- the law alone
+
+
+def test_the_way_back_begins_at_the_largest_force_and_ends_at_the_indentation():
+    joint = {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.0}}
+    law, elastic = laws.contact_terms(joint)
+    back = recalled(law, [2e-5], 0)
+    assert contact_force(back, elastic, 2e-5, -1.0, 1.0)[0] == pytest.approx(STIFFNESS * 2e-5**1.5, rel=1e-14)
+    assert contact_force(back, elastic, (1.0 - 0.49) * 2e-5, -1.0, 1.0)[0] == pytest.approx(0.0, abs=1e-9)
+    raw, stored = contact_force(back, elastic, 0.4 * 2e-5, -1.0, 1.0)
+    assert raw < 0.0 == stored
+    pen = np.linspace(0.51 * 2e-5, 2e-5, 20001)
+    work = np.trapezoid([contact_force(back, elastic, p, -1.0, 1.0)[0] for p in pen], pen)
+    assert work == pytest.approx(0.49 * STIFFNESS * 2e-5**2.5 / 2.5, rel=1e-7)
+
+
+def test_below_the_yield_rate_all_is_elastic():
+    joint = {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.05}}
+    law, elastic = laws.contact_terms(joint)
+    for deepest in (0.0, 2e-5):
+        force = elastic_force(elastic, 1e-5)
+        assert contact_force(recalled(law, [deepest], 0), elastic, 1e-5, -0.01, 0.05) == (force, force)
+    assert returned(speed=0.04, yield_rate=ELASTIC_ONSET) == pytest.approx(1.0, abs=1e-9)
+    assert returned(speed=0.06, yield_rate=ELASTIC_ONSET) == pytest.approx(0.7, abs=1e-9)
+
+
+# ---------------------------------------------------------------------------------------------- impacts
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"mass": 2.0}, {"speed": 0.01}, {"speed": 5.0}, {"exponent": 1.0, "stiffness": 1e8},
+     {"exponent": 2.0, "stiffness": 1e13}, {"elastic": "johnson", **STEEL}, {"elastic": "liu", **STEEL}],
+    ids=str,
+)  # fmt: skip
+def test_restitution_does_not_depend_on_mass_speed_or_elastic_law(changes):
+    contact = dict(changes)
+    if "elastic" not in contact:
+        assert returned(**contact) == pytest.approx(0.7, abs=1e-9)
+        return
+    case = changed(PAIR, {"joints.pair": {"clearance": 1e-4, "bearing_radius": 0.01, "length": 0.02,
+                                          "contact": {"law": LAW, "restitution": 0.7, **contact}},
+                          "simulate.impacts": 1})  # fmt: skip
+    assert clearsweep.simulate(clearsweep.load_case(case)).summary["pair_restitution"] == pytest.approx(0.7, abs=1e-9)
+
+
+def test_the_first_half_is_that_of_hertz_and_the_loss_is_the_loop_s():
+    made = bounce()
+    run = simulation._run(made, np.empty(0), math.inf)
+    lost, stored = run.tally.whole[tally.ENERGY_LOST], run.tally.whole[tally.ENERGY_STORED]
+    assert lost == pytest.approx((1.0 - 0.49) * 0.5 * 0.1 * 1.0**2, rel=1e-9)
+    assert stored == pytest.approx(0.0, abs=1e-9 * lost)
+    summary = clearsweep.simulate(made).summary
+    deepest = (2.5 * 0.1 / (2.0 * STIFFNESS)) ** 0.4
+    assert summary["pair_penetration_max"] == pytest.approx(deepest, rel=1e-10)
+    assert summary["pair_force_peak"] == pytest.approx(STIFFNESS * deepest**1.5, rel=1e-10)
+    assert summary["pair_force_clips"] == 1.0
+
+
+# ---------------------------------------------------------------------------------------------- in a mechanism
+
+
+def test_a_mechanism_follows_the_loop_through_every_reloading():
+    run = crank(save__orbits="all", save__revolutions=1, save__samples=200_000)
+    depth = np.hypot(run["joints/rod_slider/x"], run["joints/rod_slider/y"]) - 0.5e-3
+    onsets, reloadings = run.events["t"][run.events["kind"] == "on"], 0
+    for begin, end in zip(onsets, [*onsets[1:], math.inf], strict=True):
+        within = (run.t > begin) & (run.t < end) & (depth > 0.0)
+        pen, force = depth[within], run["joints/rod_slider/force_normal"][within]
+        np.testing.assert_allclose(force, on_the_loop(pen, 0.7), rtol=0.0, atol=1e-5 * force.max())
+        deepens = np.diff(np.maximum.accumulate(pen)) > 0.0
+        reloadings += np.count_nonzero(deepens[1:] & ~deepens[:-1])
+    assert len(onsets) > 2
+    assert reloadings > 2
+
+
+def test_energies_balance_and_a_tighter_tolerance_converges():
+    exact = crank(simulate__revolutions=0.3, simulate__tolerance=1e-12).summary
+    errors = []
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        summary = crank(simulate__revolutions=0.3, simulate__tolerance=tolerance).summary
+        assert summary["energy_residual"] < 0.1 * tolerance
+        errors.append(abs(summary["rod_slider_force_rms"] / exact["rod_slider_force_rms"] - 1.0))
+    assert errors[0] > errors[2]
+    assert errors[2] < 1e-9
+
+
+def test_the_implicit_method_finds_the_same_motion():
+    explicit, implicit = (crank(simulate__revolutions=0.2, simulate__method=method, simulate__tolerance=1e-8).summary
+                          for method in ("explicit", "implicit"))  # fmt: skip
+    for figure in ("rod_slider_force_peak", "rod_slider_force_rms", "slider_acceleration_rms"):
+        assert implicit[figure] == pytest.approx(explicit[figure], rel=1e-6)
+
+
+def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
+    lugre = {"law": "lugre", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 1e-3,
+             "bristle_stiffness": 1e5, "bristle_damping": 316.0}  # fmt: skip
+    changes = {"joints.crank-rod.friction": lugre, "joints.rod-slider.contact": CONTACT,
+               "joints.rod-slider.friction": lugre, "simulate.revolutions": 0.2}  # fmt: skip
+    scene = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=changes))
+    run = simulation._run(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.pace)
+    assert list(run.work.owner) == [0, 1, 1]
+    assert list(run.work.deepest) == [0, scene.start.size - 2]
+    assert simulation._trajectory(scene, run, 1.0).summary["energy_residual"] < 1e-9
+
+
+def test_a_contact_that_yields_runs_uncompiled():
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "from test_plastic_law import crank\n"
+        "t = crank(simulate__revolutions=0.03, simulate__tolerance=1e-6)\n"
+        "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'rod_slider_force_rms')))"
+    )
+    told = []
+    for off in ("0", "1"):
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
+                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        told.append(done.stdout.split())
+    assert told[0][0] == told[1][0] == "ok"
+    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-9)
