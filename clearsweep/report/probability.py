@@ -137,7 +137,8 @@ def _indices(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
             rows += [(figure.name, *_point(study, one), names[index.path], *_cells(index.first, "1"),
                       *_cells(index.total, "1"),
                       Quantity(chance.share, bound + percent(chance.share) if index is found[0] else ""),
-                      "measured" if chance.measured else "bounded", verdict if index is found[0] else "")
+                      "measured" if chance.measured else "bounded",
+                      Quantity(verdict, verdict if index is found[0] else ""))
                      for index in found]
     note = ("First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
             "interactions. In brackets the bootstrap interval. Share of chance: what of the variance is chaos, not the "

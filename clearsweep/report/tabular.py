@@ -48,7 +48,8 @@ class Table(NamedTuple):
             scale = _scale(column, values)
             heads.append((column.name, scale.unit))
             cells.append([_cell(value, column, scale) for value in values])
-            numeric.append(not any(isinstance(value, str) for value in values))
+            bare = [value.value if isinstance(value, Quantity) else value for value in values]
+            numeric.append(not any(isinstance(value, str) for value in bare))
         return Shown(heads, [list(row) for row in zip(*cells, strict=True)], numeric, len(self.rows))
 
 
