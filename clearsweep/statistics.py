@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .errors import InputError
+from .outcome import DIFFERENCE
 
 QUANTILES = (0.05, 0.5, 0.95)
 LEVEL = 0.95  # of all confidence intervals
 CHAOTIC = 0.5  # share of chance in a figure's variance from which on no index of it means anything
 BLURRED = 0.3  # scatter over effect from which on an effect is told to be blurred
-DIFFERENCE = "_difference"  # ends the column of what a tenth of the tolerance changes in a figure
 MOTION = "energy_residual"  # differs wherever the motion does, if only in rounding
 RESAMPLES = 1000  # of the bootstrap
 _SEED = 1  # of the bootstrap: the same run gives the same intervals
