@@ -51,24 +51,25 @@ _STATUS = {
 }
 
 
-def simulate(scene: Scene, times=None) -> Trajectory:
+def simulate(scene: Scene, times=None, watchers=()) -> Trajectory:
     """Return the trajectory of a scene.
 
     Parameters
     ----------
     scene : what `load_case` or `scene.build` returned.
     times : (n,) s, increasing, within the run: where to report.  None: the case's own sampling.
+    watchers : what looks at the run on its way, see `span.drive`.
 
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
-    found = _settle(scene, times) if scene.layout.until else _simulate(scene, times)
+    found = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if scene.layout.error_check:
         _check_error(scene, found)
     return found
 
 
-def _simulate(scene: Scene, times) -> Trajectory:
+def _simulate(scene: Scene, times, watchers=()) -> Trajectory:
     """Return the trajectory of a scene whose length is given."""
     pair = scene.layout.mechanism == "impact-pair"
     end = math.inf if pair else scene.case["simulate"]["revolutions"] * _period(scene)
@@ -81,10 +82,10 @@ def _simulate(scene: Scene, times) -> Trajectory:
         times = np.linspace(0.0, last.work.y[last.work.time], int(scene.case["save"]["samples"]) + 1)
     else:
         times = instants.own(scene.case, _period(scene), end)
-    return _trajectory(scene, _run(scene, times, end), end)
+    return _trajectory(scene, _run(scene, times, end, watchers), end)
 
 
-def _settle(scene: Scene, times) -> Trajectory:
+def _settle(scene: Scene, times, watchers) -> Trajectory:
     """Return the trajectory of a scene that is to run until a figure has settled.
 
     What is reported comes from a second run over that stretch, the same to the last bit, as its times were not known.
@@ -94,7 +95,7 @@ def _settle(scene: Scene, times) -> Trajectory:
     end = whole.case["simulate"]["revolutions"] * turn
     run = _Run(scene, span.marks(settings, turn))
     watch = span.Until(scene, run.record.samples)
-    _integrate(whole, run, end, orbits != "none" or times is not None, (watch,))
+    _integrate(whole, run, end, orbits != "none" or times is not None, (watch, *watchers))
     run.record = Record(np.empty(0), np.empty(0))
     if run.status != loop.OK:
         return _trajectory(whole, run, end)
@@ -264,10 +265,10 @@ def _scale(scene: Scene) -> np.ndarray:
     return np.concatenate([place, rate, [moment], root, tolerance * np.array(value.memories)])
 
 
-def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:
+def _run(scene: Scene, times: np.ndarray, end: float, watchers=()) -> _Run:
     """Return the integration of a scene up to `end` (s), reported at `times` (s)."""
     run = _Run(scene, times)
-    _integrate(scene, run, end, scene.case["save"]["orbits"] != "none" or times.size > 0)
+    _integrate(scene, run, end, scene.case["save"]["orbits"] != "none" or times.size > 0, watchers)
     return run
 
 

@@ -150,13 +150,9 @@ class Watch:
 
 
 def test_figures_over_the_blocks_are_those_of_the_summary_and_blocks_grow_with_the_run():
-    from clearsweep import simulation
-
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN | {"simulate.revolutions": 71}))
     watch = Watch(scene.layout)
-    run, end = simulation._Run(scene, np.empty(0)), 71 * 2.0 * math.pi / scene.value.pace
-    simulation._integrate(scene, run, end, False, (watch,))
-    summary = simulation._trajectory(scene, run, end).summary
+    summary = clearsweep.simulate(scene, watchers=(watch,)).summary
     assert len(watch.names) == 7
     for name in watch.names:
         found = watch.blocks.interval(name)

@@ -9,7 +9,7 @@ import pytest
 
 from clearsweep import simulate, verify
 from clearsweep.kernels.event import ONSET, SEPARATION
-from clearsweep.verify import measuring, table
+from clearsweep.verify import convergence, measuring, table
 from clearsweep.verify.problems import found_by_simulate, problems, returned, scene_of
 from clearsweep.verify.yardsticks import runge_kutta_4, scipy_ivp
 
@@ -131,6 +131,7 @@ def results():
         patch.setattr(measuring, "problems", lambda: [PROBLEMS["b_base"], PROBLEMS["impact_pair"]])
         patch.setattr(measuring, "QUICK_STEPS", (1e-5, 1e-6))
         patch.setattr(measuring, "QUICK_ROUNDS", 1)
+        patch.setattr(convergence, "QUICK_LENGTHS", (10, 20))
         return verify.measure(quick=True)
 
 
@@ -155,6 +156,27 @@ def test_table_is_narrow_and_has_a_line_for_every_row(results):
     assert sum("tolerance 1e-06" in line for line in lines) == 12
     assert all(len(line) <= 132 for line in lines)
     assert any(line.startswith("b_base at tolerance 1e-09") for line in lines)
+
+
+def test_statistics_come_with_an_interval_for_every_tolerance_and_length(results):
+    rows = results["convergence"]["rows"]
+    assert [(row["revolutions"], row["tolerance"]) for row in rows] == [
+        (length, tolerance) for tolerance in convergence.QUICK_TOLERANCES for length in (10, 20)]  # fmt: skip
+    assert all(row[figure]["half_width"] > 0.0 for row in rows for figure in convergence.FIGURES)
+    assert all(row[figure]["blocks"] == row["revolutions"] for row in rows for figure in convergence.FIGURES)
+    lines = table.text(results).splitlines()
+    first = next(line for line in lines if line.split()[:2] == ["10", "1e-06"])
+    assert f"{rows[0]['rod_slider_force_rms']['value']:.0f} +- " in first
+
+
+@pytest.mark.slow
+def test_statistics_agree_between_tolerances_and_narrow_with_the_length_of_the_run():
+    rows = [row for tolerance in (1e-6, 1e-9) for row in convergence.run(tolerance, (30, 300))]
+    for figure in convergence.FIGURES:
+        short, long, _, other = (row[figure] for row in rows)
+        assert long["half_width"] < 0.7 * short["half_width"]
+        apart = abs(long["value"] - other["value"])
+        assert apart < 1.5 * math.hypot(long["half_width"], other["half_width"])  # 3 standard errors
 
 
 def test_main_prints_text_or_json(results, monkeypatch, capsys):

@@ -40,6 +40,7 @@ def render(study: Study) -> str:
         detailed=cases.detailed(study, canvas),
         peaks=[tabular.peaks(study, joint) for joint in study.joints],
         slider=tabular.slider(study),
+        certainty=tabular.certainty(study),
         wear=[(tabular.wear(study, joint), figures.wear(study, joint, canvas))
               for joint in study.joints if joint.wears],
         failed=tabular.failed(study),

@@ -112,7 +112,7 @@ def every(study: Study) -> list[Table]:
     from clearsweep.report import laws, probability
 
     found = [best_by_speed(study), *probability.tables(study), main_effects(study), *laws.tables(study),
-             *(peaks(study, joint) for joint in study.joints), slider(study),
+             *(peaks(study, joint) for joint in study.joints), slider(study), certainty(study),
              *(wear(study, joint) for joint in study.joints if joint.wears), failed(study)]
     return [table for table in found if table.rows]
 
@@ -135,6 +135,24 @@ def slider(study: Study) -> Table:
     first = next((column for column, _ in figures if column in study.cases), None)
     title = "Measured restitution" if study.mechanism == "impact-pair" else "Slider and drive"
     return _cases(study, "slider", title, figures, first)
+
+
+def certainty(study: Study) -> Table:
+    """Return how far figures can be trusted, one row per finished case; empty unless the grid asked for any of it."""
+    unit = study.units.get("figure_ci", "1")
+    until = study.run.layout.until
+    figures = [("revolutions_run", Column("revolutions")), ("period", Column("period")), ("settled", Column("settled")),
+               (until, Column(until, unit)), ("figure_ci", Column("95 % interval, half", unit)),
+               ("lyapunov_exponent", Column("Lyapunov exponent", "1/s")),
+               ("horizon_revolutions", Column("horizon (rev.)"))]  # fmt: skip
+    for joint in study.joints:
+        for figure, name, unit in PEAKS[:3]:
+            one = f"{name} ({joint.title})" if len(study.joints) > 1 else name
+            figures.append((f"{joint.column(figure)}_difference", Column(f"error of {one}", unit)))
+    first = next((column for column, _ in figures if study.has(column)), None)
+    table = _cases(study, "certainty", "How certain the figures are", figures, first)
+    return table._replace(note=f"{table.note} Error: difference from a run at a tenth of the tolerance, which in "
+                               "chaotic motion is that of two samples; horizon: after it two such runs are.")
 
 
 def wear(study: Study, joint: Joint) -> Table:

@@ -1,8 +1,8 @@
 """How true the answers are and what they cost: error against run time on problems with known answers.
 
 A problem (`problems`) is a trajectory in quadruple precision or a closed form; the yardsticks (`yardsticks`) are
-integrators that others use, on the same compiled laws; `measure` runs all on all, and every case of a table of stiff
-and extreme ones (`stability`).
+integrators that others use, on the same compiled laws; `measure` runs all on all, a chaotic case over tolerances and
+lengths (`convergence`), and every case of a table of stiff and extreme ones (`stability`).
 """
 
 import sys
@@ -26,10 +26,11 @@ def main(json: bool = False, quick: bool = False, directory=None) -> None:
 
 
 def measure(quick: bool = False, note=None) -> dict:
-    """Return all figures as a dict that JSON can hold; see `measuring.measure` and `stability.measure`."""
-    from . import measuring, stability
+    """Return all figures as a dict that JSON can hold; see `measure` of `measuring`, `convergence` and `stability`."""
+    from . import convergence, measuring, stability
 
-    return measuring.measure(quick, note) | {"stability": stability.measure(quick, note)}
+    more = {"convergence": convergence, "stability": stability}
+    return measuring.measure(quick, note) | {name: module.measure(quick, note) for name, module in more.items()}
 
 
 def write(results: dict, directory) -> Path:

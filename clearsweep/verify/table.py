@@ -1,5 +1,7 @@
 """What was measured, as text of a fixed width."""
 
+import math
+
 HEAD = (
     f"  {'method':<16}{'setting':>15}{'error, 1st half':>17}{'error, all':>12}{'events':>11}{'force peaks':>13}"
     f"{'rhs':>10}{'steps':>9}{'time [ms/rev]':>15}"
@@ -36,7 +38,7 @@ def text(results: dict) -> str:
     for entry in results["problems"]:
         lines += ["", *_problem(entry)]
     lines += ["", *(line.format(rounds=results["rounds"]) for line in EXPLANATION), "", *_headline(results["headline"])]
-    lines += ["", *stability(results["stability"])]
+    lines += ["", *convergence(results["convergence"]), "", *stability(results["stability"])]
     return "\n".join(lines)
 
 
@@ -66,6 +68,41 @@ def markdown(results: dict) -> str:
         *rows,
         "",
     ])  # fmt: skip
+
+
+COLUMNS = {  # heading, and what a unit of the column is in SI
+    "rod_slider_force_rms": ("force rms [N]", 1.0),
+    "rod_slider_force_p99": ("force p99 [N]", 1.0),
+    "rod_slider_impacts_per_rev": ("impacts per rev", 1.0),
+    "rod_slider_wear_rate_max": ("wear rate [nm/s]", 1e-9),
+}
+
+
+def convergence(table: dict) -> list[str]:
+    """Return the lines that tell how statistics settle with tolerance and length of the run."""
+    lines = [
+        f"convergence of statistics: {table['problem']} with wear, after {table['discard']} discarded revolutions; "
+        "95 % intervals from blocks of revolutions",
+        "  revolutions  tolerance" + "".join(f"{COLUMNS[figure][0]:>23}" for figure in table["figures"]),
+    ]
+    for length in dict.fromkeys(row["revolutions"] for row in table["rows"]):
+        for row in table["rows"]:
+            if row["revolutions"] == length:
+                cells = [_with_interval(row[figure], COLUMNS[figure][1]) for figure in table["figures"]]
+                lines.append(f"  {length:>11}{row['tolerance']:>11.0e}" + "".join(f"{cell:>23}" for cell in cells))
+    return [
+        *lines,
+        "  Pointwise errors stand above, for the first revolution only; later, runs at two tolerances are two samples",
+        f"  of one motion.  {100.0 * table['within']:.0f} % of all pairs of tolerances agree within their intervals "
+        f"(95 % expected), in {table['seconds']:.0f} s.",
+    ]
+
+
+def _with_interval(held: dict, unit: float) -> str:
+    """Return a value with its interval, rounded to two figures of the latter."""
+    value, width = held["value"] / unit, held["half_width"] / unit
+    places = max(0, 1 - math.floor(math.log10(width))) if width > 0.0 else 3
+    return f"{value:.{places}f} +- {width:.{places}f}"
 
 
 def stability(table: dict) -> list[str]:

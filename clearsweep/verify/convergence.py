@@ -1,0 +1,85 @@
+"""Where an error at a point says nothing any more: how statistics settle with the tolerance and the length of the run.
+
+Beyond the first revolution or two two integrations of the same chaotic motion are two samples of it, whatever their
+tolerance.  What can converge are figures over many revolutions: with the length of the run to a value with an interval
+(blocks of revolutions, see `blocks`), and these intervals must agree from tolerance to tolerance.
+"""
+
+import copy
+import itertools
+import math
+import time
+
+from .. import grid, scene
+from ..blocks import Blocks
+from ..simulation import simulate
+from .problems import problems
+
+PROBLEM, DISCARD = "b_base", 2  # and its revolutions before statistics begin
+WEAR = {"law": "archard", "coefficient": 2e-14}
+FIGURES = ("rod_slider_force_rms", "rod_slider_force_p99", "rod_slider_impacts_per_rev", "rod_slider_wear_rate_max")
+TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+LENGTHS = (10, 30, 100, 300, 1000)  # revolutions
+QUICK_TOLERANCES, QUICK_LENGTHS = (1e-6, 1e-8, 1e-10), (10, 30, 100)
+
+
+class Lengths:
+    """Takes down the intervals of the figures whenever a run has reached one of some lengths."""
+
+    parts = 1
+
+    def __init__(self, layout, lengths):
+        self.blocks, self.lengths = Blocks(layout, FIGURES), lengths
+        self.found = {}  # length -> figure -> Interval
+
+    def see(self, work) -> bool:
+        """Take the end of a revolution into account."""
+        turns = self.blocks.turns
+        self.blocks.note(work)
+        if turns in self.lengths:
+            self.found[turns] = {figure: self.blocks.interval(figure) for figure in FIGURES}
+        return False
+
+
+def measure(quick: bool = False, note=None) -> dict:
+    """Return the figures and intervals of every tolerance and length as `rows`, and how well they agree.
+
+    `within` : share of the pairs of tolerances, over all figures and lengths, that differ by no more than both
+    intervals together (root of the sum of squares); 0.95 where intervals are what they say.
+    """
+    tolerances, lengths = (QUICK_TOLERANCES, QUICK_LENGTHS) if quick else (TOLERANCES, LENGTHS)
+    begin, rows = time.perf_counter(), []
+    for tolerance in tolerances:
+        if note:
+            note(f"convergence of statistics: tolerance {tolerance:g}")
+        rows += run(tolerance, lengths)
+    pairs = [
+        (one[figure], other[figure])
+        for length in lengths
+        for one, other in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
+        for figure in FIGURES
+    ]
+    within = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]
+    return {
+        "problem": PROBLEM,
+        "discard": DISCARD,
+        "figures": list(FIGURES),
+        "rows": rows,
+        "within": sum(within) / len(within),
+        "seconds": time.perf_counter() - begin,
+    }
+
+
+def run(tolerance: float, lengths) -> list[dict]:
+    """Return a row for each length, in revolutions after the discarded ones, of one run at a tolerance."""
+    source = copy.deepcopy(next(problem.grid for problem in problems() if problem.name == PROBLEM))
+    source["joints"]["rod-slider"] |= {"length": 0.02, "wear": WEAR}
+    length = DISCARD + max(lengths)
+    source["simulate"] = {"revolutions": length, "discard": DISCARD, "tolerance": tolerance}
+    made = scene.build(grid.load(source, scene.catalogue()).case(0))
+    watch = Lengths(made.layout, lengths)
+    simulate(made, watchers=(watch,))
+    return [
+        {"tolerance": tolerance, "revolutions": turns} | {figure: held._asdict() for figure, held in found.items()}
+        for turns, found in watch.found.items()
+    ]
