@@ -100,13 +100,16 @@ def joint_load(joint, gap, state, pen, onset_rate):
     A negative `pen` is that of a trial step past the separation.
     """
     square = gap.x * gap.x + gap.y * gap.y
-    eccentricity = math.sqrt(square)
     if state == FREE:
+        eccentricity = math.sqrt(square)
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
         rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
         return Load(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, speed, rate, eccentricity - joint.clearance, 0.0, 0.0)
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
-    inverse = 1.0 / square * eccentricity  # root and division side by side: all that follows waits for them
+    # The eccentricity from the penetration, which follows that of the coordinates: it is there before the gap is, and all
+    # that comes after waits for neither root nor division.
+    eccentricity = joint.clearance + pen
+    inverse = 1.0 / eccentricity
     nx, ny = x * inverse, y * inverse
     rate = vx * nx + vy * ny
     force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
@@ -123,7 +126,7 @@ def joint_load(joint, gap, state, pen, onset_rate):
     fy = -normal * ny + tangential * nx
     on_journal = joint.journal_radius * tangential
     on_bearing = -joint.bearing_radius * tangential
-    depth = eccentricity - joint.clearance
+    depth = pen + 0.5 * (square * inverse - eccentricity)  # of the coordinates, to the square of what they differ by
     if joint.side < 0.0:
         return Load(-fx, -fy, on_journal, on_bearing, normal, tangential, slip, rate, depth, elastic, raw)
     return Load(fx, fy, on_bearing, on_journal, normal, tangential, slip, rate, depth, elastic, raw)
