@@ -68,7 +68,7 @@ def _lagrange(nodes, points):
     return matrix
 
 
-COURSE = _lagrange(SHARES, np.arange(PARTS + 1) / PARTS)
+COURSE = np.ascontiguousarray(_lagrange(SHARES, np.arange(PARTS + 1) / PARTS).T)  # (stages, places)
 
 
 class Tally(NamedTuple):
@@ -161,25 +161,33 @@ def add_powers(at, h, windowed):
 
 
 @kernel
-def add_course(at, j, duration):
-    """Enter the course of joint `j`'s force over a step that lasts `duration` (s) into its histogram.
+def follow(o, column, course, row):
+    """Put an observable's course over the step, at PARTS + 1 even places, into row `row` of `course`.
 
-    The force at PARTS + 1 even places of the step comes from the polynomial through its values at the stages.
+    It is the polynomial through the values at the stages.
     """
+    for i in range(PARTS + 1):
+        course[row, i] = 0.0
+    for m in range(NODES.size):
+        here = o[NODES[m], column]
+        for i in range(PARTS + 1):
+            course[row, i] += COURSE[m, i] * here
+
+
+@kernel
+def add_course(at, j, duration):
+    """Enter the course of joint `j`'s force over a step that lasts `duration` (s) into its histogram."""
     work = at[0]
     tally = work.tally
     block = JOINTS + JOINT_WIDTH * j
     course = tally.course[j]
-    worn = work.wear.code != 0
+    follow(work.o, block + NORMAL, course, FORCE)
+    follow(work.o, KAPPA, course, KAPPA_COURSE)
+    if work.wear.code != 0:
+        follow(work.o, block + SPEED, course, SLIP)
     total = 0.0
     for i in range(PARTS + 1):
-        force, kappa, slip = 0.0, 0.0, 0.0
-        for m in range(NODES.size):
-            force += COURSE[i, m] * work.o[NODES[m], block + NORMAL]
-            kappa += COURSE[i, m] * work.o[NODES[m], KAPPA]
-            if worn:
-                slip += COURSE[i, m] * work.o[NODES[m], block + SPEED]
-        course[FORCE, i], course[KAPPA_COURSE, i], course[SLIP, i] = force, max(kappa, 0.0), slip
+        course[KAPPA_COURSE, i] = max(course[KAPPA_COURSE, i], 0.0)
         total += course[KAPPA_COURSE, i]
     total -= 0.5 * (course[KAPPA_COURSE, 0] + course[KAPPA_COURSE, PARTS])
     for i in range(PARTS):
@@ -198,7 +206,7 @@ def add_beyond(at, j, duration):
     for i in range(PARTS + 1):
         depth = 0.0
         for m in range(NODES.size):
-            depth += COURSE[i, m] * work.o[NODES[m], block + DEPTH]
+            depth += COURSE[m, i] * work.o[NODES[m], block + DEPTH]
         kappa = work.tally.course[j, KAPPA_COURSE, i]
         total += kappa
         if depth > work.limit_depth[j]:
