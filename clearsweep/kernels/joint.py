@@ -106,8 +106,8 @@ def joint_load(joint, gap, state, pen, onset_rate):
         rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
         return Load(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, speed, rate, eccentricity - joint.clearance, 0.0, 0.0)
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
-    # The eccentricity from the penetration, which follows that of the coordinates: it is there before the gap is, and all
-    # that comes after waits for neither root nor division.
+    # The eccentricity from the penetration, which follows that of the coordinates: it is there before the gap is, and
+    # all that comes after waits for neither root nor division.
     eccentricity = joint.clearance + pen
     inverse = 1.0 / eccentricity
     nx, ny = x * inverse, y * inverse
