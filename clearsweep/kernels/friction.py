@@ -73,7 +73,10 @@ class Karnopp(NamedTuple):
 
 
 class Dahl(NamedTuple):
-    """T = -N sigma0 z with bristles bent by z: z' = slip (1 - x)^shape, x = sigma0 z sgn(slip) / mu."""
+    """T = -N sigma0 z with bristles bent by z: z' = slip (1 - x)^shape, x = sigma0 z sgn(slip) / mu.
+
+    In the ledger of energies the work of T is rubbed off, what bristles store included, until they give it back.
+    """
 
     coefficient: float  # mu, 1
     bristle_stiffness: float  # sigma0, 1/m, per load
@@ -82,7 +85,7 @@ class Dahl(NamedTuple):
 
 
 class LuGre(NamedTuple):
-    """T = -N (sigma0 z + sigma1(slip) z' + viscous slip) with z' = slip - sigma0 |slip| z / g(slip)."""
+    """T = -N (sigma0 z + sigma1(slip) z' + viscous slip) with z' = slip - sigma0 |slip| z / g(slip); ledger as Dahl."""
 
     coefficient: float  # kinetic, 1
     static_coefficient: float  # 1
