@@ -54,6 +54,10 @@ class Fake(Physics):
         return case["joints"]["rod-slider"]["contact"]["law"]
 
     @staticmethod
+    def load():
+        """Do nothing."""
+
+    @staticmethod
     def compile(case):
         """Do nothing."""
 
