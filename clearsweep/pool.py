@@ -29,7 +29,7 @@ THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 COUNTING = 2.0  # s between two looks at how many workers a cluster has
 PATIENCE = 10.0  # s a scheduler has to answer
-CONSTS.channel_lock_timeout = 10.0  # s; a worker killed while it held the lock must not stop the others for long
+CONSTS.channel_lock_timeout = 2.0  # s; a worker killed while it held the lock stalls the others twice as long
 
 
 def cores() -> int:

@@ -13,7 +13,7 @@ import numpy as np
 import psutil
 import pytest
 import torture
-from fake_physics import DIES, FAILS, GOOD, HANGS, RAISES, Fake, grid
+from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, Fake, grid
 
 from clearsweep import errors, estimate, pool, progress
 from clearsweep.drive import Batches
@@ -217,6 +217,13 @@ def test_a_worker_that_is_ended_costs_no_case(tmp_path, signum):
     workers[0].send_signal(signum)
     assert facts_of(process)["failed"] == 0
     assert process.returncode == 0
+
+
+def test_a_worker_killed_while_it_held_the_lock_of_the_queue_stalls_the_others_for_seconds_only(tmp_path):
+    result = quiet(grid(1, (GOOD, 0.001, 0.002, LOCKS, 0.004)), tmp_path / "run", jobs=2)
+    assert (result.ok, result.failed, result.missing) == (4, 1, 0)
+    assert result.open().summary.query("status != 'ok'")["status"].tolist() == ["crashed"]
+    assert result.seconds < 20.0
 
 
 def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
