@@ -54,7 +54,7 @@ def _pilot(grid, pending: np.ndarray, physics) -> tuple[list[float], float]:
     chosen = pending[np.unique(np.linspace(0, len(pending) - 1, PILOT_CASES).round().astype(int))].tolist()
     times, events = [], []
     with stopping.catching():
-        workers = pool.Local(1)
+        workers = pool.Local(1, load=physics.load)
         try:
             sweeping.warm(workers, grid, pending, physics)
             begin = time.monotonic()

@@ -49,8 +49,8 @@ def merge(directories, out, *, partial=False, physics=Physics) -> RunResult:
             held.take(source)
         counts = conclude(held, grid, ids, ran=0, start=start, source=records[0]["source"], derived=derived,
                           warnings=warnings, joined=[str(place) for place in places])
-    return RunResult(out, **counts, seconds=time.monotonic() - begin, case_seconds=0.0, derived=derived,
-                     warnings=tuple(warnings), joined=len(places))
+    return RunResult(out, **counts, seconds=time.monotonic() - begin, case_seconds=0.0, start_up=0.0,
+                     derived=derived, warnings=tuple(warnings), joined=len(places))
 
 
 def _same_grid(places: list[Path]) -> list[dict]:

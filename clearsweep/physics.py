@@ -19,6 +19,12 @@ class Physics:
         return importlib.import_module("clearsweep.laws").text(name)
 
     @staticmethod
+    def load() -> None:
+        """Load the modules that cases need, which takes as long as many a case."""
+        importlib.import_module("clearsweep.scene")
+        importlib.import_module("clearsweep.simulation")
+
+    @staticmethod
     def signature(case: dict):
         """Return a hashable that is equal for cases that share their compiled code."""
         return importlib.import_module("clearsweep.scene").signature(case)

@@ -1,7 +1,8 @@
 """Executors: where batches run.
 
 Each has `submit(function, *args) -> Future`, `restart()`, `close()`, and says how many workers it has (`jobs`), which
-exceptions tell that one died with its batch (`deaths`), and whether they may be on other machines (`elsewhere`).
+exceptions tell that one died with its batch (`deaths`), and whether they may be on other machines (`elsewhere`). It is
+made of the number of workers, the address of a scheduler, and a function that its own workers call before all else.
 """
 
 import contextlib
@@ -13,6 +14,7 @@ import pickle
 import signal
 import sys
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from multiprocessing.context import SpawnContext, SpawnProcess
 from types import ModuleType
@@ -27,7 +29,7 @@ THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 COUNTING = 2.0  # s between two looks at how many workers a cluster has
 PATIENCE = 10.0  # s a scheduler has to answer
-CONSTS.channel_lock_timeout = 10.0  # s; a worker killed while it held the lock must not stop the others for long
+CONSTS.channel_lock_timeout = 2.0  # s; a worker killed while it held the lock stalls the others twice as long
 
 
 def cores() -> int:
@@ -57,14 +59,14 @@ class Local:
 
     deaths, elsewhere = (ProcessExpired,), False
 
-    def __init__(self, jobs: int, _scheduler: None = None):
-        self.jobs = jobs
+    def __init__(self, jobs: int, _scheduler: None = None, load: Callable[[], None] = int):
+        self.jobs, self._load = jobs, load
         self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
         os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
         self._pool = self._started()
 
     def _started(self) -> ProcessPool:
-        pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(),), _Context())
+        pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(), self._load), _Context())
         with stopping.shielded():
             if not pool.active:  # asking starts the workers
                 raise RuntimeError("the worker processes could not be started")
@@ -99,7 +101,7 @@ class Serial:
 
     jobs, deaths, elsewhere = 1, (), False
 
-    def __init__(self, _jobs: int = 1, _scheduler: None = None):
+    def __init__(self, _jobs: int = 1, _scheduler: None = None, _load: Callable[[], None] = int):
         """Take any number of jobs for one."""
 
     def submit(self, function, *args) -> Future:
@@ -123,7 +125,7 @@ class Dask:
 
     elsewhere = True
 
-    def __init__(self, jobs: int, scheduler: str | None = None):
+    def __init__(self, jobs: int, scheduler: str | None = None, _load: Callable[[], None] = int):
         distributed = _distributed()
         self.deaths = (distributed.KilledWorker, worker.AbandonedError)
         self._wanted, self._scheduler = jobs, scheduler

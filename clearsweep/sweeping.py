@@ -24,7 +24,8 @@ class RunResult:
     """What a run came to; the results themselves are in `directory`.
 
     Counts of cases: `cases` of the grid, `ran` this time, `reused` from before; `ok`, `failed` and `missing` of the
-    grid's cases as they are now. `seconds` is the run's wall time, `case_seconds` the sum over the cases that ran.
+    grid's cases as they are now. `seconds` is the run's wall time, `case_seconds` the sum over the cases that ran,
+    `start_up` the part of `seconds` before the first case could begin.
     """
 
     directory: Path
@@ -36,6 +37,7 @@ class RunResult:
     missing: int
     seconds: float
     case_seconds: float
+    start_up: float
     derived: dict  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
     joined: int = 0  # directories that were joined; 0 for a run
@@ -79,12 +81,13 @@ def sweep(source, out=None, *, jobs=None, executor="local", scheduler=None, retr
         for sentence in held.recover():
             progress.say(sentence)
         pending = missing(ids, wanted, held.rows(), retry_failed)
-        ran, case_seconds = 0, 0.0
+        ran, case_seconds, ready = 0, 0.0, time.monotonic()
         if len(pending):
             job = Job(held.directory.resolve(), grid, physics, case_timeout)
-            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), scheduler)
+            workers = pool.EXECUTORS[executor](min(jobs or pool.cores(), len(pending)), scheduler, physics.load)
             try:
                 warm(workers, grid, pending, physics)
+                ready = time.monotonic()
                 batches = Batches(pending, ids, workers.jobs, case_bytes(grid))
                 with progress.of(len(pending), show_progress) as display:
                     driver = Driver(workers, held, job, batches, _most(max_failures, len(pending)), display)
@@ -95,7 +98,7 @@ def sweep(source, out=None, *, jobs=None, executor="local", scheduler=None, retr
         counts = conclude(held, grid, wanted, ran=ran, start=start, derived=derived, warnings=warnings,
                           shard=shard and str(shard))
     return RunResult(held.directory, **counts, seconds=time.monotonic() - begin, case_seconds=case_seconds,
-                     derived=derived, warnings=tuple(warnings))
+                     start_up=ready - begin, derived=derived, warnings=tuple(warnings))
 
 
 def load(source, physics=Physics):

@@ -1,5 +1,6 @@
 """What a worker process does: it computes a batch of cases one by one and commits them; a manifest goes back."""
 
+import contextlib
 import ctypes
 import faulthandler
 import os
@@ -8,6 +9,7 @@ import platform
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -67,7 +69,7 @@ class Manifest(NamedTuple):
     seconds: float  # spent on its cases
 
 
-def enter(parent: int) -> None:
+def enter(parent: int, load: Callable[[], None]) -> None:
     """Prepare a worker process: it dies with its parent, heeds signals between cases, and has its modules loaded."""
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -75,6 +77,8 @@ def enter(parent: int) -> None:
         os._exit(1)  # the parent went before it could be tied to
     stopping.in_worker()
     store.use_one_thread()
+    with contextlib.suppress(Exception):  # what is wrong with them comes up again in a case, where it is told
+        load()
 
 
 def compile_all(physics: type[Physics], cases: list[dict]) -> None:

@@ -1,5 +1,6 @@
 """Mechanics made up by formula, for testing sweeps; gravity (m/s^2) says what becomes of a case."""
 
+import gc
 import os
 import signal
 import time
@@ -10,7 +11,7 @@ from clearsweep import outcome
 from clearsweep.grid import Catalogue, Field, Law
 from clearsweep.physics import Physics
 
-GOOD, RAISES, DIES, HANGS, FAILS = 0.0, 500.0, 600.0, 700.0, 800.0  # below GOOD + 10: seconds of sleep
+GOOD, RAISES, DIES, HANGS, FAILS, LOCKS = 0.0, 500.0, 600.0, 700.0, 800.0, 900.0  # below 10: s of sleep
 
 _POWER = (Field("stiffness", "N/m^exponent"), Field("exponent", "1", default=1.5))
 _LOSS = (Field("restitution", "1", high=1.0, high_open=False),)
@@ -54,6 +55,10 @@ class Fake(Physics):
         return case["joints"]["rod-slider"]["contact"]["law"]
 
     @staticmethod
+    def load():
+        """Do nothing."""
+
+    @staticmethod
     def compile(case):
         """Do nothing."""
 
@@ -75,6 +80,12 @@ class Fake(Physics):
             raise ZeroDivisionError("made to fail")
         if gravity == DIES:
             os.kill(os.getpid(), signal.SIGKILL)
+        if gravity == LOCKS:
+            from pebble.pool.channel import ChannelMutex
+
+            mutex = next(item for item in gc.get_objects() if isinstance(item, ChannelMutex))
+            mutex.acquire(timeout=10.0)
+            os.kill(os.getpid(), signal.SIGKILL)  # the pool's queue stays locked
         if gravity == HANGS:
             time.sleep(1e4)
         if gravity == FAILS:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -13,7 +14,7 @@ import numpy as np
 import psutil
 import pytest
 import torture
-from fake_physics import DIES, FAILS, GOOD, HANGS, RAISES, Fake, grid
+from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, Fake, grid
 
 from clearsweep import errors, estimate, pool, progress
 from clearsweep.drive import Batches
@@ -219,6 +220,13 @@ def test_a_worker_that_is_ended_costs_no_case(tmp_path, signum):
     assert process.returncode == 0
 
 
+def test_a_worker_killed_while_it_held_the_lock_of_the_queue_stalls_the_others_for_seconds_only(tmp_path):
+    result = quiet(grid(1, (GOOD, 0.001, 0.002, LOCKS, 0.004)), tmp_path / "run", jobs=2)
+    assert (result.ok, result.failed, result.missing) == (4, 1, 0)
+    assert result.open().summary.query("status != 'ok'")["status"].tolist() == ["crashed"]
+    assert result.seconds < 20.0
+
+
 def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
     process = program(tmp_path / "run", grid(20, (GOOD + 0.2,)), jobs=1, show_progress=False)
     wait_for(lambda: parts(tmp_path / "run") >= 1)
@@ -228,24 +236,28 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
     process.wait()
 
 
-def test_storage_that_fails_during_the_run_stops_it_and_harms_nothing(tmp_path):
-    source = grid(6, orbits="all", simulate={"revolutions": 10})
-    small = grid(3, orbits="all", simulate={"revolutions": 10})
+@pytest.mark.parametrize(("limit", "fails"), [(2000, r"tmp|parts|shards"), (230_000, "writing failed")])
+def test_storage_that_fails_stops_the_run_and_harms_nothing(tmp_path, limit, fails):
+    """`limit`: bytes that a file may have; no batch fits any more, or every batch but not the merged histories."""
+    small, source = (grid(count, (GOOD + 0.02,), orbits="all", wear=True, simulate={"revolutions": 10})
+                     for count in (3, 60))
     quiet(small, tmp_path / "run")
-    committed = parts(tmp_path / "run")
-    limit = 2000  # bytes that a file may have: no part fits any more
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = {path.name: path.read_bytes() for path in (tmp_path / "run" / "parts").iterdir()}
+    allowed = resource.getrlimit(resource.RLIMIT_FSIZE)
     try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
-        process = program(tmp_path / "run", source, show_progress=False)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, allowed[1]))
+        process = program(tmp_path / "run", source, jobs=2, show_progress=False)
     finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        resource.setrlimit(resource.RLIMIT_FSIZE, allowed)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 4, err
-    assert "StorageError" in err
-    assert "unharmed" in err
-    assert parts(tmp_path / "run") == committed
-    assert quiet(source, tmp_path / "run").reused == 3
+    assert re.search(f"StorageError: .*({fails}).*unharmed: make room and run the same command again", err)
+    after = {path.name: path.read_bytes() for path in (tmp_path / "run" / "parts").iterdir()}
+    assert before.items() <= after.items()
+    resumed = quiet(source, tmp_path / "run")
+    assert resumed.reused == (3 if limit < 10_000 else 60)
+    quiet(source, tmp_path / "whole")
+    assert same_results(tmp_path / "whole", tmp_path / "run")
 
 
 @pytest.mark.parametrize("counts", [(100, 10_000), pytest.param((1000, 100_000), marks=pytest.mark.slow)])
