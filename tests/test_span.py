@@ -231,6 +231,13 @@ def test_a_regular_motion_forgets_a_disturbance_and_has_no_horizon():
     assert found["horizon_revolutions"] is None
 
 
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
+def test_errors_of_steps_are_not_taken_for_a_disturbance_that_grows(tolerance):
+    rolling = {"joints.rod-slider.clearance": 3e-4, "joints.rod-slider.contact.restitution": 0.1, **WORN}
+    length = {"simulate.horizon": True, "simulate.tolerance": tolerance, "simulate.revolutions": 15}
+    assert run(rolling, length).summary["lyapunov_exponent"] < 0.0
+
+
 def test_a_run_that_is_too_short_to_tell_has_no_exponent():
     found = run({"simulate.revolutions": 0.02, "simulate.discard": 0, "simulate.horizon": True}).summary
     assert found["lyapunov_exponent"] is None
