@@ -214,15 +214,14 @@ def test_the_exponent_is_reproducible_and_leaves_the_figures_alone():
     assert 1.5 * plain.summary["steps"] < first.summary["steps"] < 2.0 * plain.summary["steps"]  # the twin's too
 
 
-def test_the_exponent_does_not_depend_on_the_size_of_the_disturbance_nor_on_the_tolerance(monkeypatch):
-    asked = {"simulate.horizon": True, "simulate.revolutions": 3}
-    one = run(asked, {"simulate.tolerance": 1e-11}).summary["lyapunov_exponent"]
-    monkeypatch.setattr(span, "SIZE", 1e-8)
-    smaller = run(asked, {"simulate.tolerance": 1e-11}).summary["lyapunov_exponent"]
-    monkeypatch.setattr(span, "SIZE", 1e-5)
-    looser = run(asked, {"simulate.tolerance": 1e-9}).summary["lyapunov_exponent"]
-    assert smaller == pytest.approx(one, rel=0.02)
-    assert looser == pytest.approx(one, rel=0.02)
+def test_the_exponent_does_not_depend_on_the_size_of_the_disturbance(monkeypatch):
+    found = []
+    for size in (1e-7, 1e-6, 1e-5):
+        monkeypatch.setattr(span, "SIZE", size)
+        asked = {"simulate.horizon": True, "simulate.revolutions": 30, "simulate.tolerance": 1e-10}
+        found.append(run(asked).summary["lyapunov_exponent"])
+    assert len(set(found)) == 3
+    assert found == pytest.approx([found[1]] * 3, rel=0.03)
 
 
 def test_a_regular_motion_forgets_a_disturbance_and_has_no_horizon():
