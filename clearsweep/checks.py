@@ -16,7 +16,6 @@ def check(read: Draft, catalogue: Catalogue) -> None:
     _below(read, "mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod")
     _below(read, "simulate.discard", "simulate.revolutions", "nothing would be left")
     _below(read, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
-    _below(read, "simulate.revolutions", "simulate.until.max_revolutions", "the run ends there", equal=True)
     _until(read)
     joints = [path for path, node in read.shape.items() if isinstance(node, Section) and _is_joint(path)]
     if not joints and "mechanism.crank.length" in read.shape:
@@ -31,7 +30,15 @@ def check(read: Draft, catalogue: Catalogue) -> None:
 
 
 def _until(read: Draft) -> None:
-    """Check that the figure that `until` judges is one of this grid."""
+    """Check that the figure that `until` judges is one of this grid, and that its longest run is not the shorter."""
+    least, most = read.reached("simulate.revolutions"), read.reached("simulate.until.max_revolutions")
+    if least and most and min(most) < max(least):
+        path = "simulate.until.max_revolutions"
+        sentence = (
+            f"found {min(most):.15g}; allowed: at least {max(least):.15g}, the value of simulate.revolutions, the "
+            "shortest run"
+        )
+        read.problems.add(read.place(path), path, sentence)
     path = "simulate.until.figure"
     figure = read.values.get(path)
     known = design.figures(read, "slider-crank") if figure else {}

@@ -18,7 +18,7 @@ from .outcome import channels
 #: Turns before the end of a revolution at which a run pauses: more than a step spans, so that it can still end there.
 LEAD = 0.025
 PARTS = 20  # of a revolution: a disturbance is brought back so often
-SIZE = 1e-6  # clearances: what it is brought back to
+SIZE, OVER, MOST = 1e-6, 1e3, 1e-3  # clearances: what it is brought back to; so many tolerances if that is more
 FAINTEST = 1e-9  # of that: where a motion forgets a disturbance altogether, no logarithm of zero
 SATURATED = 0.1  # clearances: a disturbance that grows no more
 SETTLED = 4  # revolutions
@@ -78,8 +78,8 @@ class Twin:
 
     The distance is that of the coordinates in clearances and of their rates in clearances times crank rate, at equal
     times.  To bring the twin back is to take the same share of all that tells the two states apart; where one of them
-    is in contact and the other not yet, it waits.  Brought back, it begins with the step length of the first run: then
-    their steps and the errors of these hardly differ, and a disturbance far smaller than the tolerance can be followed.
+    is in contact and the other not yet, it waits.  Brought back, it begins with the step length of the first run, so
+    that their steps and the errors of these hardly differ until one of them meets an event without the other.
     """
 
     parts = PARTS
@@ -88,7 +88,7 @@ class Twin:
         """Make a twin in `work`, unused so far; scale : (coordinates and rates,) what counts as 1."""
         self.control = control._replace(keep_events=False, end=math.inf)
         self.work, self.scale, self.tolerance = work, scale, tolerance
-        self.size = SIZE
+        self.size = max(SIZE, min(OVER * tolerance, MOST))
         self.times, self.growths = [], []  # s; logarithm of the growth since the start, up to then
         self.status = loop.OK
 
