@@ -9,11 +9,11 @@ from . import ideal, laws
 from .errors import InputError
 from .kernels import event as events
 from .kernels import integrate as loop
-from .kernels import method, wear
+from .kernels import method, stiff, wear
 from .kernels import tally as tallies
 from .kernels.family import NO_ENTRY, flatten
 from .kernels.joint import FREE, PRESSED
-from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
+from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of, slopes_of
 from .kernels.record import Record
 from .outcome import EVENT_DTYPE, Trajectory, channels, summary_columns
 from .scene import Scene
@@ -112,7 +112,7 @@ def _own_times(scene: Scene, end: float) -> np.ndarray:
 class _Run:
     """The buffers of one integration and what it came to."""
 
-    def __init__(self, scene: Scene, times: np.ndarray):
+    def __init__(self, scene: Scene, times: np.ndarray, implicit: bool):
         value, joints = scene.value, scene.value.joints
         n, columns = scene.start.size, JOINTS + JOINT_WIDTH * len(joints)
         self.parameters = flatten(value)  # compiled code holds its address
@@ -132,6 +132,7 @@ class _Run:
         self.record = Record(times, np.zeros((times.size, len(channels(scene.layout)))))
         self.work = events.Work(
             rates=rates_of(value, self.parameters),
+            slopes=slopes_of(value, self.parameters, implicit),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
             wear=wear.wear_of(value, self.parameters) if worn else NO_ENTRY,
             time=2 * len(value.coordinates),
@@ -152,16 +153,7 @@ class _Run:
             limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case["joints"].values()]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             mode=np.zeros(3, dtype=np.int64),
-            limit=np.zeros(1),
-            history=np.zeros(2),
-            jacobian=np.zeros((n, n)),
-            newton=np.zeros((3 * n, 3 * n)),
-            newton_pivots=np.zeros(3 * n, dtype=np.int64),
-            small=np.zeros((n, n)),
-            small_pivots=np.zeros(n, dtype=np.int64),
-            stages=np.zeros(3 * n),
-            change=np.zeros(3 * n),
-            offset=np.zeros(n),
+            implicit=stiff.implicit_of(n),
             tally=self.tally,
             record=self.record,
         )
@@ -188,7 +180,7 @@ def _scale(scene: Scene) -> np.ndarray:
 
 def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:
     """Return the integration of a scene up to `end` (s), reported at `times` (s)."""
-    settings, run = scene.case["simulate"], _Run(scene, times)
+    settings = scene.case["simulate"]
     pair = scene.layout.mechanism == "impact-pair"
     window = 0.0 if pair else settings["discard"] * _period(scene)
     turns = settings["impacts"] if pair else max(settings["revolutions"], 1.0)
@@ -201,6 +193,13 @@ def _run(scene: Scene, times: np.ndarray, end: float) -> _Run:
         method=_METHODS[settings["method"]],
         keep_events=scene.case["save"]["orbits"] != "none" or times.size > 0,
     )
+    run = _integrated(scene, times, control, control.method == events.IMPLICIT)
+    return _integrated(scene, times, control, True) if run.status == loop.TURNS_STIFF else run
+
+
+def _integrated(scene: Scene, times: np.ndarray, control: loop.Control, implicit: bool) -> _Run:
+    """Return an integration from the start; `implicit`: what the implicit method needs is to be compiled before."""
+    run = _Run(scene, times, implicit)
     if control.method == events.IMPLICIT:
         run.work.mode[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     begin = time.perf_counter()

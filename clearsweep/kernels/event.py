@@ -31,6 +31,7 @@ class Work(NamedTuple):
     """
 
     rates: Entry  # the right-hand side
+    slopes: Entry  # its derivatives; NO_ENTRY until the motion turns out to be stiff
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration follow it
@@ -52,16 +53,7 @@ class Work(NamedTuple):
     limit_depth: np.ndarray  # (j,) m, penetration up to which the elastic law is meant to hold; inf: any
     counts: np.ndarray  # (COUNTS,) int64
     mode: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
-    limit: np.ndarray  # (1,) length of the last step before the method changed
-    history: np.ndarray  # (2,) length of the step whose implicit interpolant is in `f` (0: none), 1 if it was accepted
-    jacobian: np.ndarray  # (n, n), and the rest of what the implicit method works on
-    newton: np.ndarray  # (3 n, 3 n)
-    newton_pivots: np.ndarray  # (3 n,) int64
-    small: np.ndarray  # (n, n)
-    small_pivots: np.ndarray  # (n,) int64
-    stages: np.ndarray  # (3 n,)
-    change: np.ndarray  # (3 n,)
-    offset: np.ndarray  # (n,)
+    implicit: tuple  # stiff.Implicit
     tally: tuple  # tally.Tally
     record: tuple  # record.Record
 

@@ -101,6 +101,11 @@ def _compiled(function, scene, arrays):
     return _COMPILED[key]
 
 
+def compiled(function, scene):
+    """Return whether `entry` would have nothing to compile for `function` and scenes of the type of `scene`."""
+    return bool(numba.config.DISABLE_JIT) or (function, _kinds(scene)) in _COMPILED
+
+
 def entry(function, scene, arrays, parameters):
     """Return the Entry through which `invoke` calls `function(scene pointer, *arrays, integer)`.
 

@@ -39,7 +39,7 @@ from .motion import (
 )
 from .record import write_sample, write_samples
 from .step import finish_dense, finish_ends, meet, take_step
-from .stiff import choose_method
+from .stiff import AFTER, LENGTH, RENEWED, choose_method, steady
 from .tally import (
     ACCELERATION_MAX,
     APPROACH,
@@ -66,7 +66,7 @@ from .tally import (
 )
 
 AUTO = 2  # of Control.method
-OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW = range(5)
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, TURNS_STIFF = range(6)
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic, so grow with care
 TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
 ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
@@ -261,7 +261,7 @@ def open_window(at):
 def go_on(at):
     """Make the end of a step the start of the next."""
     work = at[0]
-    work.history[1] = 1.0
+    work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
     for i in range(work.y.size):
         work.y[i], work.k[0, i] = work.end[i], work.k[END, i]
     for column in range(work.o.shape[1]):
@@ -275,7 +275,7 @@ def restart(at):
     for i in range(work.y.size):
         work.y[i] = work.end[i]
     work.mode[0], work.mode[1] = work.mode[2], 0
-    work.history[0] = 0.0
+    work.implicit.past[LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
     evaluate(at, work.y, 0)
 
 
@@ -304,14 +304,14 @@ def proposal_of(at):
 
 
 @kernel
-def next_length(at, proposals, pattern):
-    """Change the method if that was decided, and return the length of the next step."""
+def next_length(at, h, proposal):
+    """Change the method if that was decided, and return the length of the step after one of length `h`."""
     work = at[0]
     if work.mode[2] == work.mode[0]:
-        return proposals[pattern]
+        return steady(at, h, proposal)
     work.mode[0] = work.mode[2]
-    work.history[0] = 0.0
-    return work.limit[0]
+    work.implicit.past[LENGTH] = 0.0
+    return work.implicit.limit[0]
 
 
 @njit(error_model="numpy", cache=True)
@@ -320,7 +320,7 @@ def integrate(control, work):
 
     Returns
     -------
-    status : int, OK or the reason why it ended early
+    status : int, OK or the reason why it ended early; TURNS_STIFF: `work.slopes` is needed, start again with it
     events : (events, 5) float64, rows of time (s), joint, 1 onset or 2 separation, rate (m/s), force peak (N)
 
     The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
@@ -352,15 +352,15 @@ def integrate(control, work):
             continue
         tries = 0
         finish_ends(at)
-        if control.method == AUTO:
-            choose_method(at, h)
+        if control.method == AUTO and not choose_method(at, h):
+            return TURNS_STIFF, events[: work.counts[EVENTS]]
         pattern = proposal_of(at)
         proposals[pattern] = h * min(grow, SAFETY * max(error, 1e-10) ** -0.125)
         kind, joint, taken, dense = meet(at, h, stop)
         enter(at, taken, windowed, dense)
         if kind == NOTHING:
             go_on(at)
-            h, grow = next_length(at, proposals, pattern), GROW
+            h, grow = next_length(at, h, proposals[pattern]), GROW
             continue
         if kind == STOP:
             if windowed:

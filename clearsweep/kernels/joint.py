@@ -5,9 +5,10 @@ Forces act at the journal surface, so that moments about both centres and the sl
 power of friction is tangential force times sliding speed.
 """
 
-import math
 from typing import NamedTuple
 
+from . import calculus as math
+from .dual import alike
 from .family import kernel
 from .friction import friction_force
 from .normal import contact_force, lowest_force
@@ -71,7 +72,8 @@ def joint_load(joint, gap, state, pen, onset_rate):
     if state == FREE:
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
         rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
-        return Load(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, speed, rate, eccentricity - joint.clearance, 0.0, 0.0)
+        zero = alike(0.0, eccentricity)
+        return Load(zero, zero, zero, zero, zero, zero, speed, rate, eccentricity - joint.clearance, zero, zero)
     inverse = joint.side / eccentricity
     nx, ny = gap.x * inverse, gap.y * inverse
     rate = joint.side * (gap.vx * nx + gap.vy * ny)
@@ -80,7 +82,7 @@ def joint_load(joint, gap, state, pen, onset_rate):
     normal = force if state == PRESSED else 0.0
     slip = surface_speed(joint, gap, -ny, nx)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
-    tangential = friction_force(joint.friction, rubbing, slip)
+    tangential = alike(friction_force(joint.friction, rubbing, slip), eccentricity)
     fx = -normal * nx - tangential * ny
     fy = -normal * ny + tangential * nx
     on_journal = joint.journal_radius * tangential

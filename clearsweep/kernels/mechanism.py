@@ -15,9 +15,9 @@ ABC      rod angle, slider x, rod centre x, y, crank pivot x, y
 =======  =======================================  =============================================================
 """
 
-import math
 from typing import NamedTuple
 
+from . import calculus as math
 from .family import family, kernel
 from .joint import Gap
 

@@ -16,8 +16,9 @@ from typing import NamedTuple
 from numba import types
 from numba.extending import overload
 
+from .dual import Seeded, lifted, slope
 from .dynamics import describe, energy_and_gravity_power, misplacement, motion
-from .family import OPTIONS, Entry, entry, inlined, kernel, shaped
+from .family import NO_ENTRY, OPTIONS, Entry, compiled, entry, inlined, kernel, shaped
 from .joint import FREE, joint_load
 from .mechanism import gaps, pose
 from .method import END, ROWS
@@ -88,6 +89,13 @@ def clock(scene, y, state):
     return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
 
 
+@kernel
+def root_rate(scene, load, root, kappa):
+    """Return ds/dtau of a joint in contact, whose Load and s are given; kappa / s is finite at s = 0 too."""
+    closing = 0.5 * (load.rate + scene.pace * (load.depth - root * root))
+    return closing * (1.0 / scene.sigma if len(scene.joints) == 1 else kappa / root)
+
+
 @inlined
 def rates(scene, y, state, onset, k, o, row):
     """Put the rates of `y` with respect to tau into `k[row]` and the observables into `o[row]`.
@@ -118,11 +126,7 @@ def rates(scene, y, state, onset, k, o, row):
         load = loads[j]
         root = y[first + j]
         block = JOINTS + JOINT_WIDTH * j
-        closing = 0.0
-        if state[j] != FREE:
-            closing = 0.5 * (load.rate + scene.pace * (load.depth - root * root))
-            closing *= 1.0 / scene.sigma if len(scene.joints) == 1 else kappa / root  # kappa / s, also at s = 0
-        k[row, first + j] = closing
+        k[row, first + j] = root_rate(scene, load, root, kappa) if state[j] != FREE else 0.0
         o[row, block + NORMAL] = load.normal
         o[row, block + STORED] = load.elastic * load.rate
         o[row, block + LOST] = (load.normal - load.elastic) * load.rate
@@ -141,6 +145,35 @@ def rates_entry(scene, y, state, onset, k, o, row):
     columns = JOINTS + JOINT_WIDTH * joints
     rates(here, shaped(y, (n,)), shaped(state, (joints,)), shaped(onset, (joints,)),
           shaped(k, (ROWS, n)), shaped(o, (ROWS, columns)), row)  # fmt: skip
+
+
+@inlined
+def differentiate(scene, y, state, onset, jacobian, place):
+    """Put the derivatives of the `rates` at the state `y` into `jacobian[place]` (n, n): exact ones, by columns."""
+    n = len(scene.coordinates)
+    first = 2 * n + 1
+    for column in range(first + len(scene.joints)):
+        z = Seeded(y, column)
+        _, _, loads, acceleration = look(scene, z, state, onset)
+        kappa = lifted(clock(scene, z, state))
+        a = acceleration
+        parts = (lifted(a.q0), lifted(a.q1), lifted(a.q2), lifted(a.q3), lifted(a.q4), lifted(a.q5))
+        for i in range(n):
+            jacobian[place, i, column] = slope(kappa * z[n + i])
+            jacobian[place, n + i, column] = slope(kappa * parts[i])
+        jacobian[place, 2 * n, column] = slope(kappa)
+        for j in range(len(scene.joints)):
+            rate = lifted(root_rate(scene, loads[j], z[first + j], kappa)) if state[j] != FREE else lifted(0.0)
+            jacobian[place, first + j, column] = slope(rate)
+
+
+def slopes_entry(scene, y, state, onset, jacobian, place):
+    """Evaluate `differentiate` with arrays from bare pointers, as in `rates_entry`."""
+    here = scene[0]
+    joints = len(here.joints)
+    n = 2 * len(here.coordinates) + 1 + joints
+    differentiate(here, shaped(y, (n,)), shaped(state, (joints,)), shaped(onset, (joints,)),
+                  shaped(jacobian, (3, n, n)), place)  # fmt: skip
 
 
 def sample_entry(scene, y, state, onset, side, out, row):
@@ -168,6 +201,12 @@ RATES_ARRAYS = (*_STATE, types.float64, types.float64)
 def rates_of(scene, parameters) -> Entry:
     """Return the Entry that evaluates the right-hand side of `scene`."""
     return entry(rates_entry, scene, RATES_ARRAYS, parameters)
+
+
+def slopes_of(scene, parameters, wanted) -> Entry:
+    """Return the Entry that differentiates the right-hand side of `scene`; if not `wanted`, only if it is compiled."""
+    arrays = (*_STATE, types.float64)
+    return entry(slopes_entry, scene, arrays, parameters) if wanted or compiled(slopes_entry, scene) else NO_ENTRY
 
 
 def samples_of(scene, parameters) -> Entry:

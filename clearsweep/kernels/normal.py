@@ -1,8 +1,8 @@
 """Normal contact force: the laws that add a loss to the elastic force."""
 
-import math
 from typing import NamedTuple
 
+from . import calculus as math
 from .elastic import elastic_force
 from .family import family
 
