@@ -39,7 +39,7 @@ from .motion import (
 )
 from .record import write_sample, write_samples
 from .step import finish_dense, finish_ends, meet, take_step
-from .stiff import AFTER, LENGTH, RENEWED, choose_method, steady
+from .stiff import AFTER, LENGTH, LIMIT, RENEWED, choose_method, steady
 from .tally import (
     ACCELERATION_MAX,
     APPROACH,
@@ -311,7 +311,7 @@ def next_length(at, h, proposal):
         return steady(at, h, proposal)
     work.mode[0] = work.mode[2]
     work.implicit.past[LENGTH] = 0.0
-    return work.implicit.limit[0]
+    return work.implicit.limit[LIMIT]
 
 
 @njit(error_model="numpy", cache=True)
@@ -352,9 +352,9 @@ def integrate(control, work):
             continue
         tries = 0
         finish_ends(at)
-        if control.method == AUTO and not choose_method(at, h):
-            return TURNS_STIFF, events[: work.counts[EVENTS]]
         pattern = proposal_of(at)
+        if control.method == AUTO and not choose_method(at, h, proposals[pattern & ~(1 << work.state.size)]):
+            return TURNS_STIFF, events[: work.counts[EVENTS]]
         proposals[pattern] = h * min(grow, SAFETY * max(error, 1e-10) ** -0.125)
         kind, joint, taken, dense = meet(at, h, stop)
         enter(at, taken, windowed, dense)

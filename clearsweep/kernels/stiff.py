@@ -27,8 +27,11 @@ FAILED = 10.0  # error of a step whose iteration did not converge: the step cont
 STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
 STIFF = 3.5  # h times the largest eigenvalue; the explicit pair is at its limit at 6.1, its error control before
 PATIENCE = 15  # steps in a row at that limit before the method is changed
-NOT_WORTH = 4.0  # steps of the explicit method that one implicit step must span to be worth its price
-# Columns of Implicit.past
+TRIAL = 1000  # evaluations after which it is asked whether the implicit method has been worth its price
+PRICE = 0.5  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices
+WAIT = 4  # times longer the explicit method is kept after each time that the other has not been worth its price
+# Places in Implicit.limit, in Implicit.past
+LIMIT, PATIENT, SAVED, SPENT = range(4)
 LENGTH, AFTER, RENEWED, FACTORED, PACE, PAST = range(6)
 
 
@@ -43,7 +46,7 @@ class Implicit(NamedTuple):
     stages: np.ndarray  # (STAGES n,) distances of the stages from the start of the step
     change: np.ndarray  # (STAGES n,)
     offset: np.ndarray  # (n,)
-    limit: np.ndarray  # (1,) length of the last step before the method changed
+    limit: np.ndarray  # (LIMITS,) see `choose_method`
     #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
     #: begins where that began; length of the step from here for which the Jacobians were RENEWED (0: none) and of that
     #: which the matrices are FACTORED for (0: none); PACE: convergence of the last iteration
@@ -62,33 +65,42 @@ def implicit_of(n) -> Implicit:
         stages=np.zeros(many),
         change=np.zeros(many),
         offset=np.zeros(n),
-        limit=np.zeros(1),
+        limit=np.array([0.0, PATIENCE, 0.0, 0.0]),
         past=np.zeros(PAST),
     )
 
 
 @kernel
-def factorise(a, pivots):
-    """Replace the square matrix `a` by its LU factors with partial pivoting; return whether it is regular."""
+def bring_largest(a, i):
+    """Exchange row `i` of `a` for the one below with the largest entry in column `i`; return which it was."""
+    n, top = a.shape[0], i
+    for row in range(i + 1, n):
+        if abs(a[row, i]) > abs(a[top, i]):
+            top = row
+    if top != i:
+        for column in range(n):
+            a[i, column], a[top, column] = a[top, column], a[i, column]
+    return top
+
+
+@kernel
+def factorise(a, pivots, fixed):
+    """Replace the square matrix `a` by its LU factors; return whether it is regular.
+
+    Pivoting is partial but for the first `fixed` unknowns, whose rows are sparse and stay so.
+    """
     n = pivots.size
     for i in range(n):
-        top = i
-        for row in range(i + 1, n):
-            if abs(a[row, i]) > abs(a[top, i]):
-                top = row
-        pivots[i] = top
-        if not abs(a[top, i]) > 0.0:
+        pivots[i] = bring_largest(a, i) if i >= fixed else i
+        if not abs(a[i, i]) > 0.0:
             return False
-        if top != i:
-            for column in range(n):
-                a[i, column], a[top, column] = a[top, column], a[i, column]
         inverse = 1.0 / a[i, i]
         for row in range(i + 1, n):
-            factor = a[row, i] * inverse
-            a[row, i] = factor
-            if factor != 0.0:
+            if a[row, i] != 0.0:
+                a[row, i] *= inverse
                 for column in range(i + 1, n):
-                    a[row, column] -= factor * a[i, column]
+                    if i >= fixed or a[i, column] != 0.0:
+                        a[row, column] -= a[row, i] * a[i, column]
     return True
 
 
@@ -134,9 +146,22 @@ def renew(at, h):
 
 
 @kernel
+def unknown(stage, i, time):
+    """Return the place of component `i` of a stage among the unknowns of the iteration.
+
+    Coordinates and time come first: their rates depend on no other of them, so that their elimination costs little and
+    leaves a system of half the size.
+    """
+    half = time // 2
+    if i >= half:
+        i = half if i == time else i + 1 if i < time else i
+    return STAGES * i + stage
+
+
+@kernel
 def prepare(at, h):
     """Make the factors for a step of length `h`, unless they are there; return whether that went well."""
-    work = at[0].implicit
+    work, time = at[0].implicit, at[0].time
     n, jacobian = work.offset.size, work.jacobian
     if work.past[FACTORED] == h:
         return True
@@ -147,13 +172,13 @@ def prepare(at, h):
                 for place in range(PLACES.size):
                     slope += SPREAD[m, place] * jacobian[place, row, column]
                 for s in range(STAGES):
-                    work.newton[s * n + row, m * n + column] = -h * A[s, m] * slope
-            work.newton[m * n + row, m * n + row] += 1.0
+                    work.newton[unknown(s, row, time), unknown(m, column, time)] = -h * A[s, m] * slope
+            work.newton[unknown(m, row, time), unknown(m, row, time)] += 1.0
     for row in range(n):
         for column in range(n):
             work.small[row, column] = -jacobian[0, row, column]
         work.small[row, row] += GAMMA / h
-    good = factorise(work.newton, work.pivots) and factorise(work.small, work.small_pivots)
+    good = factorise(work.newton, work.pivots, STAGES * (time // 2 + 1)) and factorise(work.small, work.small_pivots, 0)
     work.past[FACTORED] = h if good else 0.0
     return good
 
@@ -187,13 +212,14 @@ def correct(at, h):
             rise = 0.0
             for m in range(STAGES):
                 rise += A[s, m] * work.k[ROWS[m], i]
-            change[s * n + i] = h * rise - stages[s * n + i]
+            change[unknown(s, i, work.time)] = h * rise - stages[s * n + i]
     substitute(work.implicit.newton, work.implicit.pivots, change)
     size = 0.0
     for s in range(STAGES):
         for i in range(n):
-            stages[s * n + i] += change[s * n + i]
-            size += (change[s * n + i] / work.scale[i]) ** 2
+            moved = change[unknown(s, i, work.time)]
+            stages[s * n + i] += moved
+            size += (moved / work.scale[i]) ** 2
     return math.sqrt(size / (STAGES * n))
 
 
@@ -297,23 +323,35 @@ def steady(at, h, proposal):
 
 
 @kernel
-def choose_method(at, h):
+def choose_method(at, h, explicit):
     """Change the method where the step just taken, of length `h`, shows that the other one serves better.
 
+    `explicit` : length of the last explicit step with the same joints in contact, 0 where there is none.
+
     Return whether it can be used, which for the implicit one takes the derivatives of the rates.  It takes effect with
-    the next step.  The limit is the length at which the explicit method was left.
+    the next step.  The explicit method is left when it has been at the limit of its stability, LIMIT long, for PATIENT
+    steps; the implicit one when in a TRIAL, which began when so much was SPENT, it has SAVED too little.
     """
     work = at[0]
+    limit, spent = work.implicit.limit, work.counts[EVALUATIONS]
     if work.mode[0] == IMPLICIT:
-        work.mode[1] = work.mode[1] + 1 if h < NOT_WORTH * work.implicit.limit[0] else 0
+        limit[SAVED] += END * h / max(explicit, limit[LIMIT])
+        if spent - limit[SPENT] < TRIAL:
+            return True
+        worth = limit[SAVED] > PRICE * work.y.size * (spent - limit[SPENT])
+        limit[PATIENT] = PATIENCE if worth else WAIT * limit[PATIENT]
+        if worth:
+            limit[SAVED], limit[SPENT] = 0.0, spent
+            return True
     else:
         rise, run = 0.0, 0.0
         for i in range(work.y.size):  # work.z is still the state of the last stage, which lies at the end of the step
             rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
             run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
         work.mode[1] = work.mode[1] + 1 if h * math.sqrt(rise) > STIFF * math.sqrt(run) else 0
-    if work.mode[1] >= PATIENCE:
-        work.mode[2] = EXPLICIT if work.mode[0] == IMPLICIT else IMPLICIT
-        work.mode[1] = 0
-        work.implicit.limit[0] = h
+        if work.mode[1] < limit[PATIENT]:
+            return True
+        limit[LIMIT] = h
+    limit[SAVED], limit[SPENT], work.mode[1] = 0.0, spent, 0
+    work.mode[2] = EXPLICIT if work.mode[0] == IMPLICIT else IMPLICIT
     return work.mode[2] == EXPLICIT or work.slopes.code != 0
