@@ -96,11 +96,17 @@ def factorise(a, pivots, fixed):
             return False
         inverse = 1.0 / a[i, i]
         for row in range(i + 1, n):
-            if a[row, i] != 0.0:
-                a[row, i] *= inverse
+            a[row, i] *= inverse
+        if i >= fixed:
+            for row in range(i + 1, n):
+                factor = a[row, i]
                 for column in range(i + 1, n):
-                    if i >= fixed or a[i, column] != 0.0:
-                        a[row, column] -= a[row, i] * a[i, column]
+                    a[row, column] -= factor * a[i, column]
+            continue
+        for column in range(i + 1, n):
+            if a[i, column] != 0.0:
+                for row in range(i + 1, n):
+                    a[row, column] -= a[row, i] * a[i, column]
     return True
 
 
@@ -165,15 +171,17 @@ def prepare(at, h):
     n, jacobian = work.offset.size, work.jacobian
     if work.past[FACTORED] == h:
         return True
-    for m in range(STAGES):
-        for row in range(n):
-            for column in range(n):
+    for row in range(n):
+        for column in range(n):
+            first, second = unknown(0, row, time), unknown(0, column, time)
+            for m in range(STAGES):
                 slope = 0.0
                 for place in range(PLACES.size):
                     slope += SPREAD[m, place] * jacobian[place, row, column]
                 for s in range(STAGES):
-                    work.newton[unknown(s, row, time), unknown(m, column, time)] = -h * A[s, m] * slope
-            work.newton[unknown(m, row, time), unknown(m, row, time)] += 1.0
+                    work.newton[first + s, second + m] = -h * A[s, m] * slope
+    for i in range(work.change.size):
+        work.newton[i, i] += 1.0
     for row in range(n):
         for column in range(n):
             work.small[row, column] = -jacobian[0, row, column]
