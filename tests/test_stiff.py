@@ -7,6 +7,7 @@ from mechanism_cases import PAIR, changed, slider_crank
 import clearsweep
 from clearsweep.kernels import radau, stiff
 from clearsweep.kernels.method import NODE_SHARES, shapes
+from clearsweep.verify import stiffness
 
 FIGURES = ("rod_slider_force_peak", "rod_slider_force_rms", "rod_slider_penetration_max", "slider_acceleration_rms")
 
@@ -92,3 +93,28 @@ def test_the_implicit_method_alone_converges_to_the_explicit_solution():
 def test_the_implicit_method_returns_the_restitution_too():
     changes = {"simulate.tolerance": 1e-10, "simulate.impacts": 1}
     assert run("implicit", changes, PAIR)["pair_restitution"] == pytest.approx(0.5, abs=1e-6)
+
+
+GAINS = {  # of evaluations at equal error, explicit at 1e-6 over automatic: least that is held
+    "damping/C 1e6 N s/m": 20.0,
+    "damping/C 1e7 N s/m": 100.0,
+    "damping/BC 1e6 N s/m": 5.0,
+    "stiffness/C 1e13, restitution 0.01, 300 rpm": 5.0,
+    "stiffness/C 1e14, restitution 0.01, 300 rpm": 5.0,
+    "friction/C full at 1e-5 m/s, 60 rpm": 10.0,
+    "friction/B full at 1e-5 m/s, 60 rpm": 15.0,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", GAINS)
+def test_where_stability_limits_the_explicit_method_the_automatic_choice_is_far_cheaper(name):
+    case = next(case for case in stiffness.cases() if case.name == name)
+    (row,) = stiffness.compare(case, (1e-6,))
+    assert row["auto"]["error"] <= row["explicit"]["error"]
+    assert row["evaluations_ratio"] > GAINS[name]
+
+
+@pytest.mark.parametrize("problem", [p for p in stiffness.problems() if p.name != "b_damped"], ids=lambda p: p.name)
+def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
+    assert stiffness.other(problem)["evaluations_ratio"] <= 1.05

@@ -11,6 +11,7 @@ import operator
 
 from numba import types
 from numba.core import cgutils
+from numba.core.imputils import impl_ret_borrowed
 from numba.core.typeconv import Conversion
 from numba.extending import (
     lower_builtin,
@@ -67,7 +68,7 @@ def alike(x, model):
 
 
 def lifted(x):
-    """Return the number `x` with a slope."""
+    """Return the number `x` with a slope, 0 where it has none."""
     return Dual(value(x), slope(x))
 
 
@@ -92,7 +93,7 @@ def _divide(a, b):
 
 
 def _power(a, b):
-    """The exponent is a number without a slope."""
+    """The exponent has no slope.  At 0, where the power may have no derivative, that of the powers above 1 is taken."""
     power = value(a) ** b
     if value(a) == 0.0:
         return Dual(power, slope(a) if b == 1.0 else 0.0)
@@ -280,7 +281,7 @@ def _construct(context, builder, signature, given):
     made = cgutils.create_struct_proxy(signature.return_type)(context, builder)
     for field, part in zip(made._datamodel._fields, given, strict=True):
         setattr(made, field, part)
-    return made._getvalue()
+    return impl_ret_borrowed(context, builder, signature.return_type, made._getvalue())
 
 
 @lower_cast(types.Number, DualType)

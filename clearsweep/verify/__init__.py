@@ -1,8 +1,8 @@
 """How true the answers are and what they cost: error against run time on problems with known answers.
 
 A problem (`problems`) is a trajectory in quadruple precision or a closed form; the yardsticks (`yardsticks`) are
-integrators that others use, on the same compiled laws; `measure` runs all on all, and every case of a table of stiff
-and extreme ones (`stability`).
+integrators that others use, on the same compiled laws; `measure` runs all on all, every case of a table of stiff and
+extreme ones (`stability`), and what the implicit method saves (`stiffness`).
 """
 
 import sys
@@ -26,10 +26,11 @@ def main(json: bool = False, quick: bool = False, directory=None) -> None:
 
 
 def measure(quick: bool = False, note=None) -> dict:
-    """Return all figures as a dict that JSON can hold; see `measuring.measure` and `stability.measure`."""
-    from . import measuring, stability
+    """Return all figures as a dict that JSON can hold; see `measure` in `measuring`, `stability` and `stiffness`."""
+    from . import measuring, stability, stiffness
 
-    return measuring.measure(quick, note) | {"stability": stability.measure(quick, note)}
+    tables = {"stability": stability.measure(quick, note), "stiffness": stiffness.measure(quick, note)}
+    return measuring.measure(quick, note) | tables
 
 
 def write(results: dict, directory) -> Path:

@@ -12,8 +12,10 @@ import numpy as np
 from .. import grid, scene
 from ..simulation import simulate
 from .extremes import Case, contact, crank, tanh, voigt
+from .problems import problems, scene_of
 
 TOLERANCES, QUICK_TOLERANCES = (1e-6, 1e-8), (1e-6,)
+DEFAULT = 1e-8
 TIGHT = 1e-11
 TIGHTER = 3  # tens by which `auto` may be tighter
 SAMPLES = 160  # a revolution, at which the error is taken
@@ -38,13 +40,22 @@ def cases() -> list[Case]:
 
 
 def measure(quick: bool = False, note=None) -> dict:
-    """Return `rows`, one for every stiff case and tolerance, of explicit and automatic at equal error."""
+    """Return `rows`, one for every stiff case and tolerance, of explicit and automatic at equal error, and `others`."""
     rows = []
     for case in cases():
         if note:
             note(f"stiffness: {case.name}")
         rows += compare(case, QUICK_TOLERANCES if quick else TOLERANCES)
-    return {"rows": rows}
+    return {"rows": rows, "others": [other(problem) for problem in problems() if problem.name != "b_damped"]}
+
+
+def other(problem) -> dict:
+    """Return the evaluations of explicit and automatic on a problem that is not stiff, and their ratio."""
+    spent = {
+        method: simulate(scene_of(problem, DEFAULT, method)).summary["rhs_evaluations"]
+        for method in ("explicit", "auto")
+    }
+    return {"name": problem.name} | spent | {"evaluations_ratio": spent["auto"] / spent["explicit"]}
 
 
 def compare(case: Case, tolerances) -> list[dict]:
