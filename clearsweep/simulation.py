@@ -9,11 +9,11 @@ import numpy as np
 from . import ideal, instants, laws, span
 from .kernels import event as events
 from .kernels import integrate as loop
-from .kernels import method, wear
+from .kernels import method, stiff, wear
 from .kernels import tally as tallies
 from .kernels.family import NO_ENTRY, flatten
 from .kernels.joint import FREE, PRESSED, width
-from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of
+from .kernels.motion import JOINT_WIDTH, JOINTS, rates_of, samples_of, slopes_of
 from .kernels.normal import Plastic
 from .kernels.record import Record
 from .outcome import EVENT_DTYPE, Trajectory, channels, differ, summary_columns
@@ -163,6 +163,7 @@ class _Run:
 
     def __init__(self, scene: Scene, times: np.ndarray):
         value, joints = scene.value, scene.value.joints
+        self.value = value
         n, columns = scene.start.size, JOINTS + JOINT_WIDTH * len(joints)
         self.parameters = flatten(value)  # compiled code holds its address
         contact = PRESSED if scene.in_contact else FREE
@@ -204,24 +205,30 @@ class _Run:
             limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case["joints"].values()]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             mode=np.zeros(3, dtype=np.int64),
-            limit=np.zeros(1),
-            history=np.zeros(2),
             proposals=np.zeros(2 << len(joints)),
             ahead=np.zeros(3),
-            jacobian=np.zeros((n, n)),
-            newton=np.zeros((3 * n, 3 * n)),
-            newton_pivots=np.zeros(3 * n, dtype=np.int64),
-            small=np.zeros((n, n)),
-            small_pivots=np.zeros(n, dtype=np.int64),
-            stages=np.zeros(3 * n),
-            change=np.zeros(3 * n),
-            offset=np.zeros(n),
+            slopes=np.zeros(2, dtype=np.int64),
+            implicit=stiff.implicit_of(n),
             tally=self.tally,
             record=self.record,
         )
         self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
         self.counts = self.work.counts.copy()  # what all of it took, runs beside this one included
         self.found = {}  # figures that were found on the way
+
+    def go(self, control: loop.Control) -> tuple[int, np.ndarray]:
+        """Return the status and the events of an integration from where this one stands to where `control` ends it.
+
+        What only a stiff motion needs is compiled when the motion turns out to be one.
+        """
+        began = time.perf_counter()
+        status, log = loop.integrate(control, self.work)
+        self.duration += time.perf_counter() - began
+        if status != loop.TURNS_STIFF:
+            return status, log
+        self.work.slopes[:] = slopes_of(self.value, self.parameters)
+        status, more = self.go(control)
+        return status, np.concatenate([log, more])
 
     def spent(self, other: "_Run") -> None:
         """Add what a run beside this one took."""
@@ -279,7 +286,7 @@ def _integrate(scene: Scene, run: _Run, end: float, keep_events: bool, watchers=
         _call(run, control, scene, watchers)
         return
     twin = _Run(scene, np.empty(0))
-    watch = span.Twin(control, twin.work, _unit(scene), scene.case["simulate"]["tolerance"])
+    watch = span.Twin(control, twin, _unit(scene), scene.case["simulate"]["tolerance"])
     _call(run, control, scene, (*watchers, watch))
     run.found = watch.figures(_period(scene))
     twin.counts += twin.work.counts
@@ -307,13 +314,11 @@ def _call(run: _Run, control: loop.Control, scene: Scene | None = None, watchers
     """Integrate, at one go unless somebody watches."""
     if control.method == events.IMPLICIT and run.work.ahead[0] == 0.0:
         run.work.mode[:] = (events.IMPLICIT, 0, events.IMPLICIT)
-    begin = time.perf_counter()
     if watchers:
         discard, turn = scene.case["simulate"]["discard"], _period(scene)
-        run.status, run.events = span.drive(control, run.work, discard, turn, watchers)
+        run.status, run.events = span.drive(control, run, discard, turn, watchers)
     else:
-        run.status, run.events = loop.integrate(control, run.work)
-    run.duration += time.perf_counter() - begin
+        run.status, run.events = run.go(control)
     run.counts += run.work.counts
 
 

@@ -27,18 +27,18 @@ LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be re
 RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
 
 
-def drive(control, work, discard: float, turn: float, watchers) -> tuple[int, np.ndarray]:
+def drive(control, run, discard: float, turn: float, watchers) -> tuple[int, np.ndarray]:
     """Return the status and the events of an integration that its `watchers` look at on the way.
 
     discard : revolutions after which they begin, each of which takes `turn` (s).  A watcher has a number of `parts` of
     a revolution and is called with `work` at the end of each; if it returns True, the run ends with this revolution.
     """
-    logs, parts = [], max(watcher.parts for watcher in watchers)
+    work, logs, parts = run.work, [], max(watcher.parts for watcher in watchers)
     for k in itertools.count():
         pause = mark(k / parts, discard, turn)
         if pause >= control.end:
             break
-        status, log = loop.integrate(control._replace(pause=pause), work)
+        status, log = run.go(control._replace(pause=pause))
         logs.append(log)
         if status != loop.PAUSED:
             return status, np.concatenate(logs)
@@ -46,7 +46,7 @@ def drive(control, work, discard: float, turn: float, watchers) -> tuple[int, np
         enough = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]
         if any(enough) and work.y[work.time] < end:
             control = control._replace(end=end)
-    status, log = loop.integrate(control, work)
+    status, log = run.go(control)
     return status, np.concatenate([*logs, log])
 
 
@@ -57,14 +57,20 @@ def mark(turns: float, discard: float, turn: float) -> float:
 
 def moment_of(work) -> dict:
     """Return copies of all arrays of `work` (event.Work) that the motion goes on from."""
-    arrays = {name: value for name, value in work._asdict().items() if isinstance(value, np.ndarray)}
-    return {name: value.copy() for name, value in arrays.items() if name != "counts"}
+    return {name: array.copy() for name, array in _arrays(work).items() if name not in ("counts", "slopes")}
 
 
 def go_to(moment: dict, work) -> None:
     """Let `work` go on from what `moment_of` returned of another run of the same scene."""
-    for name, value in moment.items():
-        getattr(work, name)[...] = value
+    arrays = _arrays(work)
+    for name, array in moment.items():
+        arrays[name][...] = array
+
+
+def _arrays(work) -> dict[str, np.ndarray]:
+    """Return the arrays of `work` (event.Work) by name, those of the implicit method among them."""
+    fields = work._asdict() | work.implicit._asdict()
+    return {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
 
 
 def marks(settings: dict, turn: float) -> np.ndarray:
@@ -84,10 +90,10 @@ class Twin:
 
     parts = PARTS
 
-    def __init__(self, control, work, scale: np.ndarray, tolerance: float):
-        """Make a twin in `work`, unused so far; scale : (coordinates and rates,) what counts as 1."""
+    def __init__(self, control, run, scale: np.ndarray, tolerance: float):
+        """Make a twin in `run`, unused so far; scale : (coordinates and rates,) what counts as 1."""
         self.control = control._replace(keep_events=False, end=math.inf)
-        self.work, self.scale, self.tolerance = work, scale, tolerance
+        self.run, self.work, self.scale, self.tolerance = run, run.work, scale, tolerance
         self.size = max(SIZE, min(OVER * tolerance, MOST))
         self.times, self.growths = [], []  # s; logarithm of the growth since the start, up to then
         self.status = loop.OK
@@ -100,7 +106,7 @@ class Twin:
             self._bring(base, self.scale / math.sqrt(self.scale.size), 0.0)
         elif self.status == loop.OK and moment > self.work.y[base.time]:
             control = self.control._replace(window=moment, pause=moment)
-            status, _ = loop.integrate(control, self.work)
+            status, _ = self.run.go(control)
             if status != loop.PAUSED:
                 self.status = status
                 return False

@@ -5,7 +5,9 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
-from clearsweep.kernels import stiff
+from clearsweep.kernels import radau, stiff
+from clearsweep.kernels.method import NODE_SHARES, shapes
+from clearsweep.verify import stiffness
 
 FIGURES = ("rod_slider_force_peak", "rod_slider_force_rms", "rod_slider_penetration_max", "slider_acceleration_rms")
 
@@ -22,26 +24,47 @@ def heavy(damping):
     return {"joints.rod-slider.contact": contact, "simulate.tolerance": 1e-6, "simulate.revolutions": 0.5}
 
 
-def test_factors_solve_a_system_that_needs_pivoting():
+@pytest.mark.parametrize("fixed", [0, 4])
+def test_factors_solve_a_system(fixed):
     generator = np.random.default_rng(3)
     matrix, right = generator.normal(size=(9, 9)), generator.normal(size=9)
-    matrix[0, 0] = 0.0
+    matrix[:4, :4] = np.eye(4)
+    if not fixed:
+        matrix[0, 0] = 0.0  # needs pivoting
     factors, pivots, found = matrix.copy(), np.zeros(9, dtype=np.int64), right.copy()
-    assert stiff.factorise(factors, pivots)
+    assert stiff.factorise(factors, pivots, fixed)
     stiff.substitute(factors, pivots, found)
     assert matrix @ found == pytest.approx(right, abs=1e-12)
-    assert not stiff.factorise(np.zeros((3, 3)), np.zeros(3, dtype=np.int64))
+    assert not stiff.factorise(np.zeros((3, 3)), np.zeros(3, dtype=np.int64), 0)
 
 
-def test_the_tableau_is_collocation_of_order_five():
-    nodes = np.array([*stiff.C, 1.0])
-    for power in range(1, 4):  # A integrates polynomials up to degree 2 exactly at each node, the last row to degree 4
-        assert stiff.A @ nodes ** (power - 1) == pytest.approx(nodes**power / power, abs=1e-15)
-    for power in range(4, 6):
-        assert stiff.A[2] @ nodes ** (power - 1) == pytest.approx(1.0 / power, abs=1e-15)
+def test_the_tableau_is_collocation_of_order_nine():
+    nodes = radau.C
+    for power in range(1, 6):  # A integrates polynomials up to degree 4 exactly at each node, the last row to degree 8
+        assert radau.A @ nodes ** (power - 1) == pytest.approx(nodes**power / power, abs=1e-14)
+    for power in range(6, 10):
+        assert radau.A[-1] @ nodes ** (power - 1) == pytest.approx(1.0 / power, abs=1e-14)
+    assert np.min(np.abs(np.linalg.eigvals(np.linalg.inv(radau.A)) - radau.GAMMA)) < 1e-12
 
 
-@pytest.mark.parametrize(("damping", "gain"), [(1e6, 4.0), (1e7, 20.0)])
+def test_stages_say_what_lies_between_them():
+    """Dense output, observables and Jacobians are polynomials through the stages: exact for such."""
+    shares = np.linspace(0.0, 1.0, 7)
+    stages = radau.C**5 - 2.0 * radau.C  # above a start at 0
+    assert shapes(shares)[:, :5] @ radau.DENSE @ stages == pytest.approx(shares**5 - 2.0 * shares, abs=1e-13)
+    seen = np.array(NODE_SHARES)
+    assert radau.LOOK @ np.append(1.0, 1.0 + stages) == pytest.approx(1.0 + seen**5 - 2.0 * seen, abs=1e-13)
+    assert radau.SPREAD @ radau.C[radau.PLACES] ** 2 == pytest.approx(radau.C**2, abs=1e-13)
+
+
+def test_the_error_estimate_is_of_the_order_it_says():
+    """The estimate for y' = y^0 t^k, whose rate at the start is 0 for k > 0, vanishes up to the fourth power of t."""
+    for power in range(1, 6):
+        found = radau.E @ radau.C ** (power + 1) / (power + 1)
+        assert (abs(found) < 1e-13) == (power < radau.ORDER - 1)
+
+
+@pytest.mark.parametrize(("damping", "gain"), [(1e6, 15.0), (1e7, 90.0)])
 def test_stiff_contact_is_left_to_the_implicit_method_with_the_same_figures(damping, gain):
     auto, explicit = run("auto", heavy(damping)), run("explicit", heavy(damping))
     assert gain * auto["rhs_evaluations"] < explicit["rhs_evaluations"]
@@ -70,3 +93,28 @@ def test_the_implicit_method_alone_converges_to_the_explicit_solution():
 def test_the_implicit_method_returns_the_restitution_too():
     changes = {"simulate.tolerance": 1e-10, "simulate.impacts": 1}
     assert run("implicit", changes, PAIR)["pair_restitution"] == pytest.approx(0.5, abs=1e-6)
+
+
+GAINS = {  # of evaluations at equal error, explicit at 1e-6 over automatic: least that is held
+    "damping/C 1e6 N s/m": 20.0,
+    "damping/C 1e7 N s/m": 100.0,
+    "damping/BC 1e6 N s/m": 5.0,
+    "stiffness/C 1e13, restitution 0.01, 300 rpm": 5.0,
+    "stiffness/C 1e14, restitution 0.01, 300 rpm": 5.0,
+    "friction/C full at 1e-5 m/s, 60 rpm": 10.0,
+    "friction/B full at 1e-5 m/s, 60 rpm": 15.0,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", GAINS)
+def test_where_stability_limits_the_explicit_method_the_automatic_choice_is_far_cheaper(name):
+    case = next(case for case in stiffness.cases() if case.name == name)
+    (row,) = stiffness.compare(case, (1e-6,))
+    assert row["auto"]["error"] <= row["explicit"]["error"]
+    assert row["evaluations_ratio"] > GAINS[name]
+
+
+@pytest.mark.parametrize("problem", [p for p in stiffness.problems() if p.name != "b_damped"], ids=lambda p: p.name)
+def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
+    assert stiffness.other(problem)["evaluations_ratio"] <= 1.05

@@ -4,9 +4,9 @@ A law that folds back, or grows without bound, at some penetration is followed u
 twice the secant one, and along that tangent from there on: the force always grows, and never ends.
 """
 
-import math
 from typing import NamedTuple
 
+from . import calculus as math
 from .family import family, kernel
 
 

@@ -61,18 +61,10 @@ class Work(NamedTuple):
     limit_depth: np.ndarray  # (j,) m, penetration up to which the elastic law is meant to hold; inf: any
     counts: np.ndarray  # (COUNTS,) int64
     mode: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
-    limit: np.ndarray  # (1,) length of the last step before the method changed
-    history: np.ndarray  # (2,) length of the step whose implicit interpolant is in `f` (0: none), 1 if it was accepted
+    slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion turns out to be stiff
     proposals: np.ndarray  # (2^(1+j),) step length by method and joints in contact, 0: none yet
     ahead: np.ndarray  # (3,) length of the next step, how much it may grow and its expected error; 0: not begun
-    jacobian: np.ndarray  # (n, n), and the rest of what the implicit method works on
-    newton: np.ndarray  # (3 n, 3 n)
-    newton_pivots: np.ndarray  # (3 n,) int64
-    small: np.ndarray  # (n, n)
-    small_pivots: np.ndarray  # (n,) int64
-    stages: np.ndarray  # (3 n,)
-    change: np.ndarray  # (3 n,)
-    offset: np.ndarray  # (n,)
+    implicit: tuple  # stiff.Implicit
     tally: tuple  # tally.Tally
     record: tuple  # record.Record
 

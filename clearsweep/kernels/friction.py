@@ -1,8 +1,8 @@
 """Tangential contact force over sliding speed."""
 
-import math
 from typing import NamedTuple
 
+from . import calculus as math
 from .family import family, kernel
 from .memory import memory, memory_rate, recalled
 

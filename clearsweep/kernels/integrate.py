@@ -10,6 +10,7 @@ from numba.extending import register_jitable
 from .event import (
     CLIP,
     EVENTS,
+    IMPLICIT,
     NOTHING,
     ONSET,
     REACH,
@@ -42,7 +43,7 @@ from .motion import (
 from .normal import SHALLOW
 from .record import write_sample, write_samples
 from .step import begin_step, finish_dense, finish_ends, meet, take_step
-from .stiff import choose_method
+from .stiff import AFTER, LENGTH, LIMIT, RENEWED, choose_method, steady
 from .tally import (
     ACCELERATION_MAX,
     APPROACH,
@@ -69,7 +70,7 @@ from .tally import (
 )
 
 AUTO = 2  # of Control.method
-OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED = range(6)
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic, so grow with care
 TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
 ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
@@ -272,7 +273,7 @@ def open_window(at):
 def go_on(at):
     """Make the end of a step the start of the next."""
     work = at[0]
-    work.history[1] = 1.0
+    work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
     for i in range(work.y.size):
         work.y[i], work.k[0, i] = work.end[i], work.k[END, i]
     for column in range(work.o.shape[1]):
@@ -286,7 +287,7 @@ def restart(at):
     for i in range(work.y.size):
         work.y[i] = work.end[i]
     work.mode[0], work.mode[1] = work.mode[2], 0
-    work.history[0] = 0.0
+    work.implicit.past[LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
     begin_step(at)
 
 
@@ -315,14 +316,14 @@ def proposal_of(at):
 
 
 @kernel
-def next_length(at, proposals, pattern):
-    """Change the method if that was decided, and return the length of the next step."""
+def next_length(at, h, proposal):
+    """Change the method if that was decided, and return the length of the step after one of length `h`."""
     work = at[0]
     if work.mode[2] == work.mode[0]:
-        return proposals[pattern]
+        return steady(at, h, proposal)
     work.mode[0] = work.mode[2]
-    work.history[0] = 0.0
-    return work.limit[0]
+    work.implicit.past[LENGTH] = 0.0
+    return work.implicit.limit[LIMIT]
 
 
 @kernel
@@ -348,7 +349,8 @@ def integrate(control, work):
 
     Returns
     -------
-    status : int, OK or the reason why it ended early
+    status : int, OK or the reason why it ended early; PAUSED, or
+        TURNS_STIFF, `work.slopes` being needed: call again to go on
     events : (events, 5) float64, rows of time (s), joint, 1 onset or 2 separation, rate (m/s), force peak (N)
 
     The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
@@ -363,6 +365,9 @@ def integrate(control, work):
         if work.y[time] >= control.pause:
             work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
             return PAUSED, events[: work.counts[EVENTS] - earlier]
+        if work.mode[0] == IMPLICIT and work.slopes[0] == 0:
+            work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
+            return TURNS_STIFF, events[: work.counts[EVENTS] - earlier]
         h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(at, h)
         error = max(error, way(at, h) ** 8)  # the step control takes the eighth root
@@ -375,9 +380,9 @@ def integrate(control, work):
             continue
         tries = 0
         finish_ends(at)
-        if control.method == AUTO:
-            choose_method(at, h)
         pattern = proposal_of(at)
+        if control.method == AUTO:
+            choose_method(at, h, proposals[pattern & ~(1 << work.state.size)])
         # of the errors of this step and the one before, the larger: the estimate goes through zero now and then
         change = min(grow, SAFETY * max(error, expected, 1e-10) ** -0.125)
         proposals[pattern], expected = h * change, error * change**8
@@ -385,7 +390,7 @@ def integrate(control, work):
         enter(at, taken, windowed, dense)
         if kind == NOTHING:
             go_on(at)
-            h, grow = next_length(at, proposals, pattern), GROW
+            h, grow = next_length(at, h, proposals[pattern]), GROW
             continue
         if kind == STOP:
             if windowed:

@@ -5,11 +5,12 @@ Forces act at the journal surface, so that moments about both centres and the sl
 power of friction is tangential force times sliding speed.
 """
 
-import math
 from typing import NamedTuple
 
 from numba.extending import overload
 
+from . import calculus as math
+from .dual import alike
 from .family import OPTIONS, kernel
 from .friction import friction_force
 from .memory import memory, recalled
@@ -104,7 +105,8 @@ def joint_load(joint, gap, state, pen, onset_rate):
         eccentricity = math.sqrt(square)
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
         rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
-        return Load(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, speed, rate, eccentricity - joint.clearance, 0.0, 0.0)
+        zero = alike(0.0, eccentricity)
+        return Load(zero, zero, zero, zero, zero, zero, speed, rate, eccentricity - joint.clearance, zero, zero)
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     # The eccentricity from the penetration, which follows that of the coordinates: it is there before the gap is, and
     # all that comes after waits for neither root nor division.
@@ -121,7 +123,7 @@ def joint_load(joint, gap, state, pen, onset_rate):
     normal = force if state != CLIPPED else 0.0
     slip = surface_speed(joint, gap, -ny, nx)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
-    tangential = friction_force(joint.friction, rubbing, slip)
+    tangential = alike(friction_force(joint.friction, rubbing, slip), slip)
     fx = -normal * nx - tangential * ny
     fy = -normal * ny + tangential * nx
     on_journal = joint.journal_radius * tangential

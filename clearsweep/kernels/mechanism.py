@@ -17,7 +17,7 @@ ABC      rod angle, slider x, rod centre x, y, crank pivot x, y
 
 from typing import NamedTuple
 
-from .direction import direction
+from .calculus import direction
 from .family import family, kernel
 from .joint import Gap
 

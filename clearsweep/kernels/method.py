@@ -294,6 +294,12 @@ def dense_component(x, i, y, f):
     return y[i] + x * (f[0, i] + r * (f[1, i] + x * (f[2, i] + r * inner)))
 
 
+def shapes(x):
+    """Return the (places, 7) values at the shares `x` of what the rows of `f` are multiplied by."""
+    r = 1.0 - x
+    return np.stack([x, x * r, x**2 * r, (x * r) ** 2, x**3 * r**2, (x * r) ** 3, x**4 * r**3], axis=1)
+
+
 @kernel
 def dense_state(x, y, f, w):
     """Put into `w` (n,) the interpolant at the share `x` (0 to 1) of the step that starts at `y` (n,)."""

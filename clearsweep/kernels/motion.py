@@ -16,6 +16,7 @@ from typing import NamedTuple
 from numba import types
 from numba.extending import overload
 
+from .dual import Seeded, alike, lifted, slope, told
 from .dynamics import describe, energy_and_gravity_power, misplacement, motion
 from .family import OPTIONS, Entry, entry, inlined, kernel, shaped
 from .joint import FREE, joint_load, remembering, remembers, width
@@ -75,23 +76,23 @@ def _loads_of(joints, relative, y, first, place, state, onset, j):
     return more
 
 
-def remember(joints, loads, y, kappa, state, k, row, place, j):
-    """Put the rates of what the laws of `joints` remember into `k[row]`, from `place` on."""
+def remember(joints, loads, y, kappa, state, out, place, j):
+    """Put the rates of what the laws of `joints` remember into `out`, from `place` on, or their slopes."""
     if len(joints) > 0:
         joint, friction = joints[0], place + len(memory(joints[0].law))
-        slip = loads[0].slip if state[j] != FREE else 0.0  # at rest nothing changes
+        slip = loads[0].slip if state[j] != FREE else alike(0.0, loads[0].slip)  # at rest nothing changes
         if friction > place:
-            k[row, place] = kappa * memory_rate(recalled(joint.law, y, place), slip)
+            out[place] = told(kappa * memory_rate(recalled(joint.law, y, place), slip))
         if place + width(joint) > friction:
-            k[row, friction] = kappa * memory_rate(recalled(joint.friction, y, friction), slip)
-        remember(joints[1:], loads[1:], y, kappa, state, k, row, place + width(joint), j + 1)
+            out[friction] = told(kappa * memory_rate(recalled(joint.friction, y, friction), slip))
+        remember(joints[1:], loads[1:], y, kappa, state, out, place + width(joint), j + 1)
 
 
 @overload(remember, strict=False, jit_options=dict(OPTIONS))
-def _remember(joints, loads, y, kappa, state, k, row, place, j):
+def _remember(joints, loads, y, kappa, state, out, place, j):
     if any(map(remembers, joints)):
         return remember
-    return lambda joints, loads, y, kappa, state, k, row, place, j: None
+    return lambda joints, loads, y, kappa, state, out, place, j: None
 
 
 @inlined
@@ -116,6 +117,13 @@ def clock(scene, y, state):
         if state[j] != FREE:
             slowness += 1.0 / y[first + j]
     return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
+
+
+@kernel
+def root_rate(scene, load, root, kappa):
+    """Return ds/dtau of a joint in contact, whose Load and s are given; kappa / s is finite at s = 0 too."""
+    closing = 0.5 * (load.rate + scene.pace * (load.depth - root * root))
+    return closing * (1.0 / scene.sigma if len(scene.joints) == 1 else kappa / root)
 
 
 @inlined
@@ -148,11 +156,7 @@ def rates(scene, y, state, onset, k, o, row):
         load = loads[j]
         root = y[first + j]
         block = JOINTS + JOINT_WIDTH * j
-        closing = 0.0
-        if state[j] != FREE:
-            closing = 0.5 * (load.rate + scene.pace * (load.depth - root * root))
-            closing *= 1.0 / scene.sigma if len(scene.joints) == 1 else kappa / root  # kappa / s, also at s = 0
-        k[row, first + j] = closing
+        k[row, first + j] = root_rate(scene, load, root, kappa) if state[j] != FREE else 0.0
         o[row, block + NORMAL] = load.normal
         o[row, block + STORED] = load.elastic * load.rate
         o[row, block + LOST] = (load.normal - load.elastic) * load.rate
@@ -161,7 +165,7 @@ def rates(scene, y, state, onset, k, o, row):
         o[row, block + RAW] = load.raw
         o[row, block + DEPTH] = load.depth
         o[row, block + RATE] = load.rate
-    remember(scene.joints, loads, y, kappa, state, k, row, first + len(scene.joints), 0)
+    remember(scene.joints, loads, y, kappa, state, k[row], first + len(scene.joints), 0)
 
 
 def rates_entry(scene, y, state, onset, k, o, row):
@@ -172,6 +176,36 @@ def rates_entry(scene, y, state, onset, k, o, row):
     columns = JOINTS + JOINT_WIDTH * joints
     rates(here, shaped(y, (n,)), shaped(state, (joints,)), shaped(onset, (joints,)),
           shaped(k, (ROWS, n)), shaped(o, (ROWS, columns)), row)  # fmt: skip
+
+
+@inlined
+def differentiate(scene, y, state, onset, jacobian, place):
+    """Put the derivatives of the `rates` at the state `y` into `jacobian[place]` (n, n): exact ones, by columns."""
+    n = len(scene.coordinates)
+    first = 2 * n + 1
+    for column in range(first + len(scene.joints) + len(scene.memories)):
+        z = Seeded(y, column)
+        _, _, loads, acceleration = look(scene, z, state, onset)
+        kappa = lifted(clock(scene, z, state))
+        a = acceleration
+        parts = (lifted(a.q0), lifted(a.q1), lifted(a.q2), lifted(a.q3), lifted(a.q4), lifted(a.q5))
+        for i in range(n):
+            jacobian[place, i, column] = slope(kappa * z[n + i])
+            jacobian[place, n + i, column] = slope(kappa * parts[i])
+        jacobian[place, 2 * n, column] = slope(kappa)
+        for j in range(len(scene.joints)):
+            rate = lifted(root_rate(scene, loads[j], z[first + j], kappa)) if state[j] != FREE else lifted(0.0)
+            jacobian[place, first + j, column] = slope(rate)
+        remember(scene.joints, loads, z, kappa, state, jacobian[place, :, column], first + len(scene.joints), 0)
+
+
+def slopes_entry(scene, y, state, onset, jacobian, place):
+    """Evaluate `differentiate` with arrays from bare pointers, as in `rates_entry`."""
+    here = scene[0]
+    joints = len(here.joints)
+    n = 2 * len(here.coordinates) + 1 + joints + len(here.memories)
+    differentiate(here, shaped(y, (n,)), shaped(state, (joints,)), shaped(onset, (joints,)),
+                  shaped(jacobian, (3, n, n)), place)  # fmt: skip
 
 
 def sample_entry(scene, y, state, onset, side, out, row):
@@ -199,6 +233,11 @@ RATES_ARRAYS = (*_STATE, types.float64, types.float64)
 def rates_of(scene, parameters) -> Entry:
     """Return the Entry that evaluates the right-hand side of `scene`."""
     return entry(rates_entry, scene, RATES_ARRAYS, parameters)
+
+
+def slopes_of(scene, parameters) -> Entry:
+    """Return the Entry that differentiates the right-hand side of `scene`."""
+    return entry(slopes_entry, scene, (*_STATE, types.float64), parameters)
 
 
 def samples_of(scene, parameters) -> Entry:

@@ -1,8 +1,8 @@
 """Normal contact force: the laws that add a loss to the elastic force."""
 
-import math
 from typing import NamedTuple
 
+from . import calculus as math
 from .elastic import elastic_force, parity
 from .family import family
 from .memory import memory, recalled
@@ -192,4 +192,4 @@ def _sum(law, elastic):
 
 
 for _law in contact_force.members:
-    sign_beyond.member(_law)(_product if _law in (Lossless, Hysteresis, ApproachHysteresis) else _sum)
+    sign_beyond.member(_law)(_product if _law in (Lossless, Hysteresis, ApproachHysteresis, Plastic) else _sum)

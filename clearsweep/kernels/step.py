@@ -5,7 +5,7 @@ from .family import kernel
 from .joint import PRESSED, STUCK
 from .method import END, ROWS, dense_coefficients, dense_state, error_norm, stage_state
 from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, SPEED
-from .stiff import FAILED, implicit_step, look_along
+from .stiff import FAILED, implicit_step
 
 
 @kernel
@@ -53,11 +53,8 @@ def take_step(at, h):
 
 @kernel
 def finish_ends(at):
-    """Evaluate the rates at the end of a step, and the observables on its way where the method has not."""
-    work = at[0]
-    evaluate(at, work.end, END)
-    if work.mode[0] == IMPLICIT:
-        look_along(at)
+    """Evaluate the rates and observables at the end of a step."""
+    evaluate(at, at[0].end, END)
 
 
 @kernel

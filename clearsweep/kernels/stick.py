@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from numba.extending import overload
 
+from .dual import alike
 from .dynamics import motion
 from .family import OPTIONS, family, kernel
 from .friction import Karnopp, stribeck_coefficient
@@ -76,17 +77,23 @@ def _pull(links, p):
 
 
 @kernel
+def _at_ground(ax, ay):
+    """Return the Swing of ground-crank where the crank's pivot accelerates by (ax, ay)."""
+    return Swing(ax, ay, alike(0.0, ax), alike(0.0, ax))
+
+
+@kernel
 def _at_crank(links, p, alpha, ax, ay, bx, by):
     """Return the Swing of crank-rod where the crank's pivot accelerates by (ax, ay) and the rod's end by (bx, by)."""
     pull_x, pull_y = _pull(links, p)
-    return Swing(bx - ax + pull_x, by - ay + pull_y, 0.0, alpha)
+    return Swing(bx - ax + pull_x, by - ay + pull_y, alike(0.0, alpha), alpha)
 
 
 @kernel
 def _at_slider(links, p, alpha, a, bx, by):
     """Return the Swing of rod-slider where the rod's other end accelerates by (bx, by) and the slider by `a`."""
     ux, uy = _turning(p, alpha)
-    return Swing(a - bx + links.rod_length * ux, -by + links.rod_length * uy, alpha, 0.0)
+    return Swing(a - bx + links.rod_length * ux, -by + links.rod_length * uy, alpha, alike(0.0, alpha))
 
 
 @kernel
@@ -107,7 +114,7 @@ def _floating(links, p, alpha, gx, gy):
 def _swings_a(mechanism, p, m):
     bx, by = _hinged(mechanism.links, p, m.q0, m.q1)
     pull_x, pull_y = _pull(mechanism.links, p)
-    return (Swing(bx + pull_x, by + pull_y, 0.0, 0.0),)
+    return (_at_ground(bx + pull_x, by + pull_y),)
 
 
 @swings.member(OpenB)
@@ -125,14 +132,14 @@ def _swings_c(mechanism, p, m):
 @swings.member(OpenAB)
 def _swings_ab(mechanism, p, m):
     bx, by = _hinged(mechanism.links, p, m.q0, m.q1)
-    return (Swing(m.q2, m.q3, 0.0, 0.0), _at_crank(mechanism.links, p, m.q0, m.q2, m.q3, bx, by))
+    return (_at_ground(m.q2, m.q3), _at_crank(mechanism.links, p, m.q0, m.q2, m.q3, bx, by))
 
 
 @swings.member(OpenAC)
 def _swings_ac(mechanism, p, m):
     pull_x, pull_y = _pull(mechanism.links, p)
     at_slider = _at_slider(mechanism.links, p, m.q0, m.q1, m.q2 - pull_x, m.q3 - pull_y)
-    return (Swing(m.q2, m.q3, 0.0, 0.0), at_slider)
+    return (_at_ground(m.q2, m.q3), at_slider)
 
 
 @swings.member(OpenBC)
@@ -146,7 +153,7 @@ def _swings_bc(mechanism, p, m):
 def _swings_abc(mechanism, p, m):
     links = mechanism.links
     bx, by = _floating(links, p, m.q0, m.q2, m.q3)
-    return (Swing(m.q4, m.q5, 0.0, 0.0), _at_crank(links, p, m.q0, m.q4, m.q5, bx, by),
+    return (_at_ground(m.q4, m.q5), _at_crank(links, p, m.q0, m.q4, m.q5, bx, by),
             _at_slider(links, p, m.q0, m.q1, bx, by))  # fmt: skip
 
 

@@ -1,60 +1,112 @@
-"""The implicit method for stiff stretches: Radau IIA of order 5, L-stable, and how stiffness is noticed.
+"""The implicit method for stiff stretches: how a step of Radau IIA is solved for, and how stiffness is noticed.
 
-Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed.: coefficients IV.5, simplified Newton iteration
-with its start values and the error estimate (8.19), (8.20) of IV.8, detection of stiffness by the explicit pair IV.2
-and program DOP853.  The three stages are solved as one system of 3 n equations: n is at most 16 here.  The Jacobian, by
-forward differences of the compiled right-hand side, only steers the iteration; the solution does not depend on it.
+Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed., section IV.8: simplified Newton iteration with
+its start values and its end, when the Jacobian is kept, error estimate (8.19), (8.20); detection of stiffness by the
+explicit pair IV.2 and program DOP853.  Where a contact is stiff, its direction turns along the step, and what is stiff
+with it: the Jacobian is taken at three of the stages and interpolated to the others, and the stages are solved for as
+one system.  It is the exact derivative of the compiled forces and motions (`dual`); it only steers the iteration, the
+solution does not depend on it.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from .event import EXPLICIT, IMPLICIT, evaluate
-from .family import kernel
-from .method import END, NODE_SHARES, dense_state
+from .event import EVALUATIONS, EXPLICIT, IMPLICIT, evaluate
+from .family import invoke, kernel
+from .method import END, SCRATCH, dense_component
+from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, SPREAD, STAGES, A, C, E
 
-ROOT6 = math.sqrt(6.0)
-A = np.array(
-    [
-        [(88.0 - 7.0 * ROOT6) / 360.0, (296.0 - 169.0 * ROOT6) / 1800.0, (-2.0 + 3.0 * ROOT6) / 225.0],
-        [(296.0 + 169.0 * ROOT6) / 1800.0, (88.0 + 7.0 * ROOT6) / 360.0, (-2.0 - 3.0 * ROOT6) / 225.0],
-        [(16.0 - ROOT6) / 36.0, (16.0 + ROOT6) / 36.0, 1.0 / 9.0],
-    ]
-)
-C = ((4.0 - ROOT6) / 10.0, (4.0 + ROOT6) / 10.0)
-GAMMA = 3.6378342527444957  # the real eigenvalue of the inverse of A
-E = ((-13.0 - 7.0 * ROOT6) / 3.0, (-13.0 + 7.0 * ROOT6) / 3.0, -1.0 / 3.0)
-ITERATIONS = 12
-CLOSE = 0.01  # of the allowed error: the Newton iteration stops there
-FAILED = 256.0  # error of a step whose iteration did not converge: the step control then takes 0.4 of its length
+ROWS = np.array([1, 2, 4, 13, 14])  # of rates and observables where those of the stages stand: nothing else needs them
+SEEN = np.array([3, 5, 6, 7, 8, 9, 10, 11])  # rows in which observables of the explicit method's stages are looked for
+ITERATIONS = 5  # with the same Jacobians
+CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
+KEEP = 1e-3  # convergence from one iteration to the next that keeps the Jacobians for the next step
+FAILED = 10.0  # error of a step whose iteration did not converge: the step control then takes 0.6 of its length
+STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
 STIFF = 3.5  # h times the largest eigenvalue; the explicit pair is at its limit at 6.1, its error control before
 PATIENCE = 15  # steps in a row at that limit before the method is changed
-NOT_WORTH = 4.0  # steps of the explicit method that one implicit step must span to be worth its price
+TRIAL = 1000  # evaluations after which it is asked whether the implicit method has been worth its price
+PRICE = 0.5  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices
+WAIT = 4  # times longer the explicit method is kept after each time that the other has not been worth its price
+# Places in Implicit.limit, in Implicit.past
+LIMIT, PATIENT, SAVED, SPENT = range(4)
+LENGTH, AFTER, RENEWED, FACTORED, PACE, PAST = range(6)
+
+
+class Implicit(NamedTuple):
+    """What the implicit method works on; n numbers in the state."""
+
+    jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages PLACES
+    newton: np.ndarray  # (STAGES n, STAGES n) factors of the matrix of the iteration
+    pivots: np.ndarray  # (STAGES n,) int64
+    small: np.ndarray  # (n, n) factors of the matrix of the error estimate
+    small_pivots: np.ndarray  # (n,) int64
+    stages: np.ndarray  # (STAGES n,) distances of the stages from the start of the step
+    change: np.ndarray  # (STAGES n,)
+    offset: np.ndarray  # (n,)
+    limit: np.ndarray  # (LIMITS,) see `choose_method`
+    #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
+    #: begins where that began; length of the step from here for which the Jacobians were RENEWED (0: none) and of that
+    #: which the matrices are FACTORED for (0: none); PACE: convergence of the last iteration
+    past: np.ndarray
+
+
+def implicit_of(n) -> Implicit:
+    """Return the arrays for a state of `n` numbers."""
+    many = STAGES * n
+    return Implicit(
+        jacobian=np.zeros((PLACES.size, n, n)),
+        newton=np.zeros((many, many)),
+        pivots=np.zeros(many, dtype=np.int64),
+        small=np.zeros((n, n)),
+        small_pivots=np.zeros(n, dtype=np.int64),
+        stages=np.zeros(many),
+        change=np.zeros(many),
+        offset=np.zeros(n),
+        limit=np.array([0.0, PATIENCE, 0.0, 0.0]),
+        past=np.zeros(PAST),
+    )
 
 
 @kernel
-def factorise(a, pivots):
-    """Replace the square matrix `a` by its LU factors with partial pivoting; return whether it is regular."""
+def bring_largest(a, i):
+    """Exchange row `i` of `a` for the one below with the largest entry in column `i`; return which it was."""
+    n, top = a.shape[0], i
+    for row in range(i + 1, n):
+        if abs(a[row, i]) > abs(a[top, i]):
+            top = row
+    if top != i:
+        for column in range(n):
+            a[i, column], a[top, column] = a[top, column], a[i, column]
+    return top
+
+
+@kernel
+def factorise(a, pivots, fixed):
+    """Replace the square matrix `a` by its LU factors; return whether it is regular.
+
+    Pivoting is partial but for the first `fixed` unknowns, whose rows are sparse and stay so.
+    """
     n = pivots.size
     for i in range(n):
-        top = i
-        for row in range(i + 1, n):
-            if abs(a[row, i]) > abs(a[top, i]):
-                top = row
-        pivots[i] = top
-        if not abs(a[top, i]) > 0.0:
+        pivots[i] = bring_largest(a, i) if i >= fixed else i
+        if not abs(a[i, i]) > 0.0:
             return False
-        if top != i:
-            for column in range(n):
-                a[i, column], a[top, column] = a[top, column], a[i, column]
         inverse = 1.0 / a[i, i]
         for row in range(i + 1, n):
-            factor = a[row, i] * inverse
-            a[row, i] = factor
-            if factor != 0.0:
+            a[row, i] *= inverse
+        if i >= fixed:
+            for row in range(i + 1, n):
+                factor = a[row, i]
                 for column in range(i + 1, n):
                     a[row, column] -= factor * a[i, column]
+            continue
+        for column in range(i + 1, n):
+            if a[i, column] != 0.0:
+                for row in range(i + 1, n):
+                    a[row, column] -= a[row, i] * a[i, column]
     return True
 
 
@@ -74,102 +126,154 @@ def substitute(a, pivots, b):
 
 
 @kernel
-def find_jacobian(at):
-    """Put the derivatives of the rates at `work.y` into `work.jacobian`: forward differences."""
+def differentiate(at, y, place):
+    """Put the derivatives of the rates at `y` into a Jacobian; each column costs and counts as an evaluation."""
     work = at[0]
-    n = work.y.size
-    for i in range(n):
-        work.z[i] = work.y[i]
-    for column in range(n):
-        step = max(1.5e-8 * abs(work.y[column]), work.scale[column])
-        work.z[column] = work.y[column] + step
-        step = work.z[column] - work.y[column]
-        evaluate(at, work.z, 1)
-        work.z[column] = work.y[column]
-        for row in range(n):
-            work.jacobian[row, column] = (work.k[1, row] - work.k[0, row]) / step
+    work.counts[EVALUATIONS] += y.size
+    invoke(work.slopes[0], work.slopes[1], (y, work.state, work.onset, work.implicit.jacobian), place)
+
+
+@kernel
+def renew(at, h):
+    """Renew the Jacobians, at three of the stages as they are now, and with them the factors; return if that went well.
+
+    Contact turns the direction of what is stiff along the step: with one Jacobian for all stages the iteration would
+    fail long before the error asks for shorter steps.
+    """
+    work = at[0]
+    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
+    for place in range(PLACES.size):
+        for i in range(n):
+            work.z[i] = work.y[i] + stages[PLACES[place] * n + i]
+        differentiate(at, work.z, place)
+    past[RENEWED], past[FACTORED], past[PACE] = h, 0.0, KEEP
+    return prepare(at, h)
+
+
+@kernel
+def unknown(stage, i, time):
+    """Return the place of component `i` of a stage among the unknowns of the iteration.
+
+    Coordinates and time come first: their rates depend on no other of them, so that their elimination costs little and
+    leaves a system of half the size.
+    """
+    half = time // 2
+    if i >= half:
+        i = half if i == time else i + 1 if i < time else i
+    return STAGES * i + stage
+
+
+@kernel
+def prepare(at, h):
+    """Make the factors for a step of length `h`, unless they are there; return whether that went well."""
+    work, time = at[0].implicit, at[0].time
+    n, jacobian = work.offset.size, work.jacobian
+    if work.past[FACTORED] == h:
+        return True
+    for row in range(n):
+        for column in range(n):
+            first, second = unknown(0, row, time), unknown(0, column, time)
+            for m in range(STAGES):
+                slope = 0.0
+                for place in range(PLACES.size):
+                    slope += SPREAD[m, place] * jacobian[place, row, column]
+                for s in range(STAGES):
+                    work.newton[first + s, second + m] = -h * A[s, m] * slope
+    for i in range(work.change.size):
+        work.newton[i, i] += 1.0
+    for row in range(n):
+        for column in range(n):
+            work.small[row, column] = -jacobian[0, row, column]
+        work.small[row, row] += GAMMA / h
+    good = factorise(work.newton, work.pivots, STAGES * (time // 2 + 1)) and factorise(work.small, work.small_pivots, 0)
+    work.past[FACTORED] = h if good else 0.0
+    return good
 
 
 @kernel
 def begin_stages(at, h):
-    """Put into `work.stages` what the interpolant of the step before, or of a rejected one from here, says of them.
-
-    work.history : its length, 0 where there is none; 1 if this step follows it, 0 if it begins where it began.
-    """
+    """Put into the stages what the interpolant of the step before, or of a rejected one from here, says of them."""
     work = at[0]
-    n = work.y.size
-    for s in range(3):
-        for i in range(n):
-            work.stages[s * n + i] = 0.0
-    if work.history[0] == 0.0:
-        return
-    for s in range(3):
-        x = work.history[1] + (C[s] if s < 2 else 1.0) * h / work.history[0]
-        rest = 1.0 - x
-        for i in range(n):
-            here = x * (work.f[0, i] + rest * (work.f[1, i] + x * work.f[2, i]))
-            work.stages[s * n + i] = here - work.history[1] * work.f[0, i]
+    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
+    for i in range(n):
+        for s in range(STAGES):
+            stages[s * n + i] = 0.0
+        if past[LENGTH] > 0.0:
+            here = dense_component(past[AFTER], i, work.y, work.f)
+            for s in range(STAGES):
+                there = past[AFTER] + C[s] * h / past[LENGTH]
+                stages[s * n + i] = dense_component(there, i, work.y, work.f) - here
 
 
 @kernel
-def fill_newton(newton, jacobian, h):
-    """Put I - h A x J into `newton` (3 n, 3 n), the matrix of the simplified Newton iteration."""
-    n = jacobian.shape[0]
-    for s in range(3):
-        for m in range(3):
-            for row in range(n):
-                for column in range(n):
-                    unit = 1.0 if s == m and row == column else 0.0
-                    newton[s * n + row, m * n + column] = unit - h * A[s, m] * jacobian[row, column]
+def correct(at, h):
+    """Do one iteration; return how far the stages moved, over the allowed error."""
+    work = at[0]
+    n, stages, change = work.y.size, work.implicit.stages, work.implicit.change
+    for s in range(STAGES):
+        for i in range(n):
+            work.z[i] = work.y[i] + stages[s * n + i]
+        evaluate(at, work.z, ROWS[s])
+    for s in range(STAGES):
+        for i in range(n):
+            rise = 0.0
+            for m in range(STAGES):
+                rise += A[s, m] * work.k[ROWS[m], i]
+            change[unknown(s, i, work.time)] = h * rise - stages[s * n + i]
+    substitute(work.implicit.newton, work.implicit.pivots, change)
+    size = 0.0
+    for s in range(STAGES):
+        for i in range(n):
+            moved = change[unknown(s, i, work.time)]
+            stages[s * n + i] += moved
+            size += (moved / work.scale[i]) ** 2
+    return math.sqrt(size / (STAGES * n))
 
 
 @kernel
 def iterate(at, h):
-    """Solve for the three stages, whose distances from `work.y` come into `work.stages`; return if it converged."""
-    work = at[0]
-    n = work.y.size
-    fill_newton(work.newton, work.jacobian, h)
-    if not factorise(work.newton, work.newton_pivots):
-        return False
-    begin_stages(at, h)
-    before = math.inf
-    for _ in range(ITERATIONS):
-        for s in range(3):
-            for i in range(n):
-                work.z[i] = work.y[i] + work.stages[s * n + i]
-            evaluate(at, work.z, 1 + s)
-        for s in range(3):
-            for i in range(n):
-                slope = A[s, 0] * work.k[1, i] + A[s, 1] * work.k[2, i] + A[s, 2] * work.k[3, i]
-                work.change[s * n + i] = h * slope - work.stages[s * n + i]
-        substitute(work.newton, work.newton_pivots, work.change)
-        size = 0.0
-        for s in range(3):
-            for i in range(n):
-                work.stages[s * n + i] += work.change[s * n + i]
-                size += (work.change[s * n + i] / work.scale[i]) ** 2
-        size = math.sqrt(size / (3 * n))
-        if size < CLOSE:
+    """Move the stages to where they fulfil their equations; return whether that went well within ITERATIONS.
+
+    It ends where the distance that is left, from the convergence seen last, is CLOSE (IV.8.10).
+    """
+    past = at[0].implicit.past
+    before = 0.0
+    for iteration in range(ITERATIONS):
+        size = correct(at, h)
+        if iteration > 0:
+            past[PACE] = size / before if before > 0.0 else 0.0
+        pace = past[PACE]
+        if pace < 1.0 and size * pace <= CLOSE * (1.0 - pace) and (iteration > 0 or size < 1.0):
             return True
-        if not size < 2.0 * before:
+        if iteration > 0 and not pace < 1.0:
             return False
         before = size
     return False
 
 
 @kernel
-def filtered_error(at, h, offset):
-    """Return the error over the allowed one by (IV.8.19), or (IV.8.20) where `offset` is what that gave, not zeros."""
+def solve(at, h):
+    """Find the stages of a step of length `h`; return whether they were found."""
+    past = at[0].implicit.past
+    begin_stages(at, h)
+    kept = past[RENEWED] == h or (past[LENGTH] > 0.0 and past[PACE] <= KEEP)
+    if not (prepare(at, h) if kept else renew(at, h)):
+        return False
+    return iterate(at, h) or (renew(at, h) and iterate(at, h))
+
+
+@kernel
+def filtered_error(at, h, row):
+    """Return the error over the allowed one: (IV.8.19), or (IV.8.20) if `row` holds the rates at what that gave."""
     work = at[0]
-    n = work.y.size
+    n, offset, stages = work.y.size, work.implicit.offset, work.implicit.stages
     for i in range(n):
-        work.z[i] = work.y[i] + offset[i]
-    evaluate(at, work.z, 1)
+        total = 0.0
+        for s in range(STAGES):
+            total += E[s] * stages[s * n + i]
+        offset[i] = work.k[row, i] + GAMMA / h * total
+    substitute(work.implicit.small, work.implicit.small_pivots, offset)
     size = 0.0
-    for i in range(n):
-        stages = E[0] * work.stages[i] + E[1] * work.stages[n + i] + E[2] * work.stages[2 * n + i]
-        offset[i] = work.k[1, i] + stages / h
-    substitute(work.small, work.small_pivots, offset)
     for i in range(n):
         size += (offset[i] / work.scale[i]) ** 2
     return math.sqrt(size / n)
@@ -179,62 +283,81 @@ def filtered_error(at, h, offset):
 def implicit_step(at, h):
     """Put the state after an implicit step into `work.end`, its dense output into `work.f`; return its error.
 
-    The error is squared, so that the step control, made for order 8, takes the fourth root of it.
+    The error is raised to the power at which the step control, made for order 8, takes the right root of it.
     """
     work = at[0]
-    n = work.y.size
-    find_jacobian(at)
-    if not iterate(at, h):
-        return FAILED
-    for row in range(n):
-        for column in range(n):
-            work.small[row, column] = (GAMMA / h if row == column else 0.0) - work.jacobian[row, column]
-    if not factorise(work.small, work.small_pivots):
+    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
+    if not solve(at, h):
+        past[PACE] = 1.0
         return FAILED
     for i in range(n):
-        work.end[i] = work.y[i] + work.stages[2 * n + i]
-        work.f[0, i] = work.stages[2 * n + i]
-        first = (work.stages[i] - C[0] * work.f[0, i]) / (C[0] * (1.0 - C[0]))
-        second = (work.stages[n + i] - C[1] * work.f[0, i]) / (C[1] * (1.0 - C[1]))
-        work.f[2, i] = (second - first) / (C[1] - C[0])
-        work.f[1, i] = first - C[0] * work.f[2, i]
-        for row in range(3, 7):
+        work.end[i] = work.y[i] + stages[(STAGES - 1) * n + i]
+        for row in range(STAGES):
+            total = 0.0
+            for s in range(STAGES):
+                total += DENSE[row, s] * stages[s * n + i]
+            work.f[row, i] = total
+        for row in range(STAGES, 7):
             work.f[row, i] = 0.0
-    work.history[0], work.history[1] = h, 0.0
-    for i in range(n):
-        work.offset[i] = 0.0
-    error = filtered_error(at, h, work.offset)
+    past[LENGTH], past[AFTER] = h, 0.0
+    error = filtered_error(at, h, 0)
     if error >= 1.0:
-        error = filtered_error(at, h, work.offset)
-    return error * error
+        for i in range(n):
+            work.z[i] = work.y[i] + work.implicit.offset[i]
+        evaluate(at, work.z, SCRATCH)
+        error = filtered_error(at, h, SCRATCH)
+    if error < 1.0:
+        look_along(at)
+    return error ** (8.0 / ORDER)
 
 
 @kernel
 def look_along(at):
-    """Evaluate the observables of an implicit step where the explicit method has its stages, for sums and maxima."""
+    """Put observables where the explicit method has its stages: the polynomial through those of start and stages."""
     work = at[0]
-    for row in range(3, END):
-        if row != 4:
-            dense_state(NODE_SHARES[row], work.y, work.f, work.z)
-            evaluate(at, work.z, row)
+    for column in range(work.o.shape[1]):
+        for row in SEEN:
+            total = LOOK[row, 0] * work.o[0, column]
+            for s in range(STAGES):
+                total += LOOK[row, 1 + s] * work.o[ROWS[s], column]
+            work.o[row, column] = total
 
 
 @kernel
-def choose_method(at, h):
+def steady(at, h, proposal):
+    """Return the length of the step after one of length `h`: the proposal, or `h` again where that saves work."""
+    return h if at[0].mode[0] == IMPLICIT and h <= proposal <= STEADY * h else proposal
+
+
+@kernel
+def choose_method(at, h, explicit):
     """Change the method where the step just taken, of length `h`, shows that the other one serves better.
 
-    It takes effect with the next step.  work.limit keeps the length at which the explicit method was left.
+    `explicit` : length of the last explicit step with the same joints in contact, 0 where there is none.
+
+    It takes effect with the next step.  The explicit method is left when it has been at the limit of its stability,
+    LIMIT long, for PATIENT steps; the implicit one when in a TRIAL, which began when so much was SPENT, it has SAVED
+    too little.
     """
     work = at[0]
+    limit, spent = work.implicit.limit, work.counts[EVALUATIONS]
     if work.mode[0] == IMPLICIT:
-        work.mode[1] = work.mode[1] + 1 if h < NOT_WORTH * work.limit[0] else 0
+        limit[SAVED] += END * h / max(explicit, limit[LIMIT])
+        if spent - limit[SPENT] < TRIAL:
+            return
+        worth = limit[SAVED] > PRICE * work.y.size * (spent - limit[SPENT])
+        limit[PATIENT] = PATIENCE if worth else WAIT * limit[PATIENT]
+        if worth:
+            limit[SAVED], limit[SPENT] = 0.0, spent
+            return
     else:
         rise, run = 0.0, 0.0
         for i in range(work.y.size):  # work.z is still the state of the last stage, which lies at the end of the step
             rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
             run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
         work.mode[1] = work.mode[1] + 1 if h * math.sqrt(rise) > STIFF * math.sqrt(run) else 0
-    if work.mode[1] >= PATIENCE:
-        work.mode[2] = EXPLICIT if work.mode[0] == IMPLICIT else IMPLICIT
-        work.mode[1] = 0
-        work.limit[0] = h
+        if work.mode[1] < limit[PATIENT]:
+            return
+        limit[LIMIT] = h
+    limit[SAVED], limit[SPENT], work.mode[1] = 0.0, spent, 0
+    work.mode[2] = EXPLICIT if work.mode[0] == IMPLICIT else IMPLICIT

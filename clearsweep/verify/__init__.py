@@ -2,7 +2,8 @@
 
 A problem (`problems`) is a trajectory in quadruple precision or a closed form; the yardsticks (`yardsticks`) are
 integrators that others use, on the same compiled laws; `measure` runs all on all, a chaotic case over tolerances and
-lengths (`convergence`), and every case of a table of stiff and extreme ones (`stability`).
+lengths (`convergence`), every case of a table of stiff and extreme ones (`stability`), and cases that show what the
+implicit method saves (`stiffness`).
 """
 
 import sys
@@ -26,10 +27,10 @@ def main(json: bool = False, quick: bool = False, directory=None) -> None:
 
 
 def measure(quick: bool = False, note=None) -> dict:
-    """Return all figures as a dict that JSON can hold; see `measure` of `measuring`, `convergence` and `stability`."""
-    from . import convergence, measuring, stability
+    """Return all figures as a dict that JSON can hold; see `measure` of each of the modules named above."""
+    from . import convergence, measuring, stability, stiffness
 
-    more = {"convergence": convergence, "stability": stability}
+    more = {"convergence": convergence, "stability": stability, "stiffness": stiffness}
     return measuring.measure(quick, note) | {name: module.measure(quick, note) for name, module in more.items()}
 
 

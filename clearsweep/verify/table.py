@@ -39,6 +39,7 @@ def text(results: dict) -> str:
         lines += ["", *_problem(entry)]
     lines += ["", *(line.format(rounds=results["rounds"]) for line in EXPLANATION), "", *_headline(results["headline"])]
     lines += ["", *convergence(results["convergence"]), "", *stability(results["stability"])]
+    lines += ["", *stiffness(results["stiffness"])]
     return "\n".join(lines)
 
 
@@ -117,6 +118,28 @@ def stability(table: dict) -> list[str]:
     ]
     for row in table["failures"]:
         lines += [f"  {row['name']}: {row['rhs_evaluations']:,} rhs", f"    {row['failure']}"]
+    return lines
+
+
+def stiffness(table: dict) -> list[str]:
+    """Return the lines that compare the automatic choice of the method with the explicit one."""
+    lines = [
+        "stiffness: where stability limits the explicit method, against the automatic choice at the loosest tolerance,",
+        "    by tens, at which its error is no larger (one revolution; a Jacobian counts as one rhs for each column)",
+        f"  {'case':<44}{'tolerance':>10}{'rhs':>10}{'error':>9}{'automatic':>11}{'rhs':>10}{'error':>9}"
+        f"{'rhs ratio':>11}{'time':>8}",
+    ]
+    for row in table["rows"]:
+        explicit, auto = row["explicit"], row["auto"]
+        ratios = (row["evaluations_ratio"], row["run_time_ratio"])
+        lines.append(
+            f"  {row['name']:<44}{explicit['tolerance']:>10.0e}{explicit['rhs_evaluations']:>10}"
+            f"{_error(explicit['error']):>9}{auto['tolerance']:>11.0e}{auto['rhs_evaluations']:>10}"
+            f"{_error(auto['error']):>9}"
+            + "".join(f"{'-' if x is None else f'{x:.3g}':>{w}}" for x, w in zip(ratios, (11, 8), strict=True))
+        )
+    lines.append("  where the motion is not stiff, automatic over explicit, at the default tolerance:")
+    lines += [f"    {row['name']:<42}{row['evaluations_ratio']:>8.3f}" for row in table["others"]]
     return lines
 
 

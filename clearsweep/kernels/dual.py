@@ -1,0 +1,356 @@
+"""Numbers that carry a derivative, so that the code of the forces and motions differentiates itself, exactly.
+
+A `Dual` is a value and its slope along one direction of the state (Griewank & Walther 2008, "Evaluating Derivatives",
+2nd ed., chapter 3).  Every rule stands here once: the compiler takes it for its own type of such numbers, and Python
+for the class.  A kernel that is to be differentiated calls the functions of `calculus` where it would call `math`.
+"""
+
+import builtins
+import math
+import operator
+
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import impl_ret_borrowed
+from numba.core.typeconv import Conversion
+from numba.extending import (
+    lower_builtin,
+    lower_cast,
+    make_attribute_wrapper,
+    models,
+    overload,
+    register_model,
+    type_callable,
+)
+
+from .direction import direction
+from .family import OPTIONS
+
+
+class Dual:
+    """A value and its slope."""
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, value, slope):
+        self.value, self.slope = value, slope
+
+
+class Seeded:
+    """A state whose component `direction` has slope 1, the others 0; it gives Duals by `[i]`."""
+
+    __slots__ = ("direction", "values")
+
+    def __init__(self, values, direction):
+        self.values, self.direction = values, direction
+
+    def __getitem__(self, i):
+        return seeded_item(self, i)
+
+
+def seeded_item(state, i):
+    """Return component `i` of a Seeded state."""
+    return Dual(state.values[i], 1.0 if i == state.direction else 0.0)
+
+
+def value(x):
+    """Return the value of a number, with a slope or without."""
+    return x.value if isinstance(x, Dual) else x
+
+
+def slope(x):
+    """Return the slope of a number, 0 where it has none."""
+    return x.slope if isinstance(x, Dual) else 0.0
+
+
+def alike(x, model):
+    """Return the number `x` with a slope if `model` has one: the branches of a function must return one type."""
+    return x
+
+
+def lifted(x):
+    """Return the number `x` with a slope, 0 where it has none."""
+    return Dual(value(x), slope(x))
+
+
+def told(x):
+    """Return the slope of a number that has one, the number itself where it has none."""
+    return x.slope if isinstance(x, Dual) else x
+
+
+# ---------------------------------------------------------------------------------------------- rules
+
+
+def _add(a, b):
+    return Dual(value(a) + value(b), slope(a) + slope(b))
+
+
+def _subtract(a, b):
+    return Dual(value(a) - value(b), slope(a) - slope(b))
+
+
+def _multiply(a, b):
+    return Dual(value(a) * value(b), value(a) * slope(b) + slope(a) * value(b))
+
+
+def _divide(a, b):
+    ratio = value(a) / value(b)
+    return Dual(ratio, (slope(a) - ratio * slope(b)) / value(b))
+
+
+def _power(a, b):
+    """The exponent has no slope.  At 0, where the power may have no derivative, that of the powers above 1 is taken."""
+    power = value(a) ** b
+    if value(a) == 0.0:
+        return Dual(power, slope(a) if b == 1.0 else 0.0)
+    return Dual(power, b * power / value(a) * slope(a))
+
+
+def _negative(a):
+    return Dual(-a.value, -a.slope)
+
+
+def _absolute(a):
+    return Dual(abs(a.value), math.copysign(1.0, a.value) * a.slope)
+
+
+def _larger(a, b):
+    return lifted(a) if value(a) >= value(b) else lifted(b)
+
+
+def _smaller(a, b):
+    return lifted(a) if value(a) <= value(b) else lifted(b)
+
+
+def _less(a, b):
+    return value(a) < value(b)
+
+
+def _at_most(a, b):
+    return value(a) <= value(b)
+
+
+def _greater(a, b):
+    return value(a) > value(b)
+
+
+def _at_least(a, b):
+    return value(a) >= value(b)
+
+
+def _equal(a, b):
+    return value(a) == value(b)
+
+
+def _unequal(a, b):
+    return value(a) != value(b)
+
+
+def _sqrt(a):
+    root = math.sqrt(a.value)
+    return Dual(root, 0.5 * a.slope / root if a.slope != 0.0 else 0.0)
+
+
+def _sin(a):
+    return Dual(math.sin(a.value), math.cos(a.value) * a.slope)
+
+
+def _cos(a):
+    return Dual(math.cos(a.value), -math.sin(a.value) * a.slope)
+
+
+def _tanh(a):
+    share = math.tanh(a.value)
+    return Dual(share, (1.0 - share * share) * a.slope)
+
+
+def _exp(a):
+    power = math.exp(a.value)
+    return Dual(power, power * a.slope)
+
+
+def _expm1(a):
+    return Dual(math.expm1(a.value), math.exp(a.value) * a.slope)
+
+
+def _log(a):
+    return Dual(math.log(a.value), a.slope / a.value)
+
+
+def _log1p(a):
+    return Dual(math.log1p(a.value), a.slope / (1.0 + a.value))
+
+
+def _atan(a):
+    return Dual(math.atan(a.value), a.slope / (1.0 + a.value * a.value))
+
+
+def _copysign(a, b):
+    """The sign alone is taken of `b`: it has no slope, whether or not it is a Dual."""
+    size = math.copysign(value(a), value(b))
+    return Dual(size, slope(a) if size == value(a) else -slope(a))
+
+
+def turned(a):
+    """Return cosine and sine of an angle with a slope."""
+    c, s = direction(a.value)
+    return Dual(c, -s * a.slope), Dual(s, c * a.slope)
+
+
+RULES = {  # Python's name of the operation -> (the function, how it is done)
+    "__add__": (operator.add, _add),
+    "__sub__": (operator.sub, _subtract),
+    "__mul__": (operator.mul, _multiply),
+    "__truediv__": (operator.truediv, _divide),
+    "__pow__": (operator.pow, _power),
+    "__neg__": (operator.neg, _negative),
+    "__abs__": (abs, _absolute),
+    "__lt__": (operator.lt, _less),
+    "__le__": (operator.le, _at_most),
+    "__gt__": (operator.gt, _greater),
+    "__ge__": (operator.ge, _at_least),
+    "__eq__": (operator.eq, _equal),
+    "__ne__": (operator.ne, _unequal),
+}
+REFLECTED = {"__radd__": _add, "__rsub__": _subtract, "__rmul__": _multiply, "__rtruediv__": _divide}
+IN_PLACE = {operator.iadd: _add, operator.isub: _subtract, operator.imul: _multiply, operator.itruediv: _divide}
+FUNCTIONS = {
+    "sqrt": _sqrt,
+    "sin": _sin,
+    "cos": _cos,
+    "tanh": _tanh,
+    "exp": _exp,
+    "expm1": _expm1,
+    "log": _log,
+    "log1p": _log1p,
+    "atan": _atan,
+    "copysign": _copysign,
+}
+for _name, (_, _rule) in RULES.items():
+    setattr(Dual, _name, _rule)
+for _name, _rule in REFLECTED.items():
+    setattr(Dual, _name, lambda a, b, rule=_rule: rule(b, a))
+Dual.__hash__ = None
+
+
+# ---------------------------------------------------------------------------------------------- the compiler's side
+
+
+class DualType(types.Type):
+    """The compiler's type of a Dual; numbers become one where the two meet."""
+
+    def __init__(self):
+        super().__init__("Dual")
+
+    def unify(self, typing_context, other):
+        return self if isinstance(other, types.Number) else None
+
+    def can_convert_from(self, typing_context, other):
+        return Conversion.safe if isinstance(other, types.Number) else None
+
+
+class SeededType(types.Type):
+    """The compiler's type of a Seeded state."""
+
+    def __init__(self, values):
+        self.values = values
+        super().__init__(f"Seeded({values})")
+
+
+dual = DualType()
+
+
+@register_model(DualType)
+class _DualModel(models.StructModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, [("value", types.float64), ("slope", types.float64)])
+
+
+@register_model(SeededType)
+class _SeededModel(models.StructModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, [("values", kind.values), ("direction", types.int64)])
+
+
+for _kind, _fields in ((DualType, ("value", "slope")), (SeededType, ("values", "direction"))):
+    for _field in _fields:
+        make_attribute_wrapper(_kind, _field, _field)
+
+
+@type_callable(Dual)
+def _type_dual(context):
+    return lambda value, slope: dual
+
+
+@type_callable(Seeded)
+def _type_seeded(context):
+    return lambda values, direction: SeededType(values)
+
+
+@lower_builtin(Dual, types.float64, types.float64)
+@lower_builtin(Seeded, types.Array, types.int64)
+def _construct(context, builder, signature, given):
+    made = cgutils.create_struct_proxy(signature.return_type)(context, builder)
+    for field, part in zip(made._datamodel._fields, given, strict=True):
+        setattr(made, field, part)
+    return impl_ret_borrowed(context, builder, signature.return_type, made._getvalue())
+
+
+@lower_cast(types.Number, DualType)
+def _number_to_dual(context, builder, source, target, number):
+    made = cgutils.create_struct_proxy(target)(context, builder)
+    made.value = context.cast(builder, number, source, types.float64)
+    made.slope = context.get_constant(types.float64, 0.0)
+    return made._getvalue()
+
+
+def _teach(function, rule):
+    """Let the compiler use `rule` for `function` where one of its arguments is a Dual."""
+    binary = rule.__code__.co_argcount == 2
+
+    def select_one(a):
+        return rule if isinstance(a, DualType) else None
+
+    def select_two(a, b):
+        return rule if isinstance(a, DualType) or isinstance(b, DualType) else None
+
+    overload(function, strict=False, jit_options=dict(OPTIONS, forceinline=True))(select_two if binary else select_one)
+
+
+for _function, _rule in [*RULES.values(), *IN_PLACE.items(), (builtins.max, _larger), (builtins.min, _smaller)]:
+    _teach(_function, _rule)
+for _name, _rule in FUNCTIONS.items():
+    _teach(getattr(math, _name), _rule)
+_teach(direction, turned)
+
+
+@overload(operator.getitem, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _item(state, i):
+    return seeded_item if isinstance(state, SeededType) else None
+
+
+@overload(value, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _value(x):
+    return (lambda x: x.value) if isinstance(x, DualType) else (lambda x: x)
+
+
+@overload(slope, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _slope(x):
+    return (lambda x: x.slope) if isinstance(x, DualType) else (lambda x: 0.0)
+
+
+@overload(told, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _told(x):
+    return (lambda x: x.slope) if isinstance(x, DualType) else (lambda x: x)
+
+
+@overload(lifted, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _lifted(x):
+    return (lambda x: x) if isinstance(x, DualType) else (lambda x: Dual(x, 0.0))
+
+
+@overload(alike, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _alike(x, model):
+    if isinstance(model, DualType) and not isinstance(x, DualType):
+        return lambda x, model: Dual(x, 0.0)
+    return lambda x, model: x

@@ -1,0 +1,146 @@
+"""Numbers that carry a derivative, and the derivatives of every law and mechanism that come from them."""
+
+import math
+
+import law_cases
+import numba
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep.kernels import event, stiff
+from clearsweep.kernels.dual import FUNCTIONS, Dual, Seeded, lifted, slope, value
+from clearsweep.kernels.elastic import elastic_force
+from clearsweep.kernels.family import pointer_to
+from clearsweep.kernels.friction import friction_force
+from clearsweep.kernels.motion import slopes_of
+from clearsweep.kernels.normal import contact_force
+from clearsweep.simulation import _Run
+
+PEN, RATE, ONSET = 3e-6, 0.2, 0.3  # m, m/s, m/s
+NORMAL, SLIPS = 50.0, (-3.1e-3, -2e-4, 2.7e-4, 4.1e-3)  # N, m/s
+OPENINGS = (("ground-crank",), ("crank-rod",), ("rod-slider",), ("ground-crank", "crank-rod"),
+            ("ground-crank", "rod-slider"), ("crank-rod", "rod-slider"),
+            ("ground-crank", "crank-rod", "rod-slider"))  # fmt: skip
+
+
+def differences(function, x, size):
+    """Return the derivative of `function` at `x` by Richardson's extrapolation of central differences."""
+    h = 1e-3 * size
+    table = [[(function(x + h / 2**k) - function(x - h / 2**k)) / (2.0 * h / 2**k)] for k in range(5)]
+    for k in range(1, 5):
+        for m in range(1, k + 1):
+            table[k].append(table[k][m - 1] + (table[k][m - 1] - table[k - 1][m - 1]) / (4**m - 1))
+    return table[4][4]
+
+
+@numba.njit(error_model="numpy")
+def slope_of_elastic(term, pen):
+    return slope(elastic_force(term, Dual(pen, 1.0)))
+
+
+@numba.njit(error_model="numpy")
+def slopes_of_contact(law, term, pen, rate, onset):
+    by_pen = contact_force(law, term, Dual(pen, 1.0), Dual(rate, 0.0), onset)[0]
+    by_rate = contact_force(law, term, Dual(pen, 0.0), Dual(rate, 1.0), onset)[0]
+    return slope(by_pen), slope(by_rate)
+
+
+@numba.njit(error_model="numpy")
+def slopes_of_friction(term, normal, slip):
+    by_slip, by_normal = Dual(slip, 1.0), Dual(normal, 1.0)
+    return slope(friction_force(term, normal, by_slip)), slope(friction_force(term, by_normal, slip))
+
+
+@pytest.mark.parametrize("name", law_cases.names("elastic"))
+def test_stiffness_of_every_elastic_law_is_exact(name):
+    term = law_cases.RECIPES["elastic", name].make(law_cases.joint(elastic=name))
+    expected = differences(lambda pen: elastic_force(term, pen), PEN, PEN)
+    assert slope_of_elastic(term, PEN) == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize("rate", [RATE, -RATE])
+@pytest.mark.parametrize("name", law_cases.names("law"))
+def test_derivatives_of_every_contact_law_are_exact(name, rate):
+    law, term = clearsweep.laws.contact_terms(law_cases.joint(law=name))
+    by_pen, by_rate = slopes_of_contact(law, term, PEN, rate, ONSET)
+    expected = differences(lambda pen: contact_force(law, term, pen, rate, ONSET)[0], PEN, PEN)
+    assert by_pen == pytest.approx(expected, rel=1e-7)
+    expected = differences(lambda rate: contact_force(law, term, PEN, rate, ONSET)[0], rate, RATE)
+    assert by_rate == pytest.approx(expected, rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+@pytest.mark.parametrize("name", law_cases.names("friction"))
+def test_derivatives_of_every_friction_law_are_exact(name, slip):
+    term = law_cases.RECIPES["friction", name].make(law_cases.joint(friction=name))
+    by_slip, by_normal = slopes_of_friction(term, NORMAL, slip)
+    assert by_normal == pytest.approx(friction_force(term, NORMAL, slip) / NORMAL, rel=1e-12)
+    expected = differences(lambda slip: friction_force(term, NORMAL, slip), slip, abs(slip))
+    assert by_slip == pytest.approx(expected, rel=1e-7, abs=1e-6)
+
+
+@numba.njit(error_model="numpy")
+def evaluate(work, y):
+    event.evaluate(pointer_to(work), y, 0)
+
+
+@numba.njit(error_model="numpy")
+def differentiate(work, y):
+    stiff.differentiate(pointer_to(work), y, 0)
+
+
+@pytest.mark.parametrize("names", OPENINGS, ids="+".join)
+def test_the_jacobian_of_every_mechanism_is_exact(names):
+    """In contact, moving, under friction; the truth are differences, in units in which every component is near 1."""
+    friction = {"law": "tanh", "coefficient": 0.3, "velocity_scale": 1.0}
+    changes = {"mechanism.gravity": 9.81, "simulate.start": "seated"}
+    case = slider_crank(*names, changes=changes | {f"joints.{name}.friction": friction for name in names})
+    made = clearsweep.load_case(case)
+    run = _Run(made, np.empty(0))  # keeps what compiled code reads
+    work = run.work
+    work.slopes[:] = slopes_of(made.value, run.parameters)
+    half, clearance = len(made.value.coordinates), made.value.joints[0].clearance
+    roots = work.y[2 * half + 1 :]
+    size = np.concatenate([np.full(half, clearance), np.full(half, 1.0), [1.0 / made.value.pace], roots])
+    y = work.y + 0.1 * size * np.random.default_rng(7).normal(size=size.size)
+    differentiate(work, y)
+    jacobian = work.implicit.jacobian[0] * size
+
+    def rates_along(column):
+        def rates(x):
+            z = y.copy()
+            z[column] += x * size[column]
+            evaluate(work, z)
+            return work.k[0].copy()
+
+        return rates
+
+    expected = np.column_stack([differences(rates_along(column), 0.0, 3.0) for column in range(size.size)])
+    largest = np.abs(expected).max(axis=1, keepdims=True)
+    assert np.max(np.abs(jacobian - expected) / largest) < 1e-7
+
+
+@numba.njit(error_model="numpy")
+def mixed(y, direction):
+    z = Seeded(y, direction)
+    total = 0.0
+    for i in range(3):
+        total += z[i] * z[i] / (1.0 + abs(z[i]))
+    total -= max(z[0], 0.5) * min(z[1], 2.0) ** 2 + 3.0 / z[2] - (-z[1])
+    made = lifted(total if z[0] > z[1] else 0.0)
+    return value(made), slope(made)
+
+
+def test_compiled_and_uncompiled_arithmetic_is_the_same():
+    for y in (np.array([0.7, -0.3, 1.9]), np.array([0.2, 0.3, 1.9]), np.array([0.3, -0.4, 0.6])):
+        for direction in range(3):
+            assert mixed(y, direction) == pytest.approx(mixed.py_func(y, direction), rel=1e-15)
+
+
+@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name != "copysign"])
+def test_a_function_of_mathematics_has_its_derivative(name):
+    expected = differences(getattr(math, name), 0.4, 0.4)
+    assert FUNCTIONS[name](Dual(0.4, 2.0)).slope == pytest.approx(2.0 * expected, rel=1e-9)
+    assert FUNCTIONS[name](Dual(0.4, 2.0)).value == getattr(math, name)(0.4)
