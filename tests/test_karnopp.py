@@ -66,7 +66,7 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     (before, slips_before), (after, slips_after) = ends
     scale = np.abs(m[:n]).max()
     np.testing.assert_allclose(swings(scene.mechanism, p, m), (after - before) / 2e-7, atol=1e-6 * scale)
-    found = [rate_under(scene, p, surfaces_of(scene.joints), relative, loads, j) for j in range(len(joints))]
+    found = [rate_under(scene, p, surfaces_of(scene.joints, relative), loads, j) for j in range(len(joints))]
     np.testing.assert_allclose(found, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
 
 
@@ -76,11 +76,11 @@ def test_surfaces_that_stick_let_no_sliding_grow(joints):
     scene, y, state = moving(*joints, friction=strong)
     p, relative, loads = looked_at(scene, y, state)
     still = held(scene, p, relative, loads, state)
-    surfaces = surfaces_of(scene.joints)
+    surfaces = surfaces_of(scene.joints, relative)
     for j in range(len(joints)):
-        free = abs(rate_under(scene, p, surfaces, relative, loads, j))
+        free = abs(rate_under(scene, p, surfaces, loads, j))
         wanted = -scene.pace * still[j].slip
-        assert rate_under(scene, p, surfaces, relative, still, j) == pytest.approx(wanted, abs=1e-10 * free)
+        assert rate_under(scene, p, surfaces, still, j) == pytest.approx(wanted, abs=1e-10 * free)
         assert abs(still[j].tangential) < 1e3 * still[j].normal
 
 
@@ -89,13 +89,13 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
         scene, y, state = moving(*JOINTS, seed=seed, friction=KARNOPP | {"static_coefficient": 0.12})
         state[seed % 3] = PRESSED
         p, relative, loads = looked_at(scene, y, state)
-        still, surfaces, bearing = held(scene, p, relative, loads, state), surfaces_of(scene.joints), 0
+        still, surfaces, bearing = held(scene, p, relative, loads, state), surfaces_of(scene.joints, relative), 0
         for j in range(3):
             if state[j] == PRESSED:
                 assert still[j].tangential == loads[j].tangential
                 continue
             limit = 0.12 * still[j].normal
-            excess = rate_under(scene, p, surfaces, relative, still, j) + scene.pace * still[j].slip
+            excess = rate_under(scene, p, surfaces, still, j) + scene.pace * still[j].slip
             if abs(still[j].tangential) < limit:
                 assert excess == pytest.approx(0.0, abs=1e-9)
             else:

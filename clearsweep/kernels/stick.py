@@ -30,12 +30,16 @@ class Swing(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """What sticking takes from a joint."""
+    """What sticking takes from a joint and its Gap."""
 
     bearing_radius: float  # m
     journal_radius: float  # m
     side: float
     holding: float  # largest tangential force over normal force; 0 where the law does not stick
+    x: float  # m
+    y: float
+    vx: float  # m/s
+    vy: float
 
 
 @family
@@ -161,11 +165,11 @@ def _swings_abc(mechanism, p, m):
 
 
 @kernel
-def slip_rate(surface, gap, load, swing):
+def slip_rate(surface, swing):
     """Return the rate (m/s^2) of the sliding speed of a joint in contact."""
-    squared = gap.x * gap.x + gap.y * gap.y
-    turning = gap.x * gap.vy - gap.y * gap.vx
-    across = gap.x * swing.ay - gap.y * swing.ax - turning * (gap.x * gap.vx + gap.y * gap.vy) / squared
+    x, y, vx, vy = surface.x, surface.y, surface.vx, surface.vy
+    squared = x * x + y * y
+    across = x * swing.ay - y * swing.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
     spin = swing.distal * surface.journal_radius - swing.proximal * surface.bearing_radius
     if surface.side < 0.0:
         spin = swing.proximal * surface.journal_radius - swing.distal * surface.bearing_radius
@@ -173,63 +177,64 @@ def slip_rate(surface, gap, load, swing):
 
 
 @kernel
-def carrying(surface, gap, load, force):
+def carrying(surface, load, force):
     """Return the Load with the tangential force `force` (N) in place of its own."""
     more = force - load.tangential
-    share = more / (gap.x * gap.x + gap.y * gap.y) ** 0.5
+    share = more / (surface.x * surface.x + surface.y * surface.y) ** 0.5
     bearing, journal = -surface.bearing_radius * more, surface.journal_radius * more
     if surface.side < 0.0:
         bearing, journal = journal, bearing
-    return Load(load.fx - share * gap.y, load.fy + share * gap.x, load.moment_proximal + bearing,
+    return Load(load.fx - share * surface.y, load.fy + share * surface.x, load.moment_proximal + bearing,
                 load.moment_distal + journal, load.normal, force, load.slip, load.rate, load.depth, load.elastic,
                 load.raw)  # fmt: skip
 
 
-def surfaces_of(joints):
-    """Return one Surface per joint of the tuple `joints`."""
+def surfaces_of(joints, relative):
+    """Return one Surface per joint of the tuple `joints`, whose Gaps are `relative`."""
     if len(joints) == 0:
         return ()
-    return (surface_of(joints[0]), *surfaces_of(joints[1:]))
+    return (surface_of(joints[0], relative[0]), *surfaces_of(joints[1:], relative[1:]))
 
 
 @kernel
-def surface_of(joint):
+def surface_of(joint, gap):
     """Return the Surface of a joint."""
-    return Surface(joint.bearing_radius, joint.journal_radius, joint.side, holding(joint.friction))
+    return Surface(joint.bearing_radius, joint.journal_radius, joint.side, holding(joint.friction),
+                   gap.x, gap.y, gap.vx, gap.vy)  # fmt: skip
 
 
 @overload(surfaces_of, strict=False, jit_options=dict(OPTIONS))
-def _surfaces_of(joints):
+def _surfaces_of(joints, relative):
     if len(joints) == 1:
-        return lambda joints: (surface_of(joints[0]),)
-    return lambda joints: (surface_of(joints[0]),) + surfaces_of(joints[1:])  # noqa: RUF005
+        return lambda joints, relative: (surface_of(joints[0], relative[0]),)
+    return lambda joints, relative: (surface_of(joints[0], relative[0]),) + surfaces_of(joints[1:], relative[1:])  # noqa: RUF005
 
 
-def carried(surfaces, relative, loads, j, force):
+def carried(surfaces, loads, j, force):
     """Return the tuple `loads` with the tangential force `force` (N) in that of joint `j`."""
     if len(loads) == 0:
         return ()
-    first = carrying(surfaces[0], relative[0], loads[0], force) if j == 0 else loads[0]
-    return (first, *carried(surfaces[1:], relative[1:], loads[1:], j - 1, force))
+    first = carrying(surfaces[0], loads[0], force) if j == 0 else loads[0]
+    return (first, *carried(surfaces[1:], loads[1:], j - 1, force))
 
 
 @overload(carried, strict=False, jit_options=dict(OPTIONS))
-def _carried(surfaces, relative, loads, j, force):
-    def last(surfaces, relative, loads, j, force):
-        return (carrying(surfaces[0], relative[0], loads[0], force) if j == 0 else loads[0],)
+def _carried(surfaces, loads, j, force):
+    def last(surfaces, loads, j, force):
+        return (carrying(surfaces[0], loads[0], force) if j == 0 else loads[0],)
 
-    def more(surfaces, relative, loads, j, force):
-        first = carrying(surfaces[0], relative[0], loads[0], force) if j == 0 else loads[0]
-        return (first,) + carried(surfaces[1:], relative[1:], loads[1:], j - 1, force)  # noqa: RUF005
+    def more(surfaces, loads, j, force):
+        first = carrying(surfaces[0], loads[0], force) if j == 0 else loads[0]
+        return (first,) + carried(surfaces[1:], loads[1:], j - 1, force)  # noqa: RUF005
 
     return last if len(loads) == 1 else more
 
 
 @kernel
-def rate_under(scene, p, surfaces, relative, loads, j):
+def rate_under(scene, p, surfaces, loads, j):
     """Return the rate (m/s^2) of the sliding speed of joint `j` under the loads."""
     swing = swings(scene.mechanism, p, motion(scene.mechanism, p, loads))[j]
-    return slip_rate(surfaces[j], relative[j], loads[j], swing)
+    return slip_rate(surfaces[j], swing)
 
 
 def held(scene, p, relative, loads, state):
@@ -238,7 +243,7 @@ def held(scene, p, relative, loads, state):
     It dies away with the rate `scene.pace`, as what it has left is the band's width and of no account; where that takes
     more force than the surfaces hold, they bear what they hold.
     """
-    surfaces, stuck = surfaces_of(scene.joints), 0
+    surfaces, stuck = surfaces_of(scene.joints, relative), 0
     for j in range(len(surfaces)):
         stuck += state[j] == STUCK
     for _ in range(SWEEPS if stuck > 1 else stuck):
@@ -248,12 +253,12 @@ def held(scene, p, relative, loads, state):
             if state[j] != STUCK or limit == 0.0:
                 continue
             now = loads[j].tangential
-            wanted = -scene.pace * loads[j].slip - rate_under(scene, p, surfaces, relative, loads, j)
-            other = carried(surfaces, relative, loads, j, now + limit)
-            gain = wanted + scene.pace * loads[j].slip + rate_under(scene, p, surfaces, relative, other, j)
+            wanted = -scene.pace * loads[j].slip - rate_under(scene, p, surfaces, loads, j)
+            other = carried(surfaces, loads, j, now + limit)
+            gain = wanted + scene.pace * loads[j].slip + rate_under(scene, p, surfaces, other, j)
             force = min(max(now + limit * wanted / gain, -limit), limit)
             change = max(change, abs(force - now) / limit)
-            loads = carried(surfaces, relative, loads, j, force)
+            loads = carried(surfaces, loads, j, force)
         if change < SETTLED:
             break
     return loads
