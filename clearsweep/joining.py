@@ -56,6 +56,9 @@ def merge(directories, out, *, partial=False, physics=Physics) -> RunResult:
 def _same_grid(places: list[Path]) -> list[dict]:
     """Return the run.json of every directory; DirectoryError where two are not of the same grid and version."""
     records = [store.read_record(place) for place in places]
+    for place, record in zip(places, records, strict=True):
+        if not isinstance(record, dict) or not {"frame", "keys", "start"} <= record.keys():
+            raise DirectoryError(f"{place / 'run.json'}: is not what `clearsweep run` writes; leave this directory out")
     first = _decisive(records[0])
     for place, record in zip(places[1:], records[1:], strict=True):
         other = _decisive(record)

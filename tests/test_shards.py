@@ -179,6 +179,13 @@ def test_timing_alone_is_no_disagreement(pieces, tmp_path, monkeypatch):
     assert same_results(tmp_path / "all", pieces / "whole")
 
 
+@pytest.mark.parametrize("content", ["{", "[]", "{}"])
+def test_a_record_that_is_none_is_refused(pieces, tmp_path, content):
+    (tmp_path / "run.json").write_text(content)
+    with pytest.raises(DirectoryError, match=r"run\.json"):
+        merge([pieces / "1", tmp_path], tmp_path / "all")
+
+
 @pytest.mark.parametrize("text", ["3", "0/4", "5/4", "-1/4", "1/0", "a/b", "1/2/3", ""])
 def test_a_shard_that_is_none_is_refused_before_anything_is_written(tmp_path, text):
     with pytest.raises(InputError, match=r"expected I/N with I from 1 to N"):
