@@ -7,7 +7,7 @@ from mechanism_cases import PAIR, changed, slider_crank
 import clearsweep
 from clearsweep.kernels import radau, stiff
 from clearsweep.kernels.method import NODE_SHARES, shapes
-from clearsweep.verify import stiffness
+from clearsweep.verify import extremes, stability, stiffness
 
 FIGURES = ("rod_slider_force_peak", "rod_slider_force_rms", "rod_slider_penetration_max", "slider_acceleration_rms")
 
@@ -118,3 +118,8 @@ def test_where_stability_limits_the_explicit_method_the_automatic_choice_is_far_
 @pytest.mark.parametrize("problem", [p for p in stiffness.problems() if p.name != "b_damped"], ids=lambda p: p.name)
 def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
     assert stiffness.other(problem)["evaluations_ratio"] <= 1.05
+
+
+def test_a_step_cut_where_no_iteration_converges_still_gives_finite_figures():
+    case = next(case for case in extremes.cases() if case.name == "stiff/BC damping 1e+06, 1500 rpm")
+    assert stability.run(case)["failure"] == ""

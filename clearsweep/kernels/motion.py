@@ -119,11 +119,10 @@ def clock(scene, y, state):
     return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
 
 
-@kernel
-def root_rate(scene, load, root, kappa):
-    """Return ds/dtau of a joint in contact, whose Load and s are given; kappa / s is finite at s = 0 too."""
-    closing = 0.5 * (load.rate + scene.pace * (load.depth - root * root))
-    return closing * (1.0 / scene.sigma if len(scene.joints) == 1 else kappa / root)
+@inlined
+def catching_up(pace, rate, depth, root):
+    """Return half of what the square of a root of penetration changes by, m/s: it follows the depth."""
+    return 0.5 * (rate + pace * (depth - root * root))
 
 
 @inlined
@@ -156,7 +155,11 @@ def rates(scene, y, state, onset, k, o, row):
         load = loads[j]
         root = y[first + j]
         block = JOINTS + JOINT_WIDTH * j
-        k[row, first + j] = root_rate(scene, load, root, kappa) if state[j] != FREE else 0.0
+        closing = 0.0
+        if state[j] != FREE:
+            closing = catching_up(scene.pace, load.rate, load.depth, root)
+            closing *= 1.0 / scene.sigma if len(scene.joints) == 1 else kappa / root  # kappa / s, also at s = 0
+        k[row, first + j] = closing
         o[row, block + NORMAL] = load.normal
         o[row, block + STORED] = load.elastic * load.rate
         o[row, block + LOST] = (load.normal - load.elastic) * load.rate
@@ -194,8 +197,11 @@ def differentiate(scene, y, state, onset, jacobian, place):
             jacobian[place, n + i, column] = slope(kappa * parts[i])
         jacobian[place, 2 * n, column] = slope(kappa)
         for j in range(len(scene.joints)):
-            rate = lifted(root_rate(scene, loads[j], z[first + j], kappa)) if state[j] != FREE else lifted(0.0)
-            jacobian[place, first + j, column] = slope(rate)
+            jacobian[place, first + j, column] = 0.0
+            if state[j] != FREE:
+                closing = catching_up(scene.pace, loads[j].rate, loads[j].depth, z[first + j])
+                closing *= lifted(1.0 / scene.sigma if len(scene.joints) == 1 else kappa / z[first + j])
+                jacobian[place, first + j, column] = slope(closing)
         remember(scene.joints, loads, z, kappa, state, jacobian[place, :, column], first + len(scene.joints), 0)
 
 

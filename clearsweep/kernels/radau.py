@@ -6,7 +6,7 @@ fourth derivative of x^4 (x - 1)^5.  Everything else here follows from the matri
 
 import numpy as np
 
-from .method import NODE_SHARES, shapes
+from .method import NODE_SHARES, SCRATCH, shapes
 
 A = np.array(
     [
@@ -40,5 +40,9 @@ E = _error_weights()
 DENSE = np.linalg.inv(shapes(C)[:, :STAGES])  # from the stages to the first rows of the dense output
 #: From start and stages to where the explicit method has its stages, by the polynomial through all.
 LOOK = np.vander(NODE_SHARES, ORDER) @ np.linalg.inv(np.vander(np.append(0.0, C)))
+#: Rows of rates and observables in which the stages stand, which nothing else needs, and the weights of all rows.
+ROWS = np.array([1, 2, 4, 13, 14])
+STAGE_WEIGHTS = np.zeros(SCRATCH)
+STAGE_WEIGHTS[ROWS] = A[-1]
 PLACES = np.array([0, 2, 4])  # stages at which there are Jacobians
 SPREAD = np.vander(C, PLACES.size) @ np.linalg.inv(np.vander(C[PLACES]))  # from these to all stages, by a parabola

@@ -3,9 +3,9 @@
 from .event import EVALUATIONS, IMPLICIT, LOCATING, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
 from .family import kernel
 from .joint import PRESSED, STUCK
-from .method import END, ROWS, dense_coefficients, dense_state, error_norm, stage_state
+from .method import END, ROWS, dense_coefficients, error_norm, stage_state
 from .motion import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, SPEED
-from .stiff import FAILED, implicit_step
+from .stiff import FAILED, fall_back, implicit_step
 
 
 @kernel
@@ -63,7 +63,7 @@ def land(at, share, kind, joint, h, stop):
     work = at[0]
     h *= share
     if take_step(at, h) == FAILED:  # the interpolant of the longer step has to do
-        dense_state(share, work.y, work.f, work.end)
+        fall_back(at, share)
     finish_ends(at)
     block = JOINTS + JOINT_WIDTH * joint
     miss, slope = 0.0, 0.0

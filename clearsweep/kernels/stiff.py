@@ -15,10 +15,9 @@ import numpy as np
 
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT, evaluate
 from .family import invoke, kernel
-from .method import END, SCRATCH, dense_component
-from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, SPREAD, STAGES, A, C, E
+from .method import END, SCRATCH, dense_component, dense_state
+from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
 
-ROWS = np.array([1, 2, 4, 13, 14])  # of rates and observables where those of the stages stand: nothing else needs them
 SEEN = np.array([3, 5, 6, 7, 8, 9, 10, 11])  # rows in which observables of the explicit method's stages are looked for
 ITERATIONS = 5  # with the same Jacobians
 CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
@@ -321,6 +320,17 @@ def look_along(at):
             for s in range(STAGES):
                 total += LOOK[row, 1 + s] * work.o[ROWS[s], column]
             work.o[row, column] = total
+
+
+@kernel
+def fall_back(at, share):
+    """Take the end of a step cut to a share of its length, and what is seen on it, from the whole step's interpolant."""
+    work = at[0]
+    for s in range(STAGES):
+        dense_state(share * C[s], work.y, work.f, work.z)
+        evaluate(at, work.z, ROWS[s])
+    dense_state(share, work.y, work.f, work.end)
+    look_along(at)
 
 
 @kernel

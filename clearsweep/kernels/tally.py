@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .event import evaluate_dense
+from .event import IMPLICIT, evaluate_dense
 from .family import kernel
 from .joint import FREE
 from .method import END, SCRATCH, WEIGHTS
@@ -24,6 +24,7 @@ from .motion import (
     SPEED,
     STORED,
 )
+from .radau import STAGE_WEIGHTS
 
 # Columns of Tally.whole: five integrals of power since the start (J), the balance they make, figures of the window.
 WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
@@ -138,8 +139,9 @@ def add_powers(at, h, windowed):
     work = at[0]
     tally = work.tally
     o, whole = work.o, tally.whole
-    for row in range(END):
-        share = h * WEIGHTS[row] * o[row, KAPPA]
+    implicit = work.mode[0] == IMPLICIT
+    for row in range(SCRATCH if implicit else END):
+        share = h * (STAGE_WEIGHTS[row] if implicit else WEIGHTS[row]) * o[row, KAPPA]
         if share == 0.0:
             continue
         whole[WORK_DRIVE] += share * o[row, DRIVE]
