@@ -324,7 +324,7 @@ def look_along(at):
 
 @kernel
 def fall_back(at, share):
-    """Take the end of a step cut to a share of its length, and what is seen on it, from the whole step's interpolant."""
+    """Take the end of a step cut to a share of its length, and what is seen on it, from the longer interpolant."""
     work = at[0]
     for s in range(STAGES):
         dense_state(share * C[s], work.y, work.f, work.z)
