@@ -9,6 +9,7 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep.integration import Run
 from clearsweep.kernels import event, stiff
 from clearsweep.kernels.dual import FUNCTIONS, Dual, Seeded, lifted, slope, value
 from clearsweep.kernels.elastic import elastic_force
@@ -16,7 +17,6 @@ from clearsweep.kernels.family import pointer_to
 from clearsweep.kernels.friction import friction_force
 from clearsweep.kernels.motion import slopes_of
 from clearsweep.kernels.normal import contact_force
-from clearsweep.simulation import _Run
 
 PEN, RATE, ONSET = 3e-6, 0.2, 0.3  # m, m/s, m/s
 NORMAL, SLIPS = 50.0, (-3.1e-3, -2e-4, 2.7e-4, 4.1e-3)  # N, m/s
@@ -98,7 +98,7 @@ def test_the_jacobian_of_every_mechanism_is_exact(names):
     changes = {"mechanism.gravity": 9.81, "simulate.start": "seated"}
     case = slider_crank(*names, changes=changes | {f"joints.{name}.friction": friction for name in names})
     made = clearsweep.load_case(case)
-    run = _Run(made, np.empty(0))  # keeps what compiled code reads
+    run = Run(made, np.empty(0))  # keeps what compiled code reads
     work = run.work
     work.slopes[:] = slopes_of(made.value, run.parameters)
     half, clearance = len(made.value.coordinates), made.value.joints[0].clearance

@@ -12,7 +12,7 @@ from mechanism_cases import slider_crank
 from scipy.integrate import solve_ivp
 
 import clearsweep
-from clearsweep import laws, simulation
+from clearsweep import integration, laws
 from clearsweep.kernels.friction import friction_force
 from clearsweep.kernels.joint import FREE, PRESSED
 from clearsweep.kernels.mechanism import gaps, pose
@@ -195,7 +195,7 @@ def test_bristles_begin_straight_with_every_contact():
 def test_only_the_separating_joint_forgets():
     made = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3,
                  **{"joints__rod-slider__friction": DAHL})  # fmt: skip
-    done = simulation._run(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.pace)
+    done = integration.integrated(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.pace)
     assert list(done.work.owner) == [0, 1]
     for place, contact in enumerate(done.work.state):
         assert (done.work.y[-2 + place] == 0.0) == (contact == FREE)

@@ -10,7 +10,7 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import simulation
+from clearsweep import integration, simulation
 from clearsweep.kernels import motion as right_hand_side
 from clearsweep.kernels.dynamics import motion
 from clearsweep.kernels.joint import PRESSED, STUCK, surface_speed
@@ -175,7 +175,7 @@ def test_only_joints_with_the_law_stick():
     written = {"joints.crank-rod.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3},
                "joints.rod-slider.friction": KARNOPP, "simulate.revolutions": 0.2}  # fmt: skip
     made = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=written))
-    run = simulation._run(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.pace)
+    run = integration.integrated(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.pace)
     assert list(run.work.band) == [0.0, 1e-3]
     assert simulation._trajectory(made, run, 1.0).summary["energy_residual"] < 1e-9
 

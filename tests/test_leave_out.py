@@ -6,11 +6,12 @@ import sys
 import tracemalloc
 
 import numba
+import numpy as np
 import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import outcome, simulation
+from clearsweep import integration, outcome
 from clearsweep.kernels import family, motion
 
 FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
@@ -53,7 +54,7 @@ def test_only_a_scene_with_wear_has_code_columns_and_arrays_for_it():
     assert any("wear" in column.name for column in outcome.summary_columns(worn.layout))
     assert not any("wear" in column.name for column in outcome.summary_columns(bare.layout))
     end = 1e-5
-    run = simulation._run(bare, simulation.np.empty(0), end)
+    run = integration.integrated(bare, np.empty(0), end)
     assert run.work.wear == family.NO_ENTRY
     assert run.work.sample == family.NO_ENTRY
     assert run.tally.wear.size == 0

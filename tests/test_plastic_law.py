@@ -10,7 +10,7 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
-from clearsweep import laws, simulation
+from clearsweep import integration, laws, simulation
 from clearsweep.kernels import tally
 from clearsweep.kernels.elastic import elastic_force
 from clearsweep.kernels.memory import recalled
@@ -98,7 +98,7 @@ def test_restitution_does_not_depend_on_mass_speed_or_elastic_law(changes):
 
 def test_the_first_half_is_that_of_hertz_and_the_loss_is_the_loop_s():
     made = bounce()
-    run = simulation._run(made, np.empty(0), math.inf)
+    run = integration.integrated(made, np.empty(0), math.inf)
     lost, stored = run.tally.whole[tally.ENERGY_LOST], run.tally.whole[tally.ENERGY_STORED]
     assert lost == pytest.approx((1.0 - 0.49) * 0.5 * 0.1 * 1.0**2, rel=1e-9)
     assert stored == pytest.approx(0.0, abs=1e-9 * lost)
@@ -150,7 +150,7 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     changes = {"joints.crank-rod.friction": lugre, "joints.rod-slider.contact": CONTACT,
                "joints.rod-slider.friction": lugre, "simulate.revolutions": 0.2}  # fmt: skip
     scene = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=changes))
-    run = simulation._run(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.pace)
+    run = integration.integrated(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.pace)
     assert list(run.work.owner) == [0, 1, 1]
     assert list(run.work.deepest) == [0, scene.start.size - 2]
     assert simulation._trajectory(scene, run, 1.0).summary["energy_residual"] < 1e-9
