@@ -151,7 +151,7 @@ def test_a_tighter_tolerance_converges_and_energies_balance():
     exact, errors = run(1e-11), []
     for tolerance in (1e-6, 1e-8, 1e-10):
         summary = run(tolerance)
-        assert summary["energy_residual"] < 1e-7
+        assert summary["energy_residual"] < 10.0 * tolerance
         errors.append(abs(summary["crank_torque_peak"] / exact["crank_torque_peak"] - 1.0))
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 1e-8
@@ -159,10 +159,12 @@ def test_a_tighter_tolerance_converges_and_energies_balance():
 
 @pytest.mark.parametrize("friction", [{"viscous": 30.0}, {"static_coefficient": 0.05}], ids=["viscous", "rising"])
 def test_surfaces_that_let_go_are_not_caught_at_once(friction):
-    summary = clearsweep.simulate(crank("rod-slider", friction=KARNOPP | friction, simulate__tolerance=1e-6)).summary
     smooth = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
-    usual = clearsweep.simulate(crank("rod-slider", friction=smooth, simulate__tolerance=1e-6)).summary
-    assert summary["steps"] < 2.0 * usual["steps"]
+    steps = [
+        clearsweep.simulate(crank("rod-slider", friction=law, simulate__method="explicit")).summary["steps"]
+        for law in (KARNOPP | friction, smooth)
+    ]
+    assert steps[0] < 1.1 * steps[1]
 
 
 def test_a_fast_mechanism_whose_joints_all_stick_goes_through():
@@ -196,4 +198,4 @@ def test_a_scene_that_sticks_runs_uncompiled():
         assert done.returncode == 0, done.stderr
         told.append(done.stdout.split())
     assert told[0][0] == told[1][0] == "ok"
-    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-8)
+    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-6)

@@ -45,8 +45,10 @@ class Solution(NamedTuple):
 def load_of(joint, gap, state, onset):
     """Return the Load of a joint at the penetration of its Gap; a force that would pull is clipped at zero."""
     depth = math.sqrt(gap.x * gap.x + gap.y * gap.y) - joint.clearance
-    load = joint_load(joint, gap, state, max(depth, 0.0), onset)
-    return joint_load(joint, gap, CLIPPED, max(depth, 0.0), onset) if load.raw < 0.0 else load
+    if depth < 0.0:  # a trial step past the separation
+        return joint_load(joint, gap, FREE, 0.0, onset)
+    load = joint_load(joint, gap, state, depth, onset)
+    return joint_load(joint, gap, CLIPPED, depth, onset) if load.raw < 0.0 else load
 
 
 def loads_of(joints, relative, state, onset, j):
