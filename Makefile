@@ -32,6 +32,7 @@ bench: $(BENCH)/.ready
 	  || echo "bench: $$rival does not install and is left out; $(BENCH)/$$rival.log says why" >&2; \
 	done
 	@PYTHONPATH=tests $(BENCH)/bin/python -m bench.speed $(ARGS)
+	@case "$(ARGS)" in *--json*) ;; *) $(BENCH)/bin/python tests/bench/efficiency.py ;; esac
 
 $(BENCH)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(BENCH)

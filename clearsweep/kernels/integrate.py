@@ -53,7 +53,7 @@ from .tally import (
 
 AUTO = 2  # of Control.method
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
-SAFETY, SHRINK, GROW = 0.75, 0.2, 1.5  # of the step size; the error estimate is erratic: 8 % of steps are rejected
+SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: 8 % of steps are rejected
 TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
 ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero

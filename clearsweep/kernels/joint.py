@@ -108,10 +108,11 @@ def joint_load(joint, gap, state, pen, onset_rate):
         zero = alike(0.0, eccentricity)
         return Load(zero, zero, zero, zero, zero, zero, speed, rate, eccentricity - joint.clearance, zero, zero)
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
-    # The eccentricity from the penetration, which follows that of the coordinates: it is there before the gap is, and
-    # all that comes after waits for neither root nor division.
-    eccentricity = joint.clearance + pen
-    inverse = 1.0 / eccentricity
+    # The root of penetration follows the eccentricity, so it gives the latter's inverse before the gap is known; one
+    # step of Newton's method takes what they still differ by to its square.  All that comes after waits for the gap
+    # alone, not for a root and a division.
+    guess = 1.0 / (joint.clearance + pen)
+    inverse = guess * (1.5 - 0.5 * square * guess * guess)
     nx, ny = x * inverse, y * inverse
     rate = vx * nx + vy * ny
     force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
@@ -128,7 +129,7 @@ def joint_load(joint, gap, state, pen, onset_rate):
     fy = -normal * ny + tangential * nx
     on_journal = joint.journal_radius * tangential
     on_bearing = -joint.bearing_radius * tangential
-    depth = pen + 0.5 * (square * inverse - eccentricity)  # of the coordinates, to the square of what they differ by
+    depth = square * inverse - joint.clearance
     if joint.side < 0.0:
         return Load(-fx, -fy, on_journal, on_bearing, normal, tangential, slip, rate, depth, elastic, raw)
     return Load(fx, fy, on_bearing, on_journal, normal, tangential, slip, rate, depth, elastic, raw)
