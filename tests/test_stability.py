@@ -70,6 +70,18 @@ def test_a_contact_that_the_log_lacks_is_seen():
     assert stability._largest_escape(made, lost, 0, "rod_slider") > stability.SLACK
 
 
+def test_a_joint_that_has_just_left_its_bearing_is_not_met_again_at_once():
+    """Eleven thousand events without a loss, from hard impacts to all but grazing ones."""
+    (dear,) = (case for case in TABLE if case.name == "dear/ABC undamped 1e14, 1 rpm")
+    found = clearsweep.simulate(clearsweep.load_case(dear.grid, {"simulate.revolutions": 0.2}), times=[0.0])
+    assert found.status == "ok"
+    for joint in ("ground_crank", "crank_rod", "rod_slider"):
+        events = found.events[found.events["joint"] == joint]
+        assert len(events) > 3000
+        assert np.all(np.diff(events["t"]) > 0.0)
+        assert np.all(events["rate"][events["kind"] == "on"] > 0.0)
+
+
 def test_tuned_cases_are_what_they_say():
     graze = next(case for case in TABLE if case.name == "graze/C 5000 rpm 0.9")
     made, note = stability.scene_of(graze)

@@ -258,12 +258,12 @@ def reached(at, j, h, a, da, sa, b, db, sb):
     """
     wide, rise = b - a, db - da
     bend, lean = wide * (sa + sb) - 2.0 * rise, 3.0 * rise - wide * (2.0 * sa + sb)
-    x = a - wide * da / rise
+    x = a - wide * da / rise if sa > 0.0 else b  # where it has just left, the depth at `a` is all but 0, too
     for _ in range(3):
         u = (x - a) / wide
         value = da + u * (wide * sa + u * (lean + u * bend))
         slope = sa + u * (2.0 * lean + 3.0 * u * bend) / wide
-        better = x - value / slope
+        better = x - value / slope if slope > 0.0 else b
         x = better if a < better < b else x
     for _ in range(60):
         depth, slope = approach(at, j, h, x)
@@ -271,7 +271,7 @@ def reached(at, j, h, a, da, sa, b, db, sb):
             b = x
         else:
             a = x
-        better = x - depth / slope
+        better = x - depth / slope if slope > 0.0 else -1.0
         if not a <= better <= b:
             better = 0.5 * (a + b)
         move, x = abs(better - x), better
