@@ -135,7 +135,7 @@ def _force_exceeded(times, histograms, _revolutions):
 
 def _time_above(force: float, time: np.ndarray, ramp: np.ndarray) -> float:
     """Return the time (s) at a higher force than `force` (N) in a histogram."""
-    bins = np.max(np.flatnonzero(time), initial=-1) + 1
+    bins = np.max(np.flatnonzero((time != 0.0) | (ramp != 0.0)), initial=-1) + 1
     spent = time[:bins] + np.cumsum(ramp[:bins]) * np.diff(tallies.EDGES[: bins + 1])
     place = int(np.searchsorted(tallies.EDGES, force, side="right")) - 1
     if place < 0 or place >= bins:

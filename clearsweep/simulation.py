@@ -19,11 +19,11 @@ _STATUS = {
     loop.OK: ("ok", ""),
     loop.STEP_BUDGET: (
         "step-budget",
-        "took all {budget} steps it may, having got to {time:.6g} s of {end:.6g} s; simulate.step_budget allows more",
+        "took all {budget} steps it may, having got to {time:.6g} s{whole}; simulate.step_budget allows more",
     ),
     loop.EVENT_BUDGET: (
         "event-budget",
-        "met all {events} events it may, having got to {time:.6g} s of {end:.6g} s; simulate.event_budget allows more",
+        "met all {events} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
     ),
     loop.NOT_FINITE: (
         "not-finite",
@@ -122,7 +122,7 @@ def _check_error(scene: Scene, found: Trajectory) -> None:
 
 
 def compile_for(case: dict) -> None:
-    """Compile, or load from the cache, all code that a case needs, by running its first moment."""
+    """Compile, or load from the cache, the code of a case by running its first moment; stiff motion may take more."""
     from .scene import build
 
     scene = build(case)
@@ -143,9 +143,9 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration came to."""
     reached = run.work.y[run.work.time] if run.status != loop.OK else end
     status, text = _STATUS[run.status]
-    turns = scene.case["simulate"].get("revolutions", 1.0)
-    message = text.format(time=reached, end=end, events=run.work.counts[events.EVENTS],
-                          budget=int(scene.case["simulate"]["step_budget"] * max(turns, 1.0)))  # fmt: skip
+    whole = f" of {end:.6g} s" if math.isfinite(end) else ""
+    message = text.format(time=reached, whole=whole, events=run.work.counts[events.EVENTS],
+                          budget=control_of(scene, end, False).step_budget)  # fmt: skip
     counts = run.counts
     summary = dict.fromkeys(column.name for column in summary_columns(scene.layout))
     if run.status == loop.OK:

@@ -55,6 +55,19 @@ def test_a_run_that_found_its_length_is_to_the_last_bit_a_run_of_that_length(orb
     assert all(np.array_equal(*both) for both in zip(found.wear["rod_slider"], plain.wear["rod_slider"], strict=True))
 
 
+def test_a_stiff_run_is_watched_without_a_trace():
+    """Also where the method changes on the way: that is decided by the steps alone."""
+    damped = {"joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}}
+    asked = damped | {"simulate.tolerance": 1e-6, "save.orbits": "last", "save.revolutions": 1, "save.samples": 90}
+    found = run(until(relative=0.9), asked)
+    plain = run(asked, {"simulate.revolutions": found.summary["revolutions_run"]})
+    assert {name: found.summary[name] for name in figures(plain)} == figures(plain)
+    assert all(np.array_equal(found[name], plain[name]) for name in plain.channels)
+    less = {"joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 2e5},
+            "drive.speed": "1500 rpm", "simulate.tolerance": 1e-6}  # fmt: skip
+    assert figures(run(less)).items() <= figures(run(less, {"simulate.horizon": True})).items()
+
+
 def test_reported_times_of_ones_own_may_begin_anywhere():
     case = slider_crank("rod-slider", changes=LONG | until(relative=0.9))
     found = clearsweep.simulate(clearsweep.load_case(case), times=[0.0, 0.001, 0.05])

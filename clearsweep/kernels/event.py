@@ -1,8 +1,8 @@
 """Where a step meets an event: onset, separation, clipped force, yielding, sticking, or a time at which to stop.
 
 Free flight is searched, not only tested at the ends of a step: the journal's path through the step is followed on the
-dense output in SPANS parts, each with its end values and end slopes, and a rise and fall in between is bounded by its
-end tangents and, where these reach the bearing, maximised.
+dense output, in parts as long as it cannot have arrived or a SPANS-th, each with its end values and end slopes, and a
+rise and fall in between is bounded by its end tangents and, where these reach the bearing, maximised.
 """
 
 import math
@@ -51,7 +51,7 @@ class Work(NamedTuple):
     o: np.ndarray  # (16, columns) observables
     f: np.ndarray  # (7, n) dense output
     scale: np.ndarray  # (n,) allowed error
-    state: np.ndarray  # (j,) FREE, PRESSED or CLIPPED
+    state: np.ndarray  # (j,) FREE, PRESSED, CLIPPED or STUCK
     onset: np.ndarray  # (j,) m/s, closing rate at which the present contact began, floored
     clearance: np.ndarray  # (j,) m
     side: np.ndarray  # (j,) Joint.side

@@ -11,7 +11,7 @@ from .memory import memory, memory_rate, recalled
 def friction_force(friction, normal, slip):
     """Return the tangential force (N) at normal force `normal` (N) and sliding speed `slip` (m/s); it opposes `slip`.
 
-    `normal` is at least 0.
+    `normal` is at least 0, but in trial steps past the end of a contact.
     """
 
 

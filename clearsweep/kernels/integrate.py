@@ -10,6 +10,7 @@ from numba.extending import register_jitable
 from .account import enter, open_window
 from .event import (
     CLIP,
+    EVALUATIONS,
     EVENTS,
     IMPLICIT,
     NOTHING,
@@ -53,7 +54,7 @@ from .tally import (
 
 AUTO = 2  # of Control.method
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
-SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: 8 % of steps are rejected
+SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
 TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
 ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
@@ -239,7 +240,7 @@ def integrate(control, work):
     windowed = control.window <= work.y[time]
     stop = control.end if windowed else control.window
     h, grow, expected = begin(at, windowed)
-    tries = 0
+    tries, spent = 0, work.counts[EVALUATIONS]
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
         if work.y[time] >= control.pause:
             work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
@@ -261,7 +262,7 @@ def integrate(control, work):
         finish_ends(at)
         pattern = proposal_of(at)
         if control.method == AUTO:
-            choose_method(at, h, proposals[pattern & ~(1 << work.state.size)])
+            choose_method(at, h, proposals[pattern & ~(1 << work.state.size)], work.counts[EVALUATIONS] - spent)
         # of the errors of this step and the one before, the larger: the estimate goes through zero now and then
         change = min(grow, SAFETY * max(error, expected, 1e-10) ** -0.125)
         proposals[pattern], expected = h * change, error * change**8
@@ -270,6 +271,7 @@ def integrate(control, work):
         if kind == NOTHING:
             go_on(at)
             h, grow = next_length(at, h, proposals[pattern]), GROW
+            spent = work.counts[EVALUATIONS]
             continue
         if kind == STOP:
             if windowed:
@@ -284,4 +286,5 @@ def integrate(control, work):
                 return EVENT_BUDGET, events[: work.counts[EVENTS] - earlier]
         restart(at)
         h, grow, expected = first_length(at, proposals, proposal_of(at)), GROW, 0.0
+        spent = work.counts[EVALUATIONS]
     return STEP_BUDGET, events[: work.counts[EVENTS] - earlier]

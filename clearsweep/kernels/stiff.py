@@ -45,7 +45,7 @@ class Implicit(NamedTuple):
     stages: np.ndarray  # (STAGES n,) distances of the stages from the start of the step
     change: np.ndarray  # (STAGES n,)
     offset: np.ndarray  # (n,)
-    limit: np.ndarray  # (LIMITS,) see `choose_method`
+    limit: np.ndarray  # (4,) see `choose_method`
     #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
     #: begins where that began; length of the step from here for which the Jacobians were RENEWED (0: none) and of that
     #: which the matrices are FACTORED for (0: none); PACE: convergence of the last iteration
@@ -305,8 +305,7 @@ def implicit_step(at, h):
             work.z[i] = work.y[i] + work.implicit.offset[i]
         evaluate(at, work.z, SCRATCH)
         error = filtered_error(at, h, SCRATCH)
-    if error < 1.0:
-        look_along(at)
+    look_along(at)
     return error ** (8.0 / ORDER)
 
 
@@ -340,25 +339,27 @@ def steady(at, h, proposal):
 
 
 @kernel
-def choose_method(at, h, explicit):
+def choose_method(at, h, explicit, cost):
     """Change the method where the step just taken, of length `h`, shows that the other one serves better.
 
-    `explicit` : length of the last explicit step with the same joints in contact, 0 where there is none.
+    `explicit` : length of the last explicit step with the same joints in contact, 0 where there is none; `cost` :
+    evaluations that this step took, so that what a run is asked beside its motion has no part in the choice.
 
     It takes effect with the next step.  The explicit method is left when it has been at the limit of its stability,
-    LIMIT long, for PATIENT steps; the implicit one when in a TRIAL, which began when so much was SPENT, it has SAVED
-    too little.
+    LIMIT long, for PATIENT steps; the implicit one when in a TRIAL, that is when so much was SPENT, it has SAVED too
+    little.
     """
     work = at[0]
-    limit, spent = work.implicit.limit, work.counts[EVALUATIONS]
+    limit = work.implicit.limit
     if work.mode[0] == IMPLICIT:
         limit[SAVED] += END * h / max(explicit, limit[LIMIT])
-        if spent - limit[SPENT] < TRIAL:
+        limit[SPENT] += cost
+        if limit[SPENT] < TRIAL:
             return
-        worth = limit[SAVED] > PRICE * work.y.size * (spent - limit[SPENT])
+        worth = limit[SAVED] > PRICE * work.y.size * limit[SPENT]
         limit[PATIENT] = PATIENCE if worth else WAIT * limit[PATIENT]
         if worth:
-            limit[SAVED], limit[SPENT] = 0.0, spent
+            limit[SAVED], limit[SPENT] = 0.0, 0.0
             return
     else:
         rise, run = 0.0, 0.0
@@ -369,5 +370,5 @@ def choose_method(at, h, explicit):
         if work.mode[1] < limit[PATIENT]:
             return
         limit[LIMIT] = h
-    limit[SAVED], limit[SPENT], work.mode[1] = 0.0, spent, 0
+    limit[SAVED], limit[SPENT], work.mode[1] = 0.0, 0.0, 0
     work.mode[2] = EXPLICIT if work.mode[0] == IMPLICIT else IMPLICIT

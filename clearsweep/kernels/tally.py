@@ -120,7 +120,8 @@ def force_exceeded(time, ramp, duration):
     time, ramp : (BINS,) rows of the Tally.
     """
     for count in (4 << BIN_BITS, BINS):  # the highest bins mostly suffice
-        top = BINS - int((time[::-1] != 0.0).argmax())  # above, nothing was entered
+        entered = (time != 0.0) | (ramp != 0.0)
+        top = BINS - int(entered[::-1].argmax())  # above, nothing was
         low = max(top - count, 0)
         density = -np.cumsum(ramp[low:top][::-1])  # of the bins from the top down, each without its own change
         density[1:], density[0] = density[:-1].copy(), 0.0
@@ -135,7 +136,7 @@ def force_exceeded(time, ramp, duration):
 
 @kernel
 def add_powers(at, h, windowed):
-    """Integrate powers and squares over the step of length `h` by the weights of the method, order 8 as the motion."""
+    """Integrate powers and squares over the step of length `h` by the weights of the method, whose order it has."""
     work = at[0]
     tally = work.tally
     o, whole = work.o, tally.whole
