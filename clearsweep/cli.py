@@ -75,15 +75,15 @@ def verbs():
 def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, scheduler, shard, as_json):
     """Run the cases of a grid that DIR does not hold yet; running again resumes."""
     from clearsweep import brief
+    from clearsweep.sweeping import check, sweep
 
     if dry_run:
         from clearsweep.estimate import estimate
 
+        check(executor, jobs, case_timeout, scheduler)
         facts = estimate(grid, out, jobs=jobs, shard=shard)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else brief.estimate_text(facts))
         return 0
-    from clearsweep.sweeping import sweep
-
     result = sweep(grid, out, jobs=jobs, executor=executor, scheduler=scheduler, retry_failed=retry_failed,
                    case_timeout=case_timeout, max_failures=max_failures, shard=shard)
     facts = brief.of_run(result)

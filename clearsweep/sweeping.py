@@ -69,7 +69,7 @@ def sweep(source, out=None, *, jobs=None, executor="local", scheduler=None, retr
     show_progress : tell stderr how far it is.
     """
     begin = time.monotonic()
-    _check(executor, jobs, case_timeout, scheduler)
+    check(executor, jobs, case_timeout, scheduler)
     _most(max_failures, 0)
     grid = load(source, physics)
     shard = None if shard is None else Shard.read(shard)
@@ -188,7 +188,8 @@ def warm(workers, grid, pending: np.ndarray, physics) -> None:
         progress.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
 
 
-def _check(executor: str, jobs, case_timeout, scheduler) -> None:
+def check(executor: str, jobs, case_timeout, scheduler) -> None:
+    """Raise InputError for options of `sweep` that do not hold or do not go together."""
     if executor not in pool.EXECUTORS:
         raise InputError(f"executor: found {executor!r}; expected one of {', '.join(pool.EXECUTORS)}")
     if jobs is not None and jobs < 1:

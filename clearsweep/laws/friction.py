@@ -127,9 +127,9 @@ _enter(
     Field("shape", "1", "1: exponential approach to sliding; larger: slower", 1.0, low_open=False, default=1.0),
     notes="z, the bend of the bristles, begins at 0 with every contact.  No static friction above the kinetic one; "
     "creeps under a load that comes and goes.  A shape below 1, which reaches sliding with a corner, is not offered.  "
-    "Friction settles within mu / sigma0 of sliding: 1 um at 1e5 1/m, which is stiff.  What the bristles store counts "
-    "as rubbed off until they give it back; as the force goes with the load, a load that changes can draw energy from "
-    "bent bristles, up to mu^2 / (2 sigma0) of it.",
+    "Friction settles within mu / sigma0 of sliding: 1 um with mu = 0.1 and 1e5 1/m, which is stiff.  What the "
+    "bristles store counts as rubbed off until they give it back; as the force goes with the load, a load that changes "
+    "can draw energy from bent bristles, up to mu^2 / (2 sigma0) of it.",
 )
 
 
