@@ -1,6 +1,9 @@
 """Resolved cases that many tests start from."""
 
 import copy
+import os
+import subprocess
+import sys
 
 from clearsweep import grid, laws
 
@@ -55,3 +58,16 @@ def changed(case, changes):
 def resolved(source):
     """Return the resolved case of a grid dict without sweep."""
     return grid.load(source, laws.catalogue()).case(0)
+
+
+def told_both_ways(program: str) -> list[list[float]]:
+    """Return the numbers that a program prints after "ok", run with compiled code and then with the compiler off."""
+    told = []
+    for off in ("0", "1"):
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
+                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        status, *numbers = done.stdout.split()
+        assert status == "ok"
+        told.append([float(number) for number in numbers])
+    return told

@@ -1,14 +1,11 @@
 """Friction that remembers: bristles that bend, from the law alone to its place in the state of a mechanism."""
 
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names
-from mechanism_cases import slider_crank
+from mechanism_cases import slider_crank, told_both_ways
 from scipy.integrate import solve_ivp
 
 import clearsweep
@@ -215,11 +212,5 @@ def test_a_scene_whose_laws_remember_runs_uncompiled():
         "t = clearsweep.simulate(crank(LUGRE, simulate__revolutions=0.03, simulate__tolerance=1e-6))\n"
         "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'crank_torque_peak')))"
     )
-    told = []
-    for off in ("0", "1"):
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
-                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        told.append(done.stdout.split())
-    assert told[0][0] == told[1][0] == "ok"
-    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-9)
+    compiled, plain = told_both_ways(program)
+    assert compiled == pytest.approx(plain, rel=1e-9)

@@ -1,13 +1,10 @@
 """Surfaces that stick: the force that holds them, in every mechanism, and where it begins and ends."""
 
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
-from mechanism_cases import slider_crank
+from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep import integration, simulation
@@ -191,11 +188,5 @@ def test_a_scene_that_sticks_runs_uncompiled():
         "t = clearsweep.simulate(made)\n"
         "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'crank_torque_peak')))"
     )
-    told = []
-    for off in ("0", "1"):
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
-                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        told.append(done.stdout.split())
-    assert told[0][0] == told[1][0] == "ok"
-    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-6)
+    compiled, plain = told_both_ways(program)
+    assert compiled == pytest.approx(plain, rel=1e-6)

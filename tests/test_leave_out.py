@@ -1,14 +1,12 @@
 """A scene costs only what is in it: compiled code, columns, histories, memory."""
 
 import os
-import subprocess
-import sys
 import tracemalloc
 
 import numba
 import numpy as np
 import pytest
-from mechanism_cases import slider_crank
+from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep import integration, outcome
@@ -100,14 +98,8 @@ def test_the_same_program_runs_uncompiled():
         "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'rod_slider_force_p99', "
         "'rod_slider_wear_volume', 'steps')), repr(float(t['slider/x'][-1])))"
     )
-    told = []
-    for off in ("0", "1"):
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
-                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        told.append(done.stdout.split())
-    assert told[0][0] == told[1][0] == "ok"
-    assert [float(x) for x in told[0][1:]] == pytest.approx([float(x) for x in told[1][1:]], rel=1e-9)
+    compiled, plain = told_both_ways(program)
+    assert compiled == pytest.approx(plain, rel=1e-9)
 
 
 def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatch):
