@@ -96,7 +96,7 @@ def test_the_implicit_method_returns_the_restitution_too():
 
 
 GAINS = {  # of evaluations at equal error, explicit at 1e-6 over automatic: least that is held
-    "damping/C 1e6 N s/m": 20.0,
+    "damping/C 1e6 N s/m": 10.0,
     "damping/C 1e7 N s/m": 100.0,
     "damping/BC 1e6 N s/m": 5.0,
     "stiffness/C 1e13, restitution 0.01, 300 rpm": 5.0,
