@@ -191,17 +191,17 @@ def test_bristles_begin_straight_with_every_contact():
 
 def test_only_the_separating_joint_forgets():
     made = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3,
-                 **{"joints__rod-slider__friction": DAHL})  # fmt: skip
+                 simulate__method="explicit", **{"joints__rod-slider__friction": DAHL})  # fmt: skip
     done = integration.integrated(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.pace)
     assert list(done.work.owner) == [0, 1]
     for place, contact in enumerate(done.work.state):
         assert (done.work.y[-2 + place] == 0.0) == (contact == FREE)
-    alone = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3)
+    alone = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3, simulate__method="explicit")
     assert alone.value.memories == (1e-6,)
     for scene in (made, alone):
         trajectory = clearsweep.simulate(scene)
         assert trajectory.status == "ok"
-        assert trajectory.summary["energy_residual"] < 1e-7
+        assert trajectory.summary["energy_residual"] < 1e-9
 
 
 def test_a_scene_whose_laws_remember_runs_uncompiled():

@@ -131,7 +131,7 @@ def test_energies_balance_and_a_tighter_tolerance_converges():
         assert summary["energy_residual"] < 0.1 * tolerance
         errors.append(abs(summary["rod_slider_force_rms"] / exact["rod_slider_force_rms"] - 1.0))
     assert errors[0] > errors[2]
-    assert errors[2] < 1e-8
+    assert errors[2] < 1e-9
 
 
 def test_the_implicit_method_finds_the_same_motion():
