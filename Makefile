@@ -19,6 +19,7 @@ test-all: $(READY) lint
 
 lint: $(READY)
 	$(BIN)/ruff check clearsweep tests
+	$(BIN)/ruff format --check --quiet clearsweep tests
 	$(BIN)/lint-imports
 
 verify: $(READY)

@@ -14,12 +14,12 @@ __version__ = "0.1.0"
 MODEL_VERSION = "1"
 
 _HOMES = {
-    "load_case": "scene",
+    "load_case": "simulation",
     "simulate": "simulation",
-    "sweep": "sweeping",
-    "merge": "joining",
+    "sweep": "sweeping.sweep",
+    "merge": "sweeping.merge",
     "open": "store",
-    "Trajectory": "outcome",
+    "Trajectory": "results",
     "ClearsweepError": "errors",
     "InputError": "errors",
     "DirectoryError": "errors",

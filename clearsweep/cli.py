@@ -9,7 +9,8 @@ from pathlib import Path
 import click
 
 import clearsweep
-from clearsweep.errors import ClearsweepError, InputError
+
+from .errors import ClearsweepError, InputError
 
 INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
 RESULTS = Path("results")
@@ -74,20 +75,29 @@ def verbs():
 @click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
 def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, scheduler, shard, as_json):
     """Run the cases of a grid that DIR does not hold yet; running again resumes."""
-    from clearsweep import brief
-    from clearsweep.sweeping import check, sweep
+    from .sweeping import closing
+    from .sweeping.sweep import check, sweep
 
     if dry_run:
-        from clearsweep.estimate import estimate
+        from .sweeping.estimate import estimate
 
         check(executor, jobs, case_timeout, scheduler)
         facts = estimate(grid, out, jobs=jobs, shard=shard)._asdict()
-        click.echo(json.dumps(facts, indent=2) if as_json else brief.estimate_text(facts))
+        click.echo(json.dumps(facts, indent=2) if as_json else closing.estimate_text(facts))
         return 0
-    result = sweep(grid, out, jobs=jobs, executor=executor, scheduler=scheduler, retry_failed=retry_failed,
-                   case_timeout=case_timeout, max_failures=max_failures, shard=shard)
-    facts = brief.of_run(result)
-    click.echo(json.dumps(facts, indent=2) if as_json else brief.run_text(facts))
+    result = sweep(
+        grid,
+        out,
+        jobs=jobs,
+        executor=executor,
+        scheduler=scheduler,
+        retry_failed=retry_failed,
+        case_timeout=case_timeout,
+        max_failures=max_failures,
+        shard=shard,
+    )
+    facts = closing.of_run(result)
+    click.echo(json.dumps(facts, indent=2) if as_json else closing.run_text(facts))
     return result.exit_code
 
 
@@ -98,11 +108,11 @@ def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, exec
 @click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
 def merge(directories, out, partial, as_json):
     """Join runs of one grid, such as those of its shards, into OUT, as if it had run there."""
-    from clearsweep import brief, joining
+    from .sweeping import closing, merge
 
-    result = joining.merge(directories, out, partial=partial)
-    facts = brief.of_run(result)
-    click.echo(json.dumps(facts, indent=2) if as_json else brief.run_text(facts))
+    result = merge.merge(directories, out, partial=partial)
+    facts = closing.of_run(result)
+    click.echo(json.dumps(facts, indent=2) if as_json else closing.run_text(facts))
     return result.exit_code
 
 
@@ -113,8 +123,8 @@ def merge(directories, out, partial, as_json):
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
 def report(directory, out, tables, as_json):
     """Write the report of a run (default: the newest below results) as one page that needs no network."""
-    from clearsweep import report as reports
-    from clearsweep import store
+    from . import report as reports
+    from . import store
 
     held = store.open(directory or store.newest(RESULTS))
     files = {"report": str(_written(reports.write, held, out or held.directory / "report.html"))}
@@ -130,7 +140,7 @@ def report(directory, out, tables, as_json):
 @click.option("--write", is_flag=True, help=f"Write {RESULTS}/accuracy.md and its figure, too.")
 def verify(quick, as_json, write):
     """Print error against run time on problems with known answers, and the stability of extreme cases."""
-    from clearsweep import verify as verification
+    from . import verify as verification
 
     verification.main(json=as_json, quick=quick, directory=RESULTS if write else None)
 
@@ -139,9 +149,9 @@ def verify(quick, as_json, write):
 @click.argument("name", required=False)
 def laws(name):
     """Print every law and mechanism, or one with formula, parameters, units and source."""
-    from clearsweep.physics import Physics
+    from . import simulation
 
-    click.echo(Physics.laws_text(name))
+    click.echo(simulation.laws_text(name))
 
 
 @verbs.command()
@@ -150,8 +160,8 @@ def laws(name):
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/CASE_ID.html.")
 def show(directory, case_id, out):
     """Run one case again and draw its orbit, force and events."""
-    from clearsweep import report as reports
-    from clearsweep import store
+    from . import report as reports
+    from . import store
 
     held = store.open(directory)
     click.echo(_written(reports.show, held, case_id, out or held.directory / f"{case_id}.html"))
@@ -161,7 +171,7 @@ def show(directory, case_id, out):
 @click.argument("file", required=False, type=click.Path(path_type=Path))
 def init(file):
     """Write a commented grid to start from, or print it where no FILE is named."""
-    from clearsweep import grid
+    from . import grid
 
     if file is None:
         click.echo(grid.starter(), nl=False)
@@ -179,10 +189,9 @@ def init(file):
 @verbs.command()
 def schema():
     """Print the JSON Schema of grid files, for editors."""
-    from clearsweep import grid
-    from clearsweep.physics import Physics
+    from . import grid, simulation
 
-    click.echo(json.dumps(grid.schema(Physics.catalogue()), indent=2))
+    click.echo(json.dumps(grid.schema(simulation.catalogue()), indent=2))
 
 
 def _written(write, held, *arguments):

@@ -1,4 +1,9 @@
-"""The errors clearsweep raises: one root, each also a builtin, each with the exit code of the command line."""
+"""The errors clearsweep raises: one root, each also a builtin, each with the exit code of the command line.
+
+How their messages show values and guess what was meant is here, too.
+"""
+
+from difflib import get_close_matches
 
 
 class ClearsweepError(Exception):
@@ -27,3 +32,19 @@ class StorageError(ClearsweepError, OSError):
     """Writing results failed while a run was under way; what was committed before is unharmed."""
 
     exit_code = 4
+
+
+def nearest(word: str, known) -> str:
+    """Return `; did you mean 'hertz'?` for the known word most like `word`, or nothing."""
+    same = [other for other in known if other.lower() == word.lower()]
+    near = same or get_close_matches(word, list(known), 1, 0.7)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+def shown(value) -> str:
+    """Return a value as a message shows it: short, text in quotes."""
+    if isinstance(value, (dict, list)):
+        return "a section" if isinstance(value, dict) else "a list"
+    words = {True: "true", False: "false", None: "nothing"}
+    shown = words[value] if value is None or isinstance(value, bool) else repr(value)
+    return shown if len(shown) <= 60 else f"{shown[:57]}..."

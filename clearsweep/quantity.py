@@ -6,11 +6,10 @@ rounding, so that `0.5 mm`, `500 um` and `5e-4` give the same bits, and with the
 """
 
 import re
-from difflib import get_close_matches
 from fractions import Fraction
 from functools import cache
 
-from .errors import InputError
+from .errors import InputError, nearest, shown
 
 _UNITS = """
 nano- = 1e-9 = n-
@@ -168,19 +167,3 @@ def _measure(written: str) -> tuple[Fraction, tuple] | str:
         return Fraction(size.magnitude), tuple(sorted(size.dimensionality.items()))
     except Exception:  # the parser's own errors are of many types and speak of Python syntax
         return unreadable
-
-
-def nearest(word: str, known) -> str:
-    """Return `; did you mean 'hertz'?` for the known word most like `word`, or nothing."""
-    same = [other for other in known if other.lower() == word.lower()]
-    near = same or get_close_matches(word, list(known), 1, 0.7)
-    return f"; did you mean '{near[0]}'?" if near else ""
-
-
-def shown(value) -> str:
-    """Return a value as a message shows it: short, text in quotes."""
-    if isinstance(value, (dict, list)):
-        return "a section" if isinstance(value, dict) else "a list"
-    words = {True: "true", False: "false", None: "nothing"}
-    shown = words[value] if value is None or isinstance(value, bool) else repr(value)
-    return shown if len(shown) <= 60 else f"{shown[:57]}..."

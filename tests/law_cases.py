@@ -7,11 +7,11 @@ import numba
 import numpy as np
 import pint
 
-from clearsweep import laws
-from clearsweep.kernels.elastic import elastic_force
-from clearsweep.kernels.friction import friction_force
-from clearsweep.kernels.normal import contact_force
-from clearsweep.laws.describe import REFERENCE
+from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint.elastic import elastic_force
+from clearsweep.mechanics.joint.friction import friction_force
+from clearsweep.mechanics.joint.laws.describe import REFERENCE
+from clearsweep.mechanics.joint.normal import contact_force
 
 ASKED = (0.10, 0.20, 0.30, 0.40, 0.50, 0.60, 0.70, 0.80, 0.90, 0.95, 0.99)
 SAMPLES = {

@@ -5,7 +5,8 @@ import os
 import subprocess
 import sys
 
-from clearsweep import grid, laws
+from clearsweep import grid
+from clearsweep.mechanics.joint import laws
 
 SLIDER_CRANK = {
     "mechanism": {
@@ -64,8 +65,13 @@ def told_both_ways(program: str) -> list[list[float]]:
     """Return the numbers that a program prints after "ok", run with compiled code and then with the compiler off."""
     told = []
     for off in ("0", "1"):
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
-                              env={**os.environ, "NUMBA_DISABLE_JIT": off})  # fmt: skip
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            check=False,
+            env={**os.environ, "NUMBA_DISABLE_JIT": off},
+        )
         assert done.returncode == 0, done.stderr
         status, *numbers = done.stdout.split()
         assert status == "ok"

@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 import pandas as pd
 
-from clearsweep import outcome
+from clearsweep import results
 
 RPM = 2.0 * np.pi / 60.0
 SWEEP = {
@@ -22,29 +22,42 @@ CRANK, ROD, SLIDER_MASS = 0.05, 0.12, 0.14
 class Run:
     """The reading side of a store: `.summary`, `.orbit`, `.events`, `.wear`, `.grid`, `.layout`."""
 
-    def __init__(self, sweep=None, joints=("rod_slider",), mechanism="slider-crank", wear=True, histories=True,
-                 failures=0, name="slider-crank-clearance"):
+    def __init__(
+        self,
+        sweep=None,
+        joints=("rod_slider",),
+        mechanism="slider-crank",
+        wear=True,
+        histories=True,
+        failures=0,
+        name="slider-crank-clearance",
+    ):
         self.histories = histories
         sweep = SWEEP if sweep is None else sweep
         bins = 360 if wear else 0
-        self.layout = outcome.Layout(mechanism, tuple(outcome.JointLayout(joint, bins) for joint in joints))
+        self.layout = results.Layout(mechanism, tuple(results.JointLayout(joint, bins) for joint in joints))
         self.grid = _record(name, mechanism, joints, sweep)
         points = [dict(zip(sweep, values, strict=True)) for values in itertools.product(*sweep.values())]
         rows = [self._row(point, index < failures) for index, point in enumerate(points)]
         self.summary = pd.DataFrame(rows).sort_values("case_id", ignore_index=True)
-        units = {column.name: column.unit for column in outcome.summary_columns(self.layout)}
+        units = {column.name: column.unit for column in results.summary_columns(self.layout)}
         units |= {path: UNITS.get(path.rsplit(".", 1)[-1], "1") for path in sweep}
         self.summary.attrs["units"] = units
 
     def _row(self, point, failed):
         case_id = hashlib.sha256(repr(point).encode()).hexdigest()[:16]
-        head = {"case_id": case_id, **point, "status": "step-budget" if failed else "ok",
-                "message": "the step budget of 1000000 steps a revolution was used up at t = 1.2 ms" if failed else ""}
-        columns = outcome.summary_columns(self.layout)
+        head = {
+            "case_id": case_id,
+            **point,
+            "status": "step-budget" if failed else "ok",
+            "message": "the step budget of 1000000 steps a revolution was used up at t = 1.2 ms" if failed else "",
+        }
+        columns = results.summary_columns(self.layout)
         if failed:
             return head | {column.name: None for column in columns}
-        return head | {column.name: value for column, value in zip(columns, self._figures(point, columns, case_id),
-                                                                   strict=True)}
+        return head | {
+            column.name: value for column, value in zip(columns, self._figures(point, columns, case_id), strict=True)
+        }
 
     def _figures(self, point, columns, case_id):
         chance = np.random.default_rng(int(case_id, 16))
@@ -55,16 +68,30 @@ class Run:
         raised = 1.0 + 40.0 / 6.0 * (clearance / 5e-4) ** 0.7 * (stiffness / 1e11) ** 0.15
         p99 = ideal * raised * chance.lognormal(0, 0.1)
         figures = {
-            "force_peak": p99 * chance.uniform(1.2, 3.0), "force_rms": 0.3 * p99, "force_p99": p99,
-            "force_peak_ideal": ideal, "impacts_per_rev": chance.uniform(5, 60),
+            "force_peak": p99 * chance.uniform(1.2, 3.0),
+            "force_rms": 0.3 * p99,
+            "force_p99": p99,
+            "force_peak_ideal": ideal,
+            "impacts_per_rev": chance.uniform(5, 60),
             "contact_fraction": chance.uniform(0.5, 1),
-            "onset_rate_max": 4.4 * speed / 523.6 * (clearance / 5e-4) ** 0.5, "penetration_max": 7.8e-5,
-            "eccentricity_max": clearance + 7.8e-5, "law_limit_fraction": 0.0, "force_clips": 0.0,
+            "onset_rate_max": 4.4 * speed / 523.6 * (clearance / 5e-4) ** 0.5,
+            "penetration_max": 7.8e-5,
+            "eccentricity_max": clearance + 7.8e-5,
+            "law_limit_fraction": 0.0,
+            "force_clips": 0.0,
             "wear_depth_max": 3e-9 * p99 / 1e4,
-            "wear_rate_max": 2e-7 * p99 / 1e4, "wear_volume": 4e-13, "wear_narrow_arcs": 0.1,
-            "slider_acceleration_peak": 3.3e5 * p99 / 4e4, "slider_acceleration_rms": 3e4 * p99 / 4e4,
-            "slider_error_max": clearance * 1.05, "crank_torque_peak": 0.03 * p99, "energy_residual": 3e-10,
-            "steps": 12345, "steps_rejected": 3210, "rhs_evaluations": 160000, "run_time": 0.008,
+            "wear_rate_max": 2e-7 * p99 / 1e4,
+            "wear_volume": 4e-13,
+            "wear_narrow_arcs": 0.1,
+            "slider_acceleration_peak": 3.3e5 * p99 / 4e4,
+            "slider_acceleration_rms": 3e4 * p99 / 4e4,
+            "slider_error_max": clearance * 1.05,
+            "crank_torque_peak": 0.03 * p99,
+            "energy_residual": 3e-10,
+            "steps": 12345,
+            "steps_rejected": 3210,
+            "rhs_evaluations": 160000,
+            "run_time": 0.008,
             "pair_restitution": 0.9,
         }
         names = [column.name for column in columns]
@@ -77,7 +104,7 @@ class Run:
 
     def orbit(self, case_id):
         """Return the last two turns of a case by channel name; empty where none was saved."""
-        names = [column.name for column in outcome.channels(self.layout)]
+        names = [column.name for column in results.channels(self.layout)]
         if not self.histories:
             return pd.DataFrame({name: np.empty(0) for name in names})
         point = self._point(case_id)
@@ -90,46 +117,78 @@ class Run:
         depth = clearance * (0.06 * np.sin(17.3 * angle) + 0.03 * np.sin(41 * angle + 1))
         x = np.sign(load) * (clearance + depth) * np.cos(0.6 * np.sin(2 * angle))
         y = (clearance + depth) * np.sin(0.6 * np.sin(2 * angle))
-        values = {"t": t, "crank_angle": angle, "crank/torque": 0.02 * load * np.sin(angle),
-                  "slider/x": CRANK * np.cos(angle) + s + 0.5 * x,
-                  "slider/a": acceleration * (1 + 3e4 * np.maximum(depth, 0)),
-                  "pair/x": 5e-4 * np.sin(t * 300), "pair/v": 0.15 * np.cos(t * 300)}
+        values = {
+            "t": t,
+            "crank_angle": angle,
+            "crank/torque": 0.02 * load * np.sin(angle),
+            "slider/x": CRANK * np.cos(angle) + s + 0.5 * x,
+            "slider/a": acceleration * (1 + 3e4 * np.maximum(depth, 0)),
+            "pair/x": 5e-4 * np.sin(t * 300),
+            "pair/v": 0.15 * np.cos(t * 300),
+        }
         for joint in self.layout.joints:
             prefix = f"joints/{joint.name}/"
             values |= {prefix + "x": x, prefix + "y": y, prefix + "force_normal": 5e9 * np.maximum(depth, 0) ** 1.2}
         frame = pd.DataFrame({name: values.get(name, np.zeros(len(t))) for name in names})
-        frame.attrs["units"] = {column.name: column.unit for column in outcome.channels(self.layout)}
+        frame.attrs["units"] = {column.name: column.unit for column in results.channels(self.layout)}
         return frame
 
     def events(self, case_id):
         """Return 200 onsets and separations in turn."""
         t = np.linspace(1e-4, 0.1, 200)
-        return pd.DataFrame({"t": t, "joint": self.layout.joints[0].name, "kind": ["on", "off"] * 100,
-                             "rate": 0.1 + np.sin(200 * t) ** 2, "force_peak": 100.0})
+        return pd.DataFrame(
+            {
+                "t": t,
+                "joint": self.layout.joints[0].name,
+                "kind": ["on", "off"] * 100,
+                "rate": 0.1 + np.sin(200 * t) ** 2,
+                "force_peak": 100.0,
+            }
+        )
 
     def wear(self, case_id):
         """Return lobed wear depths, m."""
         middle = (np.arange(360) + 0.5) * np.pi / 180
         shape = np.maximum(np.cos(middle), 0) ** 2 + 0.6 * np.maximum(-np.cos(middle), 0) ** 2
-        return {joint.name: (3e-9 * shape, 2e-9 * (1.1 + np.cos(2 * middle)) / 2.1)
-                for joint in self.layout.joints if joint.wear_bins}
+        return {
+            joint.name: (3e-9 * shape, 2e-9 * (1.1 + np.cos(2 * middle)) / 2.1)
+            for joint in self.layout.joints
+            if joint.wear_bins
+        }
 
 
 def _record(name, mechanism, joints, sweep):
-    contact = {"law": "lankarani-nikravesh", "elastic": "power", "stiffness": 6.61e10, "exponent": 1.5,
-               "restitution": 0.9}
+    contact = {
+        "law": "lankarani-nikravesh",
+        "elastic": "power",
+        "stiffness": 6.61e10,
+        "exponent": 1.5,
+        "restitution": 0.9,
+    }
     joint = {"clearance": 5e-4, "bearing_radius": 0.01, "length": 0.02, "journal": "rod", "contact": contact}
-    bodies = {"type": mechanism, "crank": {"length": CRANK, "mass": 0.3, "inertia": 1e-4, "center": 0.025},
-              "rod": {"length": ROD, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06}, "slider": {"mass": SLIDER_MASS},
-              "gravity": 0.0}
+    bodies = {
+        "type": mechanism,
+        "crank": {"length": CRANK, "mass": 0.3, "inertia": 1e-4, "center": 0.025},
+        "rod": {"length": ROD, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06},
+        "slider": {"mass": SLIDER_MASS},
+        "gravity": 0.0,
+    }
     if mechanism == "impact-pair":
         bodies = {"type": mechanism, "masses": [0.2, 0.2], "speed": 1.0}
     return {
-        "name": name, "mechanism": bodies, **({"drive": {"speed": 5000 * RPM}} if mechanism == "slider-crank" else {}),
+        "name": name,
+        "mechanism": bodies,
+        **({"drive": {"speed": 5000 * RPM}} if mechanism == "slider-crank" else {}),
         "joints": {joint_name.replace("_", "-"): joint for joint_name in joints},
         "simulate": {"revolutions": 10, "discard": 2, "tolerance": 1e-8, "start": "centred"},
-        "save": {"orbits": "last", "revolutions": 2, "samples": 720}, **({"sweep": sweep} if sweep else {}),
-        "source": "grid.yaml", "model_version": "1", "versions": {"clearsweep": "0.1.0", "numba": "0.68.1"},
-        "machine": {"node": "lab", "cores": 2}, "seeds": {}, "start": "2025-01-01T00:00:00+00:00",
-        "end": "2025-01-01T00:01:00+00:00", "counts": {"ok": 100, "failed": 8},
+        "save": {"orbits": "last", "revolutions": 2, "samples": 720},
+        **({"sweep": sweep} if sweep else {}),
+        "source": "grid.yaml",
+        "model_version": "1",
+        "versions": {"clearsweep": "0.1.0", "numba": "0.68.1"},
+        "machine": {"node": "lab", "cores": 2},
+        "seeds": {},
+        "start": "2025-01-01T00:00:00+00:00",
+        "end": "2025-01-01T00:01:00+00:00",
+        "counts": {"ok": 100, "failed": 8},
     }

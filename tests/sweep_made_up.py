@@ -8,17 +8,27 @@ from pathlib import Path
 import fake_physics
 
 from clearsweep.errors import ClearsweepError
-from clearsweep.stopping import Stopped
-from clearsweep.sweeping import sweep
+from clearsweep.sweeping.signals import Stopped
+from clearsweep.sweeping.sweep import sweep
 
 directory, source, options = sys.argv[1:]
 try:
-    result = sweep(json.loads(source), directory, physics=fake_physics.Fake, **json.loads(options))
+    result = sweep(json.loads(source), directory, simulator=fake_physics.Fake, **json.loads(options))
 except (Stopped, ClearsweepError) as error:
     print(f"{type(error).__name__}: {error}", file=sys.stderr)
     sys.exit(error.exit_code)
-facts = {"ran": result.ran, "reused": result.reused, "failed": result.failed, "pandas": "pandas" in sys.modules,
-         "peak": max(int(line.split()[1]) for line in Path(f"/proc/{os.getpid()}/status").read_text().splitlines()
-                     if line.startswith("VmHWM")) if sys.platform == "linux" else 0}
+facts = {
+    "ran": result.ran,
+    "reused": result.reused,
+    "failed": result.failed,
+    "pandas": "pandas" in sys.modules,
+    "peak": max(
+        int(line.split()[1])
+        for line in Path(f"/proc/{os.getpid()}/status").read_text().splitlines()
+        if line.startswith("VmHWM")
+    )
+    if sys.platform == "linux"
+    else 0,
+}
 print(json.dumps(facts))
 sys.exit(result.exit_code)

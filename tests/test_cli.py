@@ -13,9 +13,10 @@ import pytest
 from fake_physics import FAILS, GOOD, Fake, grid
 from ruamel.yaml import YAML
 
-from clearsweep import cli, estimate, sweeping
+from clearsweep import cli, simulation
 from clearsweep.errors import StorageError
-from clearsweep.stopping import Stopped
+from clearsweep.sweeping import estimate, sweep
+from clearsweep.sweeping.signals import Stopped
 
 ROOT = Path(__file__).parent.parent
 HEAVY = ("numba", "pandas", "h5py", "pyarrow", "numpy", "matplotlib", "pydantic", "ruamel")
@@ -25,8 +26,8 @@ HEAVY = ("numba", "pandas", "h5py", "pyarrow", "numpy", "matplotlib", "pydantic"
 def run_cli(monkeypatch, capsys, tmp_path):
     """Return a function that runs a command line on made-up mechanics and returns (exit code, stdout, stderr)."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sweeping, "sweep", functools.partial(sweeping.sweep, physics=Fake))
-    monkeypatch.setattr(estimate, "estimate", functools.partial(estimate.estimate, physics=Fake))
+    monkeypatch.setattr(sweep, "sweep", functools.partial(sweep.sweep, simulator=Fake))
+    monkeypatch.setattr(estimate, "estimate", functools.partial(estimate.estimate, simulator=Fake))
 
     def run(*arguments):
         with pytest.raises(SystemExit) as ended:
@@ -45,8 +46,15 @@ def written(path, source):
 
 def subprocess_cli(*arguments, cwd=None):
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    return subprocess.run([sys.executable, "-m", "clearsweep", *map(str, arguments)], capture_output=True, text=True,
-                          cwd=cwd, env=environment, timeout=300, check=False)
+    return subprocess.run(
+        [sys.executable, "-m", "clearsweep", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env=environment,
+        timeout=300,
+        check=False,
+    )
 
 
 def test_help_answers_in_a_fifth_of_a_second_and_imports_click_alone():
@@ -59,8 +67,13 @@ def test_help_answers_in_a_fifth_of_a_second_and_imports_click_alone():
     assert "verify" in found.stdout
     assert min(times) < 0.2
     code = f"import sys, clearsweep.cli; sys.exit([m for m in {HEAVY} if m in sys.modules] or 0)"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False,
-                           env=os.environ | {"PYTHONPATH": str(ROOT)})
+    found = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
     assert found.returncode == 0, found.stderr
 
 
@@ -86,7 +99,7 @@ def test_run_prints_a_short_table_of_the_worst_cases_in_units_for_people(run_cli
     lines = out.splitlines()
     assert lines[0].startswith("9 cases ran in")
     assert "9 ok, 0 failed" in lines[0]
-    table = lines[lines.index("Largest normal force") + 1:][:6]
+    table = lines[lines.index("Largest normal force") + 1 :][:6]
     assert table[0].split("  ")[1] == "case_id"
     assert "slider mass" in table[0]
     assert "108 g" in table[1] or "0.108 kg" in table[1]
@@ -133,12 +146,15 @@ def test_dry_run_prints_counts_derived_values_time_and_bytes_and_writes_nothing(
     assert not (tmp_path / "results").exists()
 
 
-@pytest.mark.parametrize(("change", "said"), [
-    ({"drive": {"sped": "3000 rpm"}}, "did you mean 'speed'"),
-    ({"drive": {"speed": "3000 mm"}}, "drive.speed"),
-    ({"sweep": {}}, "sweep"),
-    ({"sweep": {"drive.sped": [1.0]}}, "drive.sped"),
-])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"drive": {"sped": "3000 rpm"}}, "did you mean 'speed'"),
+        ({"drive": {"speed": "3000 mm"}}, "drive.speed"),
+        ({"sweep": {}}, "sweep"),
+        ({"sweep": {"drive.sped": [1.0]}}, "drive.sped"),
+    ],
+)
 def test_bad_input_is_exit_code_2_with_the_place_and_nothing_is_written(run_cli, tmp_path, change, said):
     path = written(tmp_path / "g.yaml", grid(3) | change)
     code, out, err = run_cli("run", path)
@@ -156,8 +172,12 @@ def test_directories_that_do_not_fit_are_exit_code_2(run_cli, tmp_path):
     (tmp_path / "thesis" / "chapter.tex").write_text("")
     run_cli("run", path, "--out", "x")
     other = written(tmp_path / "h.yaml", grid(1, drive={"speed": "3000 rpm"}))
-    refused = [((path, "--out", "file"), "not a directory"), ((path, "--out", "thesis"), "chapter.tex"),
-               ((other, "--out", "x"), "drive.speed"), ((path, "--out", "file/below"), "cannot be written")]
+    refused = [
+        ((path, "--out", "file"), "not a directory"),
+        ((path, "--out", "thesis"), "chapter.tex"),
+        ((other, "--out", "x"), "drive.speed"),
+        ((path, "--out", "file/below"), "cannot be written"),
+    ]
     for arguments, said in refused:
         code, out, err = run_cli("run", *arguments)
         assert code == 2
@@ -175,19 +195,25 @@ def test_a_missing_grid_file_is_exit_code_2(run_cli):
     assert "nowhere.yaml" in err
 
 
-@pytest.mark.parametrize(("error", "expected"), [
-    (StorageError("disk full"), 4), (Stopped(2, "stopped"), 130), (Stopped(15, "stopped"), 143),
-    (KeyboardInterrupt(), 130), (ZeroDivisionError("bug"), 1),
-])
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (StorageError("disk full"), 4),
+        (Stopped(2, "stopped"), 130),
+        (Stopped(15, "stopped"), 143),
+        (KeyboardInterrupt(), 130),
+        (ZeroDivisionError("bug"), 1),
+    ],
+)
 def test_every_outcome_has_its_exit_code(run_cli, monkeypatch, error, expected):
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr(sweeping, "sweep", fail)
+    monkeypatch.setattr(sweep, "sweep", fail)
     code, out, err = run_cli("run", "g.yaml")
     assert code == expected
     assert out == ""
-    assert (str(error) in err)
+    assert str(error) in err
 
 
 def test_init_writes_a_grid_that_loads_and_never_overwrites(run_cli, tmp_path):
@@ -205,7 +231,7 @@ def test_init_writes_a_grid_that_loads_and_never_overwrites(run_cli, tmp_path):
 
 
 def test_schema_is_a_json_schema(run_cli, monkeypatch):
-    monkeypatch.setattr("clearsweep.physics.Physics.catalogue", staticmethod(lambda: fake_physics.CATALOGUE))
+    monkeypatch.setattr(simulation, "catalogue", lambda: fake_physics.CATALOGUE)
     code, out, _ = run_cli("schema")
     assert code == 0
     assert json.loads(out)["type"] == "object"

@@ -9,8 +9,8 @@ import pytest
 from fake_physics import DIES, GOOD, HANGS, grid
 from test_sweep import quiet, same_results
 
-from clearsweep import pool
 from clearsweep.errors import InputError
+from clearsweep.sweeping import executors
 
 pytest.importorskip("distributed")
 
@@ -30,8 +30,9 @@ def cluster():
     """Return a cluster of two workers on this machine, as somebody else would run it."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0",
-                      silence_logs=50) as running:
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs=50
+    ) as running:
         yield running
 
 
@@ -69,9 +70,9 @@ def test_without_a_scheduler_there_is_a_cluster_of_its_own_and_late_cases_end(tm
 
 
 def test_workers_on_this_machine_have_one_thread_each():
-    workers = pool.Dask(1)
+    workers = executors.Dask(1)
     try:
-        inside = [workers.submit(os.getenv, name).result(20) for name in pool.THREAD_VARIABLES]
+        inside = [workers.submit(os.getenv, name).result(20) for name in executors.THREAD_VARIABLES]
         assert workers.jobs == 1
     finally:
         workers.close()
@@ -80,7 +81,7 @@ def test_workers_on_this_machine_have_one_thread_each():
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "http://127.0.0.1:9"])
 def test_a_scheduler_that_does_not_answer_is_refused_before_anything_is_written(tmp_path, monkeypatch, address):
-    monkeypatch.setattr(pool, "PATIENCE", 0.5)
+    monkeypatch.setattr(executors, "PATIENCE", 0.5)
     with pytest.raises(InputError, match=f"scheduler: {address} does not answer"):
         quiet(grid(1), tmp_path / "run", executor="dask", scheduler=address)
     assert not (tmp_path / "run").exists()

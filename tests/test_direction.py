@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from clearsweep.kernels.direction import LARGEST, direction
+from clearsweep.mechanics.compiled.direction import LARGEST, direction
 
 
 @njit

@@ -9,20 +9,27 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.integration import Run
-from clearsweep.kernels import event, stiff
-from clearsweep.kernels.dual import FUNCTIONS, Dual, Seeded, lifted, slope, value
-from clearsweep.kernels.elastic import elastic_force
-from clearsweep.kernels.family import pointer_to
-from clearsweep.kernels.friction import friction_force
-from clearsweep.kernels.motion import slopes_of
-from clearsweep.kernels.normal import contact_force
+from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, lifted, slope, value
+from clearsweep.mechanics.compiled.family import pointer_to
+from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint.elastic import elastic_force
+from clearsweep.mechanics.joint.friction import friction_force
+from clearsweep.mechanics.joint.normal import contact_force
+from clearsweep.mechanics.rates import slopes_of
+from clearsweep.mechanics.solver import event, newton
+from clearsweep.simulation.run import Run
 
 PEN, RATE, ONSET = 3e-6, 0.2, 0.3  # m, m/s, m/s
 NORMAL, SLIPS = 50.0, (-3.1e-3, -2e-4, 2.7e-4, 4.1e-3)  # N, m/s
-OPENINGS = (("ground-crank",), ("crank-rod",), ("rod-slider",), ("ground-crank", "crank-rod"),
-            ("ground-crank", "rod-slider"), ("crank-rod", "rod-slider"),
-            ("ground-crank", "crank-rod", "rod-slider"))  # fmt: skip
+OPENINGS = (
+    ("ground-crank",),
+    ("crank-rod",),
+    ("rod-slider",),
+    ("ground-crank", "crank-rod"),
+    ("ground-crank", "rod-slider"),
+    ("crank-rod", "rod-slider"),
+    ("ground-crank", "crank-rod", "rod-slider"),
+)
 
 
 def differences(function, x, size):
@@ -63,7 +70,7 @@ def test_stiffness_of_every_elastic_law_is_exact(name):
 @pytest.mark.parametrize("rate", [RATE, -RATE])
 @pytest.mark.parametrize("name", law_cases.names("law"))
 def test_derivatives_of_every_contact_law_are_exact(name, rate):
-    law, term = clearsweep.laws.contact_terms(law_cases.joint(law=name))
+    law, term = laws.contact_terms(law_cases.joint(law=name))
     by_pen, by_rate = slopes_of_contact(law, term, PEN, rate, ONSET)
     expected = differences(lambda pen: contact_force(law, term, pen, rate, ONSET)[0], PEN, PEN)
     assert by_pen == pytest.approx(expected, rel=1e-7)
@@ -88,7 +95,7 @@ def evaluate(work, y):
 
 @numba.njit(error_model="numpy")
 def differentiate(work, y):
-    stiff.differentiate(pointer_to(work), y, 0)
+    newton.differentiate(pointer_to(work), y, 0)
 
 
 @pytest.mark.parametrize("names", OPENINGS, ids="+".join)

@@ -10,8 +10,8 @@ from scipy.integrate import quad
 from scipy.special import lambertw
 
 import clearsweep
-from clearsweep import laws
-from clearsweep.kernels.elastic import (
+from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint.elastic import (
     CONFORMAL_END,
     LOGARITHMIC_END,
     arc_excess,
@@ -20,7 +20,7 @@ from clearsweep.kernels.elastic import (
     inverse_lambert,
     parity,
 )
-from clearsweep.laws.elastic import FIT_END, conformal_fit
+from clearsweep.mechanics.joint.laws.elastic import FIT_END, conformal_fit
 
 LAWS = names("elastic")
 MODULUS = 207e9 / (2.0 * (1.0 - 0.3**2))  # E*, Pa
@@ -193,9 +193,14 @@ def test_penetration_follows_back_with_the_length_in_the_logarithm(name, power):
 
 @pytest.mark.parametrize(
     ("name", "pen"),
-    [("johnson", 1.1988776e-6), ("esdu-78035", 1.4787443e-6), ("dubowsky-freudenstein", 1.4859220e-6),
-     ("goldsmith", 2.5807668e-6), ("radzimovsky", 1.2373701e-6)],
-)  # fmt: skip
+    [
+        ("johnson", 1.1988776e-6),
+        ("esdu-78035", 1.4787443e-6),
+        ("dubowsky-freudenstein", 1.4859220e-6),
+        ("goldsmith", 2.5807668e-6),
+        ("radzimovsky", 1.2373701e-6),
+    ],
+)
 def test_penetration_under_a_kilonewton(name, pen):
     assert force(name, pen) == pytest.approx(1000.0, rel=1e-7)
 
@@ -267,8 +272,15 @@ def depth_of(degrees):
 
 
 def test_persson_has_its_tabulated_loads_and_hertz_s_limit():
-    table = {1: 2.3928544e-4, 5: 0.0060059058, 10: 0.0243248105, 30: 0.2517769258, 45: 0.7084357, 60: 1.8740587,
-             80: 15.8547}  # fmt: skip
+    table = {
+        1: 2.3928544e-4,
+        5: 0.0060059058,
+        10: 0.0243248105,
+        30: 0.2517769258,
+        45: 0.7084357,
+        60: 1.8740587,
+        80: 15.8547,
+    }
     for degrees, load in table.items():
         assert 2.0 * math.pi * conformal_load(depth_of(degrees)) == pytest.approx(load, rel=1e-6)
     for degrees in (0.01, 0.1):  # Hertz: half-width R eps with f = pi E* c eps^2 / 4

@@ -8,8 +8,8 @@ from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import laws
-from clearsweep.kernels.friction import friction_force
+from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint.friction import friction_force
 
 LAWS = names("friction")
 _FORWARD = np.geomspace(1e-12, 1e3, 300)

@@ -9,15 +9,22 @@ from mechanism_cases import slider_crank, told_both_ways
 from scipy.integrate import solve_ivp
 
 import clearsweep
-from clearsweep import integration, laws
-from clearsweep.kernels.friction import friction_force
-from clearsweep.kernels.joint import FREE, PRESSED
-from clearsweep.kernels.mechanism import gaps, pose
-from clearsweep.kernels.memory import memory, memory_rate, recalled
-from clearsweep.kernels.motion import rates
+from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint.dry import FREE, PRESSED
+from clearsweep.mechanics.joint.friction import friction_force
+from clearsweep.mechanics.joint.internal_state import memory, memory_rate, recalled
+from clearsweep.mechanics.mechanism.slider_crank import gaps, pose
+from clearsweep.mechanics.rates import rates
+from clearsweep.simulation.run import integrated
 
-LUGRE = {"law": "lugre", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 1e-3,
-         "bristle_stiffness": 1e5, "bristle_damping": 316.0}  # fmt: skip
+LUGRE = {
+    "law": "lugre",
+    "coefficient": 0.1,
+    "static_coefficient": 0.15,
+    "stribeck_velocity": 1e-3,
+    "bristle_stiffness": 1e5,
+    "bristle_damping": 316.0,
+}
 DAHL = {"law": "dahl", "coefficient": 0.1, "bristle_stiffness": 1e5}
 REMEMBERING = [name for name in names("friction") if memory(laws.friction_term(joint(friction=name)))]
 
@@ -33,14 +40,21 @@ def crank(friction, *joints, **changes):
     """Return the scene of a slider-crank with this friction in the first of `joints`."""
     joints = joints or ("rod-slider",)
     written = {f"joints.{joints[0]}.friction": friction}
-    return clearsweep.load_case(slider_crank(*joints, changes=written | {k.replace("__", "."): v
-                                                                         for k, v in changes.items()}))  # fmt: skip
+    return clearsweep.load_case(
+        slider_crank(*joints, changes=written | {k.replace("__", "."): v for k, v in changes.items()})
+    )
 
 
 def slid(law, slip, distance):
     """Return the bend (m) of bristles straight at first, after sliding at an even speed: an independent integration."""
-    done = solve_ivp(lambda t, z: [memory_rate(recalled(law, z, 0), slip)], (0.0, distance / abs(slip)), [0.0],
-                     "Radau", rtol=1e-10, atol=1e-18)  # fmt: skip
+    done = solve_ivp(
+        lambda t, z: [memory_rate(recalled(law, z, 0), slip)],
+        (0.0, distance / abs(slip)),
+        [0.0],
+        "Radau",
+        rtol=1e-10,
+        atol=1e-18,
+    )
     return done.y[0, -1]
 
 
@@ -190,9 +204,15 @@ def test_bristles_begin_straight_with_every_contact():
 
 
 def test_only_the_separating_joint_forgets():
-    made = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3,
-                 simulate__method="explicit", **{"joints__rod-slider__friction": DAHL})  # fmt: skip
-    done = integration.integrated(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.pace)
+    made = crank(
+        LUGRE,
+        "crank-rod",
+        "rod-slider",
+        simulate__revolutions=0.3,
+        simulate__method="explicit",
+        **{"joints__rod-slider__friction": DAHL},
+    )
+    done = integrated(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.pace)
     assert list(done.work.owner) == [0, 1]
     for place, contact in enumerate(done.work.state):
         assert (done.work.y[-2 + place] == 0.0) == (contact == FREE)

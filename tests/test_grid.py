@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearsweep import grid
-from clearsweep.outcome import JointLayout, Layout
+from clearsweep.results import JointLayout, Layout
 
 
 @pytest.fixture
@@ -163,7 +163,7 @@ def test_a_swept_case_has_the_id_of_the_same_case_written_out(at, base):
 
 
 def test_a_resolved_grid_loads_to_the_same_cases():
-    from clearsweep import laws
+    from clearsweep.mechanics.joint import laws
 
     for path in (*CONFIGS.glob("*.yaml"), Path(grid.__file__).with_name("starter.yaml")):
         original = grid.load(path, laws.catalogue())
@@ -244,8 +244,9 @@ def test_a_swept_key_that_a_swept_law_does_not_use_makes_no_duplicate_cases(base
     assert len(cases) == (1 + 2 + 2) * 2 == len(set(ids(cases)))
     points = [cases.point(k) for k in range(len(cases))]
     assert {(p[f"{CONTACT}.law"], p[f"{CONTACT}.restitution"]) for p in points} == {
-        ("hertz", None), *itertools.product(("flores", "exact"), (0.5, 0.9))
-    }  # fmt: skip
+        ("hertz", None),
+        *itertools.product(("flores", "exact"), (0.5, 0.9)),
+    }
     assert all(list(point) == list(axes) for point in points)
 
 

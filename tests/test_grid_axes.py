@@ -1,6 +1,5 @@
 """Claims about what a mistake under `sweep` is told."""
 
-
 import pytest
 from grid_fake import CONTACT, JOINT, TEXT
 

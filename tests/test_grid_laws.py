@@ -5,7 +5,8 @@ from law_cases import RECIPES, joint, names
 from mechanism_cases import PAIR, changed, resolved, slider_crank
 
 import clearsweep
-from clearsweep import InputError, grid, laws
+from clearsweep import InputError, grid
+from clearsweep.mechanics.joint import laws
 
 MATERIAL = {"young": 207e9, "poisson": 0.3}
 JOINT = "joints.rod-slider"
@@ -29,9 +30,14 @@ def test_every_elastic_law_resolves_builds_and_runs_in_a_slider_crank(name):
     contact = {key: value for key, value in joint("exact", name, restitution=0.6)["contact"].items() if key != "law"}
     case = resolved(cylinders(**{f"contact__{key}": value for key, value in contact.items()}))
     assert case["joints"]["rod-slider"]["contact"]["elastic"] == name
-    run = clearsweep.simulate(clearsweep.load_case(changed(cylinders(
-        **{f"contact__{key}": value for key, value in contact.items()}),
-        {"simulate.revolutions": 0.05, "simulate.tolerance": 1e-8})))  # fmt: skip
+    run = clearsweep.simulate(
+        clearsweep.load_case(
+            changed(
+                cylinders(**{f"contact__{key}": value for key, value in contact.items()}),
+                {"simulate.revolutions": 0.05, "simulate.tolerance": 1e-8},
+            )
+        )
+    )
     assert run.status == "ok"
     assert run.summary["rod_slider_force_peak"] > 0.0
     assert run.summary["energy_residual"] < 1e-6
@@ -111,8 +117,13 @@ def test_every_friction_law_resolves_with_its_own_numbers(name):
 
 
 def test_stribeck_s_shape_and_viscous_part_have_defaults():
-    written = {"law": "stribeck", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": "1 mm/s",
-               "velocity_scale": "0.1 mm/s"}  # fmt: skip
+    written = {
+        "law": "stribeck",
+        "coefficient": 0.1,
+        "static_coefficient": 0.15,
+        "stribeck_velocity": "1 mm/s",
+        "velocity_scale": "0.1 mm/s",
+    }
     friction = resolved(slider_crank("rod-slider", changes={f"{JOINT}.friction": written}))["joints"]["rod-slider"]
     assert friction["friction"]["shape"] == 2.0
     assert friction["friction"]["viscous"] == 0.0

@@ -7,12 +7,13 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep import integration, simulation
-from clearsweep.kernels import motion as right_hand_side
-from clearsweep.kernels.dynamics import motion
-from clearsweep.kernels.joint import PRESSED, STUCK, surface_speed
-from clearsweep.kernels.mechanism import gaps, pose
-from clearsweep.kernels.stick import held, rate_under, surfaces_of, swings
+from clearsweep.mechanics import rates as right_hand_side
+from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
+from clearsweep.mechanics.joint.stick import held, rate_under, surfaces_of, swings
+from clearsweep.mechanics.mechanism.dynamics import motion
+from clearsweep.mechanics.mechanism.slider_crank import gaps, pose
+from clearsweep.simulation import simulate as simulating
+from clearsweep.simulation.run import integrated
 
 KARNOPP = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 1e-2, "band": 1e-3}
 JOINTS = ("ground-crank", "crank-rod", "rod-slider")
@@ -55,10 +56,14 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     ends = []
     for step in (-1e-7, 1e-7):
         there = gaps(scene.mechanism, pose(scene.mechanism, y[: 2 * n + 1] + step * flow))
-        normals = [joint.side * np.array([gap.x, gap.y]) / math.hypot(gap.x, gap.y)
-                   for joint, gap in zip(scene.joints, there, strict=True)]  # fmt: skip
-        slips = [surface_speed(joint, gap, -normal[1], normal[0])
-                 for joint, gap, normal in zip(scene.joints, there, normals, strict=True)]  # fmt: skip
+        normals = [
+            joint.side * np.array([gap.x, gap.y]) / math.hypot(gap.x, gap.y)
+            for joint, gap in zip(scene.joints, there, strict=True)
+        ]
+        slips = [
+            surface_speed(joint, gap, -normal[1], normal[0])
+            for joint, gap, normal in zip(scene.joints, there, normals, strict=True)
+        ]
         ends.append((np.array([gap[2:] for gap in there]), np.array(slips)))
     (before, slips_before), (after, slips_after) = ends
     scale = np.abs(m[:n]).max()
@@ -106,8 +111,14 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
 
 
 def test_surfaces_stick_within_the_band_and_slide_beyond_it():
-    made = crank("rod-slider", friction=KARNOPP | {"viscous": 2.0}, simulate__revolutions=1, save__orbits="all",
-                 save__revolutions=1, save__samples=20_000)  # fmt: skip
+    made = crank(
+        "rod-slider",
+        friction=KARNOPP | {"viscous": 2.0},
+        simulate__revolutions=1,
+        save__orbits="all",
+        save__revolutions=1,
+        save__samples=20_000,
+    )
     run = clearsweep.simulate(made)
     assert run.status == "ok"
     x, y, vx, vy = (run[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
@@ -172,12 +183,15 @@ def test_a_fast_mechanism_whose_joints_all_stick_goes_through():
 
 
 def test_only_joints_with_the_law_stick():
-    written = {"joints.crank-rod.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3},
-               "joints.rod-slider.friction": KARNOPP, "simulate.revolutions": 0.2}  # fmt: skip
+    written = {
+        "joints.crank-rod.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3},
+        "joints.rod-slider.friction": KARNOPP,
+        "simulate.revolutions": 0.2,
+    }
     made = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=written))
-    run = integration.integrated(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.pace)
+    run = integrated(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.pace)
     assert list(run.work.band) == [0.0, 1e-3]
-    assert simulation._trajectory(made, run, 1.0).summary["energy_residual"] < 1e-9
+    assert simulating._trajectory(made, run, 1.0).summary["energy_residual"] < 1e-9
 
 
 def test_a_scene_that_sticks_runs_uncompiled():

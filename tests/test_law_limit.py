@@ -5,8 +5,9 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import laws, scene
-from clearsweep.remarks import TOLD, Remarks, past_limits
+from clearsweep.mechanics.joint import laws
+from clearsweep.simulation import scene
+from clearsweep.validity import TOLD, Remarks, past_limits
 
 CONTACT = {"law": "hertz", "elastic": "johnson", "material": {"young": 1e6, "poisson": 0.3}}
 
@@ -62,7 +63,7 @@ def test_a_law_that_pulls_is_named_before_the_run(law, pulls):
 
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_a_step_that_overflows_is_rejected():
-    from clearsweep.kernels.method import error_norm
+    from clearsweep.mechanics.solver.dop853 import error_norm
 
     rates = np.zeros((16, 4))
     rates[5, 2] = 1e200

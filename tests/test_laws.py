@@ -23,11 +23,12 @@ from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
 import clearsweep
-from clearsweep import InputError, laws
-from clearsweep.kernels import motion
-from clearsweep.kernels.elastic import elastic_force
-from clearsweep.kernels.memory import memory, recalled
-from clearsweep.kernels.normal import contact_force, lowest_force
+from clearsweep import InputError
+from clearsweep.mechanics import rates
+from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint.elastic import elastic_force
+from clearsweep.mechanics.joint.internal_state import memory, recalled
+from clearsweep.mechanics.joint.normal import contact_force, lowest_force
 
 LAWS = names("law")
 YIELDING = [name for name in LAWS if memory(RECIPES["law", name].make(joint(name)))]
@@ -62,11 +63,28 @@ RETURNED = {
 RETURNED |= dict.fromkeys(("exact", "gonthier-exact", "tsuji", "anagnostopoulos", *YIELDING), ASKED)
 RETURNED["ye"] = RETURNED["hu-guo"]
 ON_APPROACH = {  # restitution asked for -> returned, of the laws that damp the approach alone
-    "pant-wijeyewickrema": {0.1: 0.1141, 0.2: 0.2236, 0.3: 0.3281, 0.5: 0.5254, 0.7: 0.7137, 0.8: 0.8072,
-                            0.9: 0.9021, 0.95: 0.9506, 0.99: 0.9900},
-    "jankowski": {0.1: 0.0933, 0.3: 0.2917, 0.5: 0.4946, 0.65: 0.6470, 0.7: 0.6977, 0.8: 0.7989, 0.9: 0.8997,
-                  0.99: 0.9900},
-}  # fmt: skip
+    "pant-wijeyewickrema": {
+        0.1: 0.1141,
+        0.2: 0.2236,
+        0.3: 0.3281,
+        0.5: 0.5254,
+        0.7: 0.7137,
+        0.8: 0.8072,
+        0.9: 0.9021,
+        0.95: 0.9506,
+        0.99: 0.9900,
+    },
+    "jankowski": {
+        0.1: 0.0933,
+        0.3: 0.2917,
+        0.5: 0.4946,
+        0.65: 0.6470,
+        0.7: 0.6977,
+        0.8: 0.7989,
+        0.9: 0.8997,
+        0.99: 0.9900,
+    },
+}
 
 
 def free_impact(chi):
@@ -84,8 +102,15 @@ def bounce(speed=1.0, orbits="none", **contact):
     fields = {field.name for field in RECIPES["law", contact["law"]].law.fields} | {"law", "stiffness"}
     if RECIPES["law", contact["law"]].law.uses_elastic:
         fields |= {"elastic", "exponent"}
-    case = changed(PAIR, {"joints.pair.contact": {k: v for k, v in section.items() if k in fields},
-                          "mechanism.speed": speed, "simulate.impacts": 1, "save.orbits": orbits})  # fmt: skip
+    case = changed(
+        PAIR,
+        {
+            "joints.pair.contact": {k: v for k, v in section.items() if k in fields},
+            "mechanism.speed": speed,
+            "simulate.impacts": 1,
+            "save.orbits": orbits,
+        },
+    )
     trajectory = clearsweep.simulate(clearsweep.load_case(case))
     assert trajectory.status == "ok"
     return trajectory
@@ -111,8 +136,7 @@ def test_every_normal_law_is_finite_elastic_at_rest_and_dissipates_over_a_cycle(
     phase = np.linspace(0.0, 2.0 * np.pi, 2001)
     pen, rate = 1e-5 * (1.0 - np.cos(phase)), 1e-2 * np.sin(phase)
     terms = [recalled(term, [2e-5 if r < 0.0 else 0.0], 0) for r in rate]  # what the laws with a memory then remember
-    force = [max(contact_force(*ends, 1.0)[0], lowest_force(term))
-             for ends in zip(terms, repeat(elastic), pen, rate)]  # fmt: skip
+    force = [max(contact_force(*ends, 1.0)[0], lowest_force(term)) for ends in zip(terms, repeat(elastic), pen, rate)]
     loss = np.trapezoid(np.array(force) * rate, phase)
     assert loss == pytest.approx(0.0, abs=1e-12) if law == "hertz" else loss > 0.0
 
@@ -184,7 +208,7 @@ def test_restitution_does_not_depend_on_the_exponent(law, exponent):
 
 @pytest.mark.parametrize("chi", [1e-9, 1e-5, 1.01e-4, 1e-2, 0.099, 0.101, 0.5, 3.0, 10.0, 150.0])
 def test_rebound_of_a_factor_is_lambert_s_closed_form(chi):
-    from clearsweep.laws.rebound import hysteresis_rebound
+    from clearsweep.mechanics.joint.laws.rebound import hysteresis_rebound
 
     expected = free_impact(chi) if chi > 1e-2 else 1.0 - 2.0 * chi / 3.0 + 4.0 * chi**2 / 9.0 - 44.0 * chi**3 / 135.0
     assert hysteresis_rebound(chi) == pytest.approx(expected, abs=1e-12 + 0.5 * chi**4 * (chi <= 1e-2))
@@ -303,9 +327,19 @@ def test_all_laws_can_be_swept_in_one_grid():
     from clearsweep import grid
 
     factors = [name for name in LAWS if RECIPES["law", name].law.uses_elastic]
-    case = changed(PAIR, {"joints.pair.contact": {"stiffness": 6.61e10, "restitution": 0.5, "mass": 0.1, "depth": 1e-5},
-                          "sweep": {"joints.pair.contact.law": [name for name in factors if "restitution" in
-                                    {field.name for field in RECIPES["law", name].law.fields}]}})  # fmt: skip
+    case = changed(
+        PAIR,
+        {
+            "joints.pair.contact": {"stiffness": 6.61e10, "restitution": 0.5, "mass": 0.1, "depth": 1e-5},
+            "sweep": {
+                "joints.pair.contact.law": [
+                    name
+                    for name in factors
+                    if "restitution" in {field.name for field in RECIPES["law", name].law.fields}
+                ]
+            },
+        },
+    )
     cases = grid.load(case, laws.catalogue())
     kinds = {type(laws.contact_terms(cases.case(k)["joints"]["pair"])[0]).__name__ for k in range(len(cases))}
     assert len(cases) > 10
@@ -316,8 +350,8 @@ def code_of(**contact):
     """Return the compiled code of the right-hand side of a slider-crank with this contact, as text."""
     case = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})
     made = clearsweep.load_case(case)
-    pointers = (numba.types.CPointer(item) for item in (numba.typeof(made.value), *motion.RATES_ARRAYS))
-    return numba.cfunc(numba.types.void(*pointers, numba.types.int64))(motion.rates_entry).inspect_llvm()
+    pointers = (numba.types.CPointer(item) for item in (numba.typeof(made.value), *rates.RATES_ARRAYS))
+    return numba.cfunc(numba.types.void(*pointers, numba.types.int64))(rates.rates_entry).inspect_llvm()
 
 
 def test_a_scene_compiles_the_laws_it_uses_and_no_other():
@@ -345,8 +379,13 @@ def test_a_further_law_compiles_within_three_seconds(tmp_path):
         "    clearsweep.simulate(scene)\n"
         "    print(time.perf_counter() - begin)\n"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True,
-                          env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)})  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+    )
     assert float(done.stdout.split()[1]) < 3.0
 
 

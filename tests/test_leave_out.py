@@ -1,6 +1,7 @@
 """A scene costs only what is in it: compiled code, columns, histories, memory."""
 
 import os
+import shutil
 import tracemalloc
 
 import numba
@@ -9,8 +10,10 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep import integration, outcome
-from clearsweep.kernels import family, motion
+from clearsweep import results
+from clearsweep.mechanics import rates
+from clearsweep.mechanics.compiled import family
+from clearsweep.simulation.run import integrated
 
 FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
 WEAR = {"law": "archard", "coefficient": 2e-14}
@@ -24,8 +27,8 @@ def scene(**changes):
 
 def code_of(made):
     """Return the compiled code of the right-hand side of a scene, as text."""
-    pointers = (numba.types.CPointer(item) for item in (numba.typeof(made.value), *motion.RATES_ARRAYS))
-    return numba.cfunc(numba.types.void(*pointers, numba.types.int64))(motion.rates_entry).inspect_llvm()
+    pointers = (numba.types.CPointer(item) for item in (numba.typeof(made.value), *rates.RATES_ARRAYS))
+    return numba.cfunc(numba.types.void(*pointers, numba.types.int64))(rates.rates_entry).inspect_llvm()
 
 
 def test_a_frictionless_scene_compiles_no_friction():
@@ -49,10 +52,10 @@ def test_a_law_compiles_itself_alone():
 def test_only_a_scene_with_wear_has_code_columns_and_arrays_for_it():
     worn = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR}))
     bare = scene()
-    assert any("wear" in column.name for column in outcome.summary_columns(worn.layout))
-    assert not any("wear" in column.name for column in outcome.summary_columns(bare.layout))
+    assert any("wear" in column.name for column in results.summary_columns(worn.layout))
+    assert not any("wear" in column.name for column in results.summary_columns(bare.layout))
     end = 1e-5
-    run = integration.integrated(bare, np.empty(0), end)
+    run = integrated(bare, np.empty(0), end)
     assert run.work.wear == family.NO_ENTRY
     assert run.work.sample == family.NO_ENTRY
     assert run.tally.wear.size == 0
@@ -103,7 +106,7 @@ def test_the_same_program_runs_uncompiled():
 
 
 def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatch):
-    from clearsweep.kernels import cache
+    from clearsweep.mechanics.compiled import cache
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     place = cache.prepare()
@@ -112,3 +115,18 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatc
     assert cache.prepare() == place  # a child process does not stamp again
     monkeypatch.setattr(cache, "version", lambda name: "0.0")
     assert cache.stamp() != place.name
+
+
+@pytest.mark.parametrize("file", ["rates.py", "joint/dry.py", "mechanism/new.py", "joint/film/deeper/law.py"])
+def test_the_stamp_covers_every_file_below_the_room_of_mechanics(file, tmp_path, monkeypatch):
+    from clearsweep.mechanics.compiled import cache
+
+    shutil.copytree(cache.ROOM, tmp_path / "mechanics", ignore=shutil.ignore_patterns("__pycache__"))
+    before = cache.stamp()
+    monkeypatch.setattr(cache, "ROOM", tmp_path / "mechanics")
+    assert cache.stamp() == before
+    changed = tmp_path / "mechanics" / file
+    changed.parent.mkdir(parents=True, exist_ok=True)
+    with changed.open("a") as stream:
+        stream.write("# a comment\n")
+    assert cache.stamp() != before

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import ideal
+from clearsweep.mechanics.mechanism import ideal
 
 NAMES = ("ground-crank", "crank-rod", "rod-slider")
 OPENINGS = [joints for count in (1, 2, 3) for joints in itertools.combinations(NAMES, count)]
@@ -40,18 +40,18 @@ def test_energy_balances_with_gravity_friction_and_impacts_in_any_opening(joints
 
 
 def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeypatch):
-    from clearsweep.kernels import motion
+    from clearsweep.mechanics import rates
 
     case = slider_crank("rod-slider", changes={"simulate.tolerance": 1e-6, "simulate.revolutions": 0.05})
     scene = clearsweep.load_case(case)
     good = plain(scene)
-    true = motion.joint_load
+    true = rates.joint_load
 
     def wrong(*arguments):  # the bodies feel a normal force that the joint does not account for
         load = true(*arguments)
         return load._replace(fx=1.001 * load.fx)
 
-    monkeypatch.setattr(motion, "joint_load", wrong)
+    monkeypatch.setattr(rates, "joint_load", wrong)
     bad = plain(scene)
     assert good < 1e-7
     assert bad > 100 * good
@@ -59,21 +59,28 @@ def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeyp
 
 def plain(scene):
     """Return the energy residual of a scene run as plain Python, where forces can be spoiled."""
-    from clearsweep import simulation
-    from clearsweep.kernels import family
+    from clearsweep.mechanics.compiled import family
+    from clearsweep.simulation import simulate
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(family.numba.config, "DISABLE_JIT", 1)
-        patch.setattr(simulation.loop, "integrate", simulation.loop.integrate.py_func)
+        patch.setattr(simulate.loop, "integrate", simulate.loop.integrate.py_func)
         return clearsweep.simulate(scene).summary["energy_residual"]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_vanishing_clearance_gives_the_ideal_mechanism(name):
-    trajectory = run(name, **{
-        f"joints__{name}__clearance": 1e-7, "mechanism__gravity": 9.81, "simulate__start": "seated",
-        "simulate__revolutions": 0.25, f"joints__{name}__contact__stiffness": 1e13, "drive__speed": "300 rpm",
-    })  # fmt: skip
+    trajectory = run(
+        name,
+        **{
+            f"joints__{name}__clearance": 1e-7,
+            "mechanism__gravity": 9.81,
+            "simulate__start": "seated",
+            "simulate__revolutions": 0.25,
+            f"joints__{name}__contact__stiffness": 1e13,
+            "drive__speed": "300 rpm",
+        },
+    )
     joint = name.replace("-", "_")
     assert trajectory.summary["slider_error_max"] < 1e-6
     scene = slider_crank(name, changes={"mechanism.gravity": 9.81})["mechanism"]
@@ -108,14 +115,21 @@ def test_other_units_of_length_time_and_mass_give_the_same_motion(scale, slow, h
     inertia = heavy * scale**2
     force = heavy * scale / slow**2
     changes = {
-        "mechanism.crank.length": 0.05 * scale, "mechanism.crank.mass": 0.3 * heavy,
-        "mechanism.crank.inertia": 1e-4 * inertia, "mechanism.rod.length": 0.12 * scale,
-        "mechanism.rod.center": 0.06 * scale, "mechanism.rod.mass": 0.21 * heavy,
-        "mechanism.rod.inertia": 2.5e-4 * inertia, "mechanism.slider.mass": 0.14 * heavy,
-        "drive.speed": 500.0 / slow, "joints.rod-slider.clearance": 0.5e-3 * scale,
-        "joints.rod-slider.bearing_radius": 0.01 * scale, "joints.rod-slider.length": 0.02 * scale,
-        "joints.rod-slider.contact.stiffness": 6.61e10 * force / scale**1.5, "simulate.revolutions": 0.25,
-    }  # fmt: skip
+        "mechanism.crank.length": 0.05 * scale,
+        "mechanism.crank.mass": 0.3 * heavy,
+        "mechanism.crank.inertia": 1e-4 * inertia,
+        "mechanism.rod.length": 0.12 * scale,
+        "mechanism.rod.center": 0.06 * scale,
+        "mechanism.rod.mass": 0.21 * heavy,
+        "mechanism.rod.inertia": 2.5e-4 * inertia,
+        "mechanism.slider.mass": 0.14 * heavy,
+        "drive.speed": 500.0 / slow,
+        "joints.rod-slider.clearance": 0.5e-3 * scale,
+        "joints.rod-slider.bearing_radius": 0.01 * scale,
+        "joints.rod-slider.length": 0.02 * scale,
+        "joints.rod-slider.contact.stiffness": 6.61e10 * force / scale**1.5,
+        "simulate.revolutions": 0.25,
+    }
     case = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
     same = clearsweep.load_case(
         slider_crank("rod-slider", changes={"drive.speed": 500.0, "simulate.revolutions": 0.25})
@@ -208,13 +222,20 @@ def test_the_window_leaves_out_what_is_discarded():
 
 
 def test_a_seated_start_is_in_contact_and_quiet():
-    trajectory = run("rod-slider", simulate__start="seated", simulate__revolutions=0.05, drive__speed="1500 rpm",
-                     save__orbits="all")  # fmt: skip
+    trajectory = run(
+        "rod-slider", simulate__start="seated", simulate__revolutions=0.05, drive__speed="1500 rpm", save__orbits="all"
+    )
     assert len(trajectory.events) == 0 or trajectory.events[0]["kind"] == "off"
     static = ideal.reactions(
-        {"crank": {"length": 0.05, "mass": 0.3, "center": 0.025}, "gravity": 0.0,
-         "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06}, "slider": {"mass": 0.14}},
-        50 * math.pi, 0.0).rod_slider  # fmt: skip
+        {
+            "crank": {"length": 0.05, "mass": 0.3, "center": 0.025},
+            "gravity": 0.0,
+            "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06},
+            "slider": {"mass": 0.14},
+        },
+        50 * math.pi,
+        0.0,
+    ).rod_slider
     assert trajectory["joints/rod_slider/force_normal"][0] == pytest.approx(np.hypot(*static), rel=1e-9)
 
 

@@ -7,12 +7,14 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep import integration, laws, simulation
-from clearsweep.kernels import tally
-from clearsweep.kernels.elastic import elastic_force
-from clearsweep.kernels.memory import recalled
-from clearsweep.kernels.normal import contact_force
-from clearsweep.outcome import ELASTIC_ONSET
+from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint.elastic import elastic_force
+from clearsweep.mechanics.joint.internal_state import recalled
+from clearsweep.mechanics.joint.normal import contact_force
+from clearsweep.mechanics.observe import tally
+from clearsweep.results import ELASTIC_ONSET
+from clearsweep.simulation import simulate as simulating
+from clearsweep.simulation.run import integrated
 
 LAW = "lankarani-nikravesh-plastic"
 STIFFNESS = 6.61e10
@@ -22,8 +24,17 @@ STEEL = {"material": {"young": 207e9, "poisson": 0.3}}
 
 def bounce(speed=1.0, mass=0.2, **contact):
     """Return the scene of one impact of two bodies of this mass."""
-    return clearsweep.load_case(changed(PAIR, {"joints.pair.contact": CONTACT | contact, "mechanism.speed": speed,
-                                               "mechanism.masses": [mass, mass], "simulate.impacts": 1}))  # fmt: skip
+    return clearsweep.load_case(
+        changed(
+            PAIR,
+            {
+                "joints.pair.contact": CONTACT | contact,
+                "mechanism.speed": speed,
+                "mechanism.masses": [mass, mass],
+                "simulate.impacts": 1,
+            },
+        )
+    )
 
 
 def returned(**changes):
@@ -78,24 +89,40 @@ def test_below_the_yield_rate_all_is_elastic():
 
 @pytest.mark.parametrize(
     "changes",
-    [{"mass": 2.0}, {"speed": 0.01}, {"speed": 5.0}, {"exponent": 1.0, "stiffness": 1e8},
-     {"exponent": 2.0, "stiffness": 1e13}, {"elastic": "johnson", **STEEL}, {"elastic": "liu", **STEEL}],
+    [
+        {"mass": 2.0},
+        {"speed": 0.01},
+        {"speed": 5.0},
+        {"exponent": 1.0, "stiffness": 1e8},
+        {"exponent": 2.0, "stiffness": 1e13},
+        {"elastic": "johnson", **STEEL},
+        {"elastic": "liu", **STEEL},
+    ],
     ids=str,
-)  # fmt: skip
+)
 def test_restitution_does_not_depend_on_mass_speed_or_elastic_law(changes):
     contact = dict(changes)
     if "elastic" not in contact:
         assert returned(**contact) == pytest.approx(0.7, abs=1e-9)
         return
-    case = changed(PAIR, {"joints.pair": {"clearance": 1e-4, "bearing_radius": 0.01, "length": 0.02,
-                                          "contact": {"law": LAW, "restitution": 0.7, **contact}},
-                          "simulate.impacts": 1})  # fmt: skip
+    case = changed(
+        PAIR,
+        {
+            "joints.pair": {
+                "clearance": 1e-4,
+                "bearing_radius": 0.01,
+                "length": 0.02,
+                "contact": {"law": LAW, "restitution": 0.7, **contact},
+            },
+            "simulate.impacts": 1,
+        },
+    )
     assert clearsweep.simulate(clearsweep.load_case(case)).summary["pair_restitution"] == pytest.approx(0.7, abs=1e-9)
 
 
 def test_the_first_half_is_that_of_hertz_and_the_loss_is_the_loop_s():
     made = bounce()
-    run = integration.integrated(made, np.empty(0), math.inf)
+    run = integrated(made, np.empty(0), math.inf)
     lost, stored = run.tally.whole[tally.ENERGY_LOST], run.tally.whole[tally.ENERGY_STORED]
     assert lost == pytest.approx((1.0 - 0.49) * 0.5 * 0.1 * 1.0**2, rel=1e-9)
     assert stored == pytest.approx(0.0, abs=1e-9 * lost)
@@ -135,22 +162,34 @@ def test_energies_balance_and_a_tighter_tolerance_converges():
 
 
 def test_the_implicit_method_finds_the_same_motion():
-    explicit, implicit = (crank(simulate__revolutions=0.2, simulate__method=method, simulate__tolerance=1e-8).summary
-                          for method in ("explicit", "implicit"))  # fmt: skip
+    explicit, implicit = (
+        crank(simulate__revolutions=0.2, simulate__method=method, simulate__tolerance=1e-8).summary
+        for method in ("explicit", "implicit")
+    )
     for figure in ("rod_slider_force_peak", "rod_slider_force_rms", "slider_acceleration_rms"):
         assert implicit[figure] == pytest.approx(explicit[figure], rel=1e-6)
 
 
 def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
-    lugre = {"law": "lugre", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 1e-3,
-             "bristle_stiffness": 1e5, "bristle_damping": 316.0}  # fmt: skip
-    changes = {"joints.crank-rod.friction": lugre, "joints.rod-slider.contact": CONTACT,
-               "joints.rod-slider.friction": lugre, "simulate.revolutions": 0.2}  # fmt: skip
+    lugre = {
+        "law": "lugre",
+        "coefficient": 0.1,
+        "static_coefficient": 0.15,
+        "stribeck_velocity": 1e-3,
+        "bristle_stiffness": 1e5,
+        "bristle_damping": 316.0,
+    }
+    changes = {
+        "joints.crank-rod.friction": lugre,
+        "joints.rod-slider.contact": CONTACT,
+        "joints.rod-slider.friction": lugre,
+        "simulate.revolutions": 0.2,
+    }
     scene = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=changes))
-    run = integration.integrated(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.pace)
+    run = integrated(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.pace)
     assert list(run.work.owner) == [0, 1, 1]
     assert list(run.work.deepest) == [0, scene.start.size - 2]
-    assert simulation._trajectory(scene, run, 1.0).summary["energy_residual"] < 1e-9
+    assert simulating._trajectory(scene, run, 1.0).summary["energy_residual"] < 1e-9
 
 
 def test_a_contact_that_yields_runs_uncompiled():

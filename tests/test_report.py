@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from report_fake import RPM, SWEEP, Run
 
-from clearsweep import outcome, report, store
+from clearsweep import report, results, store, wording
 from clearsweep.errors import InputError
-from clearsweep.report import findings, single, study, wording
-from clearsweep.sweeping import sweep
+from clearsweep.report import findings, single, study
+from clearsweep.sweeping.sweep import sweep
 
 BIG = {
     "joints.rod-slider.clearance": list(np.geomspace(5e-5, 5e-4, 25)),
@@ -36,8 +36,12 @@ RUNS = {
     "all failed": {"failures": 108},
     "impact pair": {"sweep": {}, "joints": ("pair",), "mechanism": "impact-pair", "wear": False},
     "three joints": {"joints": ("ground_crank", "crank_rod", "rod_slider")},
-    "swept pair": {"sweep": {"joints.pair.clearance": [1e-4, 5e-4], "joints.pair.contact.restitution": [0.5, 0.7, 0.9]},
-                   "joints": ("pair",), "mechanism": "impact-pair", "wear": False},
+    "swept pair": {
+        "sweep": {"joints.pair.clearance": [1e-4, 5e-4], "joints.pair.contact.restitution": [0.5, 0.7, 0.9]},
+        "joints": ("pair",),
+        "mechanism": "impact-pair",
+        "wear": False,
+    },
     "big": {"sweep": BIG},
 }
 VOID = {"meta", "link", "br", "img", "input", "hr"}
@@ -131,8 +135,15 @@ def test_page_names_worst_case_and_drivers_with_units(pages):
 
 def test_page_shows_the_drawings_of_the_motion(pages):
     text = Page(pages("full").read_text(encoding="utf-8")).text
-    for title in ("Journal orbit", "Normal force", "Slider acceleration against the ideal mechanism", "Crank torque",
-                  "Contact onsets", "Deepest wear, joint rod-slider", "Force p99: clearance \u00d7 crank speed"):
+    for title in (
+        "Journal orbit",
+        "Normal force",
+        "Slider acceleration against the ideal mechanism",
+        "Crank torque",
+        "Contact onsets",
+        "Deepest wear, joint rod-slider",
+        "Force p99: clearance \u00d7 crank speed",
+    ):
         assert title in text
     assert text.count("Force p99: ") == 6  # every pair of four axes
 
@@ -145,7 +156,7 @@ def test_long_tables_say_that_they_are_cut(pages):
 
 def test_elastic_range_is_told_with_figures():
     run = Run()
-    told, = findings.limits(study.prepare(run))
+    (told,) = findings.limits(study.prepare(run))
     assert "in 108 of 108 cases" in told
     assert "the fastest closes at 4.4 m/s, 88 times the 0.05 m/s" in told
     assert any(f"case {case_id}, rod-slider" in told for case_id in run.summary["case_id"])
@@ -169,8 +180,11 @@ def test_runs_without_slider_wear_or_history_do_not_speak_of_them(pages):
 
 def test_text_of_the_grid_is_escaped(tmp_path):
     evil = "<script>alert(1)</script>&\"'"
-    run = Run(sweep={"joints.rod-slider.contact.law": [evil, "hertz"], "drive.speed": SWEEP["drive.speed"]}, name=evil,
-              failures=2)
+    run = Run(
+        sweep={"joints.rod-slider.contact.law": [evil, "hertz"], "drive.speed": SWEEP["drive.speed"]},
+        name=evil,
+        failures=2,
+    )
     run.summary["message"] = evil
     run.grid["source"] = evil
     page = report.write(run, tmp_path / "evil.html").read_text(encoding="utf-8")
@@ -194,7 +208,7 @@ def test_values_that_a_case_does_not_use_are_left_out(tmp_path):
 
 def test_stored_run_is_read_as_the_store_hands_it_out(tmp_path):
     grid = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS), wear=True)
-    sweep(grid, out=tmp_path / "run", executor="serial", physics=fake_physics.Fake, show_progress=False)
+    sweep(grid, out=tmp_path / "run", executor="serial", simulator=fake_physics.Fake, show_progress=False)
     run = store.open(tmp_path / "run")
     text = Page(report.write(run, tmp_path / "run.html").read_text(encoding="utf-8")).text
     assert "3 of 6" in text
@@ -206,8 +220,14 @@ def test_stored_run_is_read_as_the_store_hands_it_out(tmp_path):
 def test_tables_hold_every_case_in_si_with_units(tmp_path):
     run = Run(failures=8)
     files = report.tables(run, tmp_path / "tables")
-    assert sorted(file.name for file in files) == ["by_speed.csv", "effects.csv", "failed.csv", "peaks_rod_slider.csv",
-                                                   "slider.csv", "wear_rod_slider.csv"]
+    assert sorted(file.name for file in files) == [
+        "by_speed.csv",
+        "effects.csv",
+        "failed.csv",
+        "peaks_rod_slider.csv",
+        "slider.csv",
+        "wear_rod_slider.csv",
+    ]
     rows = list(csv.DictReader((tmp_path / "tables/peaks_rod_slider.csv").open(encoding="utf-8")))
     assert len(rows) == 100
     summary = run.summary.set_index("case_id")
@@ -246,13 +266,23 @@ def test_without_two_cases_per_value_there_is_no_scatter_to_compare_with():
     assert np.isnan(contrast)
 
 
-@pytest.mark.parametrize(("value", "unit", "said"), [
-    (0.0005, "m", "0.500 mm"), (7.8e-5, "m", "78.0 µm"), (45871.65, "N", "45.9 kN"), (3.27e5, "m/s^2", "327 km/s²"),
-    (4.3857831, "m/s", "4.39 m/s"), (2.3e-8, "m/s", "23.0 nm/s"), (0.0, "N", "0 N"), (None, "N", "\u2013"),
-    (0.25, "1", "0.250"),
-    (6.61e10, "N/m^1.5", "66.1 \u00d7 10⁹ N/m¹·⁵"), (2e-14, "m^2/N", "20.0 \u00d7 10⁻¹⁵ m²/N"),
-    (4e-13, "m^3", "400 \u00d7 10³ µm³"),
-])
+@pytest.mark.parametrize(
+    ("value", "unit", "said"),
+    [
+        (0.0005, "m", "0.500 mm"),
+        (7.8e-5, "m", "78.0 µm"),
+        (45871.65, "N", "45.9 kN"),
+        (3.27e5, "m/s^2", "327 km/s²"),
+        (4.3857831, "m/s", "4.39 m/s"),
+        (2.3e-8, "m/s", "23.0 nm/s"),
+        (0.0, "N", "0 N"),
+        (None, "N", "\u2013"),
+        (0.25, "1", "0.250"),
+        (6.61e10, "N/m^1.5", "66.1 \u00d7 10⁹ N/m¹·⁵"),
+        (2e-14, "m^2/N", "20.0 \u00d7 10⁻¹⁵ m²/N"),
+        (4e-13, "m^3", "400 \u00d7 10³ µm³"),
+    ],
+)
 def test_quantities_read_like_an_engineer_writes_them(value, unit, said):
     assert wording.text(value, unit).replace("\u00a0", " ") == said
 
@@ -264,21 +294,21 @@ def test_swept_speeds_are_given_in_revolutions_per_minute():
 def _trajectory(run):
     channels = {name: np.asarray(values) for name, values in run.orbit(run.summary["case_id"][0]).items()}
     table = run.events("")
-    events = np.zeros(len(table), outcome.EVENT_DTYPE)
-    for name in outcome.EVENT_DTYPE.names:
+    events = np.zeros(len(table), results.EVENT_DTYPE)
+    for name in results.EVENT_DTYPE.names:
         events[name] = table[name]
-    return outcome.Trajectory("ok", "", {"rod_slider_force_p99": 1e4}, channels, events)
+    return results.Trajectory("ok", "", {"rod_slider_force_p99": 1e4}, channels, events)
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "html"])
 def test_one_case_is_simulated_again_and_drawn(monkeypatch, tmp_path, ending):
     run, asked = Run(), []
-    monkeypatch.setattr(single.Physics, "solve", lambda case: asked.append(case) or _trajectory(run))
+    monkeypatch.setattr(single.simulation, "solve", lambda case: asked.append(case) or _trajectory(run))
     case_id = run.summary["case_id"][5]
     out = report.show(run, case_id, tmp_path / "deep" / f"case.{ending}")
     assert out.stat().st_size > 10_000
     row = run.summary.set_index("case_id").loc[case_id]
-    case, = asked
+    (case,) = asked
     assert case["joints"]["rod-slider"]["clearance"] == row["joints.rod-slider.clearance"]
     assert case["joints"]["rod-slider"]["contact"]["stiffness"] == row["joints.rod-slider.contact.stiffness"]
     assert case["save"]["orbits"] == "last"
@@ -291,13 +321,19 @@ def test_one_case_is_simulated_again_and_drawn(monkeypatch, tmp_path, ending):
 def test_shown_case_is_the_one_that_was_stored(tmp_path):
     contact = {"law": "lankarani-nikravesh", "stiffness": "1e10 N/m^1.5", "restitution": 0.7}
     joint = {"clearance": "0.2 mm", "bearing_radius": "10 mm", "contact": contact}
-    grid = {"name": "shown", "mechanism": fake_physics.BODIES, "drive": {"speed": "3000 rpm"},
-            "joints": {"rod-slider": joint}, "simulate": {"revolutions": 2, "discard": 1},
-            "save": {"orbits": "none"}, "sweep": {"joints.rod-slider.clearance": ["0.1 mm", "0.2 mm"]}}
+    grid = {
+        "name": "shown",
+        "mechanism": fake_physics.BODIES,
+        "drive": {"speed": "3000 rpm"},
+        "joints": {"rod-slider": joint},
+        "simulate": {"revolutions": 2, "discard": 1},
+        "save": {"orbits": "none"},
+        "sweep": {"joints.rod-slider.clearance": ["0.1 mm", "0.2 mm"]},
+    }
     sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     case_id = run.summary["case_id"][0]
-    again = single.Physics.solve(single.to_draw(study.prepare(run), case_id))
+    again = single.simulation.solve(single.to_draw(study.prepare(run), case_id))
     assert again.summary["rod_slider_force_peak"] == run.summary["rod_slider_force_peak"][0]
     assert len(again.t) > 1440
     assert report.show(run, case_id, tmp_path / "case.svg").stat().st_size > 10_000
@@ -317,9 +353,21 @@ PROBE = """<script>addEventListener("load", () => {
                  page: document.documentElement.scrollWidth, window: innerWidth,
                  fetched: performance.getEntriesByType("resource").map(e => e.name)};
   document.body.setAttribute("data-probe", JSON.stringify(found)); });</script>"""
-FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-         "--disable-component-update", "--disable-sync", "--disable-default-apps", "--disable-extensions",
-         "--disable-dev-shm-usage", "--proxy-bypass-list=<-loopback>", "--virtual-time-budget=5000", "--dump-dom")
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-default-apps",
+    "--disable-extensions",
+    "--disable-dev-shm-usage",
+    "--proxy-bypass-list=<-loopback>",
+    "--virtual-time-budget=5000",
+    "--dump-dom",
+)
 
 
 @pytest.fixture
@@ -359,9 +407,20 @@ def _browse(page: str, proxy, profile, width: int = 1280) -> dict:
     assert browser, "chromium is not installed: apt-get install chromium"
     port, served, _ = proxy
     served["http://report.test/"] = page.replace("</head>", PROBE + "</head>").encode()
-    done = subprocess.run([browser, *FLAGS, f"--proxy-server=http://127.0.0.1:{port}", f"--user-data-dir={profile}",
-                           f"--window-size={width},900", "http://report.test/"],
-                          capture_output=True, text=True, timeout=120, check=True)
+    done = subprocess.run(
+        [
+            browser,
+            *FLAGS,
+            f"--proxy-server=http://127.0.0.1:{port}",
+            f"--user-data-dir={profile}",
+            f"--window-size={width},900",
+            "http://report.test/",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
     return json.loads(html.unescape(re.search(r'data-probe="([^"]*)"', done.stdout)[1]))
 
 

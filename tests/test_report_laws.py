@@ -9,9 +9,10 @@ from mechanism_cases import PAIR, changed
 from report_fake import RPM, Run
 from test_report import Page
 
-from clearsweep import grid, report, sweeping
-from clearsweep.physics import Physics
+from clearsweep import grid, report, simulation
 from clearsweep.report import laws, stiffness, study
+from clearsweep.sweeping import sweep
+from clearsweep.sweeping.simulator import SIMULATION
 
 JOINT = "joints.rod-slider"
 LAW, ELASTIC, RESTITUTION = f"{JOINT}.contact.law", f"{JOINT}.contact.elastic", f"{JOINT}.contact.restitution"
@@ -100,7 +101,8 @@ def test_restitution_asked_for_stands_beside_what_each_law_gives_back(tmp_path):
     assert rows["lankarani-nikravesh", 0.9] == pytest.approx(0.9132, abs=5e-5)
     assert rows["exact", 0.5] == pytest.approx(0.5, abs=1e-9)
     assert "Asked for a restitution of 0.5, a free impact gives back 0.500 (exact) to 0.725 (lankarani-" in text(
-        run, tmp_path)
+        run, tmp_path
+    )
 
 
 def test_an_impact_pair_measures_what_its_laws_give_back():
@@ -108,7 +110,7 @@ def test_an_impact_pair_measures_what_its_laws_give_back():
     names = ["lankarani-nikravesh", "exact"]
     run = Run(sweep={path: names}, joints=("pair",), mechanism="impact-pair", wear=False)
     pair = changed(PAIR, {"joints.pair.contact.restitution": 0.9, "sweep": {path: names}})
-    run.grid |= grid.load(pair, Physics.catalogue()).resolved()
+    run.grid |= grid.load(pair, simulation.catalogue()).resolved()
     run.summary["pair_restitution"] = np.where(run.summary[path] == "exact", 0.9, 0.91)
     rows = {row[0]: row for row in table(run, "restitution").rows}
     assert (rows["exact"][-1], rows["lankarani-nikravesh"][-1]) == (0.9, 0.91)
@@ -117,8 +119,10 @@ def test_an_impact_pair_measures_what_its_laws_give_back():
 def test_the_choice_of_the_elastic_law_moves_the_force_fourteenfold(tmp_path):
     run = of_elastic(["winkler", "power", "johnson"])
     told = text(run, tmp_path)
-    assert ("At a penetration of 1 µm these elastic laws differ by a factor of 14.2: 66.1 N (power) to 939 N "
-            "(winkler); by 30.2 at 0.1 µm") in told
+    assert (
+        "At a penetration of 1 µm these elastic laws differ by a factor of 14.2: 66.1 N (power) to 939 N "
+        "(winkler); by 30.2 at 0.1 µm"
+    ) in told
     assert "elastic law winkler, power, johnson" in told
     rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
     assert rows["johnson"][2:7] == pytest.approx((63.068, 814.618, 5158.36, 11700.0, 27138.3), rel=1e-4)
@@ -138,13 +142,24 @@ def test_a_material_shows_what_other_elastic_laws_would_give(tmp_path):
 
 
 def test_the_other_elastic_laws_are_those_that_a_grid_with_this_joint_may_name():
-    joint = {"bearing_radius": 0.01, "clearance": 2e-6, "contact": {"law": "exact", "elastic": "power", "exponent": 1.5,
-                                                                   "restitution": 0.7, "material": STEEL["material"]}}
-    assert set(Physics.elastic_choices(joint)) == {"power", "lankarani-nikravesh-cylindrical"}  # no length
-    allowed = set(Physics.elastic_choices(joint | {"length": 0.02}))
+    joint = {
+        "bearing_radius": 0.01,
+        "clearance": 2e-6,
+        "contact": {
+            "law": "exact",
+            "elastic": "power",
+            "exponent": 1.5,
+            "restitution": 0.7,
+            "material": STEEL["material"],
+        },
+    }
+    assert set(simulation.elastic_choices(joint)) == {"power", "lankarani-nikravesh-cylindrical"}  # no length
+    allowed = set(simulation.elastic_choices(joint | {"length": 0.02}))
     assert "johnson" in allowed
     assert "pereira" not in allowed  # fitted to clearances from 5 µm on
-    assert Physics.elastic_choices(joint | {"contact": {"law": "kelvin-voigt", "stiffness": 1e9, "damping": 1.0}}) == {}
+    assert (
+        simulation.elastic_choices(joint | {"contact": {"law": "kelvin-voigt", "stiffness": 1e9, "damping": 1.0}}) == {}
+    )
 
 
 def test_laws_of_another_version_leave_the_rest_of_the_page(tmp_path):
@@ -168,7 +183,7 @@ def test_tables_of_laws_are_written_with_their_units(tmp_path):
 
 @pytest.mark.parametrize("name", ["law_comparison", "two_joints", "probabilistic", "thousand_cases"])
 def test_every_case_is_found_again_by_its_values(name):
-    cases = grid.load(f"configs/{name}.yaml", Physics.catalogue())
+    cases = grid.load(f"configs/{name}.yaml", simulation.catalogue())
     for index in range(0, len(cases), max(1, len(cases) // 50)):
         assert cases.index(cases.point(index)) == index
     with pytest.raises(ValueError, match="no case"):
@@ -176,20 +191,20 @@ def test_every_case_is_found_again_by_its_values(name):
 
 
 def test_a_case_is_resolved_again_with_the_keys_that_it_uses():
-    cases = grid.load("configs/law_comparison.yaml", Physics.catalogue())
+    cases = grid.load("configs/law_comparison.yaml", simulation.catalogue())
     run = Run(sweep={path: list(values) for path, values in cases.axes.items()}, wear=False)
     run.grid |= cases.resolved()
     given = study.prepare(run)
     for case_id in given.cases.index[::10]:
-        case, = study.resolved(given, [case_id])
+        (case,) = study.resolved(given, [case_id])
         uses = case["joints"]["rod-slider"]["contact"]["elastic"]
         assert uses == given.value(case_id, ELASTIC)
         assert ("thickness" in case["joints"]["rod-slider"]["contact"]) == (uses == "winkler")
 
 
 def test_ranges_of_what_is_derived_hold_one_unit_each():
-    cases = grid.load("configs/law_comparison.yaml", Physics.catalogue())
-    derived, _ = sweeping.facts(cases, Physics)
+    cases = grid.load("configs/law_comparison.yaml", simulation.catalogue())
+    derived, _ = sweep.facts(cases, SIMULATION)
     stiff = {name: one for name, one in derived.items() if "contact.stiffness" in name}
     assert {one["unit"] for one in stiff.values()} == {"N/m^1.5", "N/m^1.16257", "N/m^1.02531"}
     assert all(one["min"] == one["max"] for one in stiff.values())

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from bench import mechanics, speed
 
-from clearsweep.kernels.family import flatten
-from clearsweep.kernels.joint import FREE, PRESSED
+from clearsweep.mechanics.compiled.family import flatten
+from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.verify.problems import problems, scene_of
-from clearsweep.verify.yardsticks import DEPTH, JOINT_WIDTH, NORMAL, RATE, ROWS, rates_of
-from clearsweep.verify.yardsticks import _evaluate as evaluate
+from clearsweep.verify.rivals import DEPTH, JOINT_WIDTH, NORMAL, RATE, ROWS, rates_of
+from clearsweep.verify.rivals import _evaluate as evaluate
 
 PROBLEMS = {problem.name: problem for problem in problems() if problem.name in speed.NAMES}
 
@@ -54,8 +54,10 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
 
 
 def test_errors_out_of_order_are_pooled():
-    rows = [{"method": "m", "error_first_half": e, "ms_per_revolution": t}
-            for e, t in ((1e-4, 1.0), (1e-8, 2.0), (1e-6, 3.0), (1e-10, 4.0))]  # fmt: skip
+    rows = [
+        {"method": "m", "error_first_half": e, "ms_per_revolution": t}
+        for e, t in ((1e-4, 1.0), (1e-8, 2.0), (1e-6, 3.0), (1e-10, 4.0))
+    ]
     pooled = [row["error_first_half"] for row in speed.in_order({"rows": rows}, "m")["rows"]]
     assert pooled == pytest.approx([1e-4, 1e-7, 1e-7, 1e-10])
     assert speed.time_of({"rows": rows}, "m", 1e-5) == pytest.approx(2.0 ** (1.0 / 3.0))
@@ -63,8 +65,11 @@ def test_errors_out_of_order_are_pooled():
 
 def test_a_ratio_says_whether_what_was_asked_is_met():
     times = {speed.OURS: 1.0, speed.SODA: 3.0, speed.SCIPY: 250.0}
-    rows = [{"method": method, "error_first_half": error, "ms_per_revolution": np.float64(factor * time)}
-            for method, time in times.items() for error, factor in ((1e-6, 0.5), (1e-10, 2.0))]  # fmt: skip
+    rows = [
+        {"method": method, "error_first_half": error, "ms_per_revolution": np.float64(factor * time)}
+        for method, time in times.items()
+        for error, factor in ((1e-6, 0.5), (1e-10, 2.0))
+    ]
     found = {ratio["method"]: ratio for ratio in speed.ratios({"name": "b_base", "rows": rows})}
     assert found[speed.SODA]["over_ours"] == pytest.approx(3.0)
     assert found[speed.SODA]["met"] is False

@@ -15,13 +15,15 @@ from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid
 from ruamel.yaml import YAML
 from test_sweep import quiet, same_results
 
-from clearsweep import cli, joining, sweeping
+from clearsweep import cli
 from clearsweep import grid as grids
 from clearsweep.errors import DirectoryError, InputError
-from clearsweep.sharding import Shard
+from clearsweep.sweeping import merge as merging
+from clearsweep.sweeping import sweep
+from clearsweep.sweeping.shard import Shard
 
 MIXED = grid(5, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 15 cases, 5 of them fail
-merge = functools.partial(joining.merge, physics=Fake)
+merge = functools.partial(merging.merge, simulator=Fake)
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +41,6 @@ def copies(pieces, tmp_path):
     return [tmp_path / "pieces" / name for name in "123"]
 
 
-
 def test_every_case_is_in_one_shard_and_shards_are_equally_large():
     ids = np.random.default_rng(1).integers(0, 2**63, 103, dtype="u8")
     parts = [Shard(k, 8).ids(ids) for k in range(1, 9)]
@@ -49,7 +50,7 @@ def test_every_case_is_in_one_shard_and_shards_are_equally_large():
 
 def test_no_axis_falls_to_one_shard_alone():
     held = grids.load(grid(4, [0.1 * k for k in range(16)]), CATALOGUE)
-    ids = sweeping.case_ids(held)
+    ids = sweep.case_ids(held)
     for k in range(1, 5):
         mine = np.flatnonzero(np.isin(ids, Shard(k, 4).ids(ids)))
         assert len({held.point(i)["mechanism.slider.mass"] for i in mine.tolist()}) > 1
@@ -79,7 +80,8 @@ def test_a_joined_run_goes_on_like_any_other(pieces, tmp_path):
     repeated = merge([pieces / name for name in "123"], tmp_path / "all")
     assert repeated.cases == 15
     assert len(list((tmp_path / "all" / "parts").iterdir())) == sum(
-        len(list((pieces / name / "parts").iterdir())) for name in "123")
+        len(list((pieces / name / "parts").iterdir())) for name in "123"
+    )
 
 
 def test_a_shard_resumes_and_takes_no_case_of_another(pieces, tmp_path):
@@ -118,11 +120,14 @@ def test_a_damaged_batch_counts_as_missing_and_is_named(pieces, tmp_path, capfd)
     assert f"shards/{shard.name}: damaged" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize(("change", "named"), [
-    ({"drive": {"speed": "3000 rpm"}}, "drive.speed"),
-    ({"save": {"orbits": "none"}}, "save.orbits"),
-    ({"sweep": MIXED["sweep"] | {"mechanism.gravity": [GOOD]}}, r"sweep.mechanism.gravity"),
-])
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"drive": {"speed": "3000 rpm"}}, "drive.speed"),
+        ({"save": {"orbits": "none"}}, "save.orbits"),
+        ({"sweep": MIXED["sweep"] | {"mechanism.gravity": [GOOD]}}, r"sweep.mechanism.gravity"),
+    ],
+)
 def test_runs_of_another_grid_are_refused_with_the_keys_that_differ(pieces, tmp_path, change, named):
     quiet(MIXED | change, tmp_path / "other", executor="serial", shard="1/9")
     with pytest.raises(DirectoryError, match=named):
@@ -164,7 +169,7 @@ class Elsewhere(Fake):
 @pytest.mark.parametrize("what", ["crank_torque_peak", "slider/x"])
 def test_overlaps_that_disagree_are_refused_with_the_case(pieces, tmp_path, monkeypatch, what):
     monkeypatch.setattr(Elsewhere, "what", what)
-    sweeping.sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, physics=Elsewhere, shard="2/3")
+    sweep.sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, simulator=Elsewhere, shard="2/3")
     held = set(pq.read_table(pieces / "2" / "summary.parquet")["case_id"].to_pylist())
     with pytest.raises(DirectoryError, match=f"{what} is") as caught:
         merge([pieces / name for name in "123"] + [tmp_path / "other"], tmp_path / "all")
@@ -174,7 +179,7 @@ def test_overlaps_that_disagree_are_refused_with_the_case(pieces, tmp_path, monk
 
 def test_timing_alone_is_no_disagreement(pieces, tmp_path, monkeypatch):
     monkeypatch.setattr(Elsewhere, "what", "run_time")
-    sweeping.sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, physics=Elsewhere, shard="2/3")
+    sweep.sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, simulator=Elsewhere, shard="2/3")
     merge([pieces / name for name in "123"] + [tmp_path / "other"], tmp_path / "all")
     assert same_results(tmp_path / "all", pieces / "whole")
 
@@ -195,8 +200,8 @@ def test_a_shard_that_is_none_is_refused_before_anything_is_written(tmp_path, te
 
 def test_shards_run_merge_and_report_from_the_command_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sweeping, "sweep", functools.partial(sweeping.sweep, physics=Fake))
-    monkeypatch.setattr(joining, "merge", merge)
+    monkeypatch.setattr(sweep, "sweep", functools.partial(sweep.sweep, simulator=Fake))
+    monkeypatch.setattr(merging, "merge", merge)
     with open("g.yaml", "w", encoding="utf-8") as file:
         YAML().dump(grid(6, wear=True), file)
     run = functools.partial(CliRunner().invoke, cli.verbs)

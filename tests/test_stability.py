@@ -34,8 +34,12 @@ def test_the_table_spans_what_it_should():
     clearance = [joint["clearance"] for joint in joints]
     rpm = [case.grid["drive"]["speed"] * 30.0 / math.pi for case in TABLE if "drive" in case.grid]
     for values, low, high in (
-        (stiffness, 1e5, 1e14), (restitution, 0.01, 1.0), (friction, 0.0, 1.0), (clearance, 1e-7, 5e-3), (rpm, 1, 5e4),
-    ):  # fmt: skip
+        (stiffness, 1e5, 1e14),
+        (restitution, 0.01, 1.0),
+        (friction, 0.0, 1.0),
+        (clearance, 1e-7, 5e-3),
+        (rpm, 1, 5e4),
+    ):
         assert min(values) == pytest.approx(low)
         assert max(values) == pytest.approx(high)
     assert {len(case.grid["joints"]) for case in TABLE} == {1, 2, 3}
@@ -66,7 +70,7 @@ def test_a_contact_that_the_log_lacks_is_seen():
     made, _ = stability.scene_of(next(case for case in TABLE if case.name == "stiffness/C 1e+10"))
     found = clearsweep.simulate(made, times=np.linspace(0.0, 0.02, 4001))
     assert stability._largest_escape(made, found, 0, "rod_slider") < stability.SLACK
-    lost = clearsweep.outcome.Trajectory("ok", "", found.summary, found.channels, found.events[1:])
+    lost = clearsweep.Trajectory("ok", "", found.summary, found.channels, found.events[1:])
     assert stability._largest_escape(made, lost, 0, "rod_slider") > stability.SLACK
 
 

@@ -5,9 +5,9 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
-from clearsweep.kernels import radau, stiff
-from clearsweep.kernels.method import NODE_SHARES, shapes
-from clearsweep.verify import extremes, stability, stiffness
+from clearsweep.mechanics.solver import newton, radau
+from clearsweep.mechanics.solver.dop853 import NODE_SHARES, shapes
+from clearsweep.verify import extremes, stability, stiff
 
 FIGURES = ("rod_slider_force_peak", "rod_slider_force_rms", "rod_slider_penetration_max", "slider_acceleration_rms")
 
@@ -32,10 +32,10 @@ def test_factors_solve_a_system(fixed):
     if not fixed:
         matrix[0, 0] = 0.0  # needs pivoting
     factors, pivots, found = matrix.copy(), np.zeros(9, dtype=np.int64), right.copy()
-    assert stiff.factorise(factors, pivots, fixed)
-    stiff.substitute(factors, pivots, found)
+    assert newton.factorise(factors, pivots, fixed)
+    newton.substitute(factors, pivots, found)
     assert matrix @ found == pytest.approx(right, abs=1e-12)
-    assert not stiff.factorise(np.zeros((3, 3)), np.zeros(3, dtype=np.int64), 0)
+    assert not newton.factorise(np.zeros((3, 3)), np.zeros(3, dtype=np.int64), 0)
 
 
 def test_the_tableau_is_collocation_of_order_nine():
@@ -109,15 +109,15 @@ GAINS = {  # of evaluations at equal error, explicit at 1e-6 over automatic: lea
 @pytest.mark.slow
 @pytest.mark.parametrize("name", GAINS)
 def test_where_stability_limits_the_explicit_method_the_automatic_choice_is_far_cheaper(name):
-    case = next(case for case in stiffness.cases() if case.name == name)
-    (row,) = stiffness.compare(case, (1e-6,))
+    case = next(case for case in stiff.cases() if case.name == name)
+    (row,) = stiff.compare(case, (1e-6,))
     assert row["auto"]["error"] <= row["explicit"]["error"]
     assert row["evaluations_ratio"] > GAINS[name]
 
 
-@pytest.mark.parametrize("problem", [p for p in stiffness.problems() if p.name != "b_damped"], ids=lambda p: p.name)
+@pytest.mark.parametrize("problem", [p for p in stiff.problems() if p.name != "b_damped"], ids=lambda p: p.name)
 def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
-    assert stiffness.other(problem)["evaluations_ratio"] <= 1.05
+    assert stiff.other(problem)["evaluations_ratio"] <= 1.05
 
 
 def test_a_step_cut_where_no_iteration_converges_still_gives_finite_figures():

@@ -14,9 +14,9 @@ import pytest
 from fake_physics import FAILS, GOOD, Fake, grid
 
 from clearsweep import grid as grids
-from clearsweep import outcome, store
+from clearsweep import results, store
 from clearsweep.errors import DirectoryError, InputError, StorageError
-from clearsweep.store import durable, merging
+from clearsweep.store import assemble, durable
 
 
 def loaded(source):
@@ -51,12 +51,13 @@ def test_summary_holds_every_case_once_in_case_id_order(mixed):
 
 def test_summary_columns_are_those_of_the_layout_with_their_units(mixed):
     held_grid, run = mixed
-    figures = outcome.summary_columns(held_grid.layout())
+    figures = results.summary_columns(held_grid.layout())
     names = ["case_id", *held_grid.axes, "status", "message", *(column.name for column in figures)]
     assert list(run.summary.columns) == names
     assert run.summary.attrs["units"]["mechanism.slider.mass"] == "kg"
     assert {column.name: run.summary.attrs["units"][column.name] for column in figures} == {
-        column.name: column.unit for column in figures}
+        column.name: column.unit for column in figures
+    }
 
 
 def test_what_was_not_computed_is_null_and_never_nan(mixed):
@@ -80,7 +81,7 @@ def test_orbits_come_back_bit_by_bit(mixed):
             continue
         for name, values in expected.channels.items():
             np.testing.assert_array_equal(orbit[name], values)
-        for name in outcome.EVENT_DTYPE.names:
+        for name in results.EVENT_DTYPE.names:
             np.testing.assert_array_equal(events[name].to_numpy(), expected.events[name])
         np.testing.assert_array_equal(run.wear(held_grid.case_id(index))["rod_slider"], expected.wear["rod_slider"])
     assert orbit.attrs["units"]["joints/rod_slider/force_normal"] == "N"
@@ -107,14 +108,14 @@ def test_orbits_file_reads_as_the_contract_says(mixed):
         found = {}
         file.visititems(lambda name, item: found.update({name: dict(item.attrs)} if hasattr(item, "shape") else {}))
         assert all(attributes["units"] and attributes["description"] for attributes in found.values())
-        assert {channel.name for channel in outcome.channels(held_grid.layout())} <= set(found)
+        assert {channel.name for channel in results.channels(held_grid.layout())} <= set(found)
 
 
 def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeypatch):
-    monkeypatch.setattr(merging, "CHUNK_VALUES", 50)
-    monkeypatch.setattr(merging, "CHUNKS_AT_ONCE", 3)
-    monkeypatch.setattr(merging, "OPEN_SHARDS", 2)
-    monkeypatch.setattr(merging, "GROUP_ROWS", 4)
+    monkeypatch.setattr(assemble, "CHUNK_VALUES", 50)
+    monkeypatch.setattr(assemble, "CHUNKS_AT_ONCE", 3)
+    monkeypatch.setattr(assemble, "OPEN_SHARDS", 2)
+    monkeypatch.setattr(assemble, "GROUP_ROWS", 4)
     held_grid = loaded(grid(30, wear=True))
     run = filled(tmp_path / "run", held_grid, [range(k, 30, 7) for k in range(7)])
     assert len(run.summary) == 30
@@ -166,7 +167,7 @@ def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):
     case_id, point = held_grid.case_id(0), held_grid.point(0)
     with store.Store(directory).open_for(held_grid) as held:
         for number, status in enumerate(("crashed", "ok", "timeout")):
-            path = outcome.Trajectory(status, "", {}) if status != "ok" else Fake.solve(held_grid.case(0))
+            path = results.Trajectory(status, "", {}) if status != "ok" else Fake.solve(held_grid.case(0))
             store.commit(directory, store.Form.of(held_grid), f"{number:016x}", [store.Row(case_id, point, path)])
         held.recover()
         assert [bool(row["failed"]) for row in held.rows()] == [False]
@@ -179,7 +180,7 @@ def test_a_damaged_batch_is_found_named_and_forgotten(mixed, folder, harm):
     victim = sorted((run.directory / folder).iterdir())[1]
     content = bytearray(victim.read_bytes())
     content[len(content) // 2] ^= 1
-    victim.write_bytes({"flip": content, "cut": content[:len(content) // 2], "empty": b"", "remove": b""}[harm])
+    victim.write_bytes({"flip": content, "cut": content[: len(content) // 2], "empty": b"", "remove": b""}[harm])
     if harm == "remove":
         victim.unlink()
     with store.Store(run.directory).open_for(held_grid) as held:
@@ -202,11 +203,14 @@ def test_a_second_holder_of_the_directory_is_refused(tmp_path):
         pass
 
 
-@pytest.mark.parametrize(("change", "named"), [
-    ({"drive": {"speed": "3000 rpm"}}, "drive.speed"),
-    ({"save": {"orbits": "none"}}, "save.orbits"),
-    ({"sweep": {"drive.speed": [100.0]}}, "swept"),
-])
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"drive": {"speed": "3000 rpm"}}, "drive.speed"),
+        ({"save": {"orbits": "none"}}, "save.orbits"),
+        ({"sweep": {"drive.speed": [100.0]}}, "swept"),
+    ],
+)
 def test_results_of_another_grid_are_refused_with_what_differs(mixed, change, named):
     _, run = mixed
     before = {path: path.read_bytes() for path in run.directory.rglob("*") if path.is_file() and path.name != "lock"}

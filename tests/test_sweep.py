@@ -16,16 +16,17 @@ import pytest
 import torture
 from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, Fake, grid
 
-from clearsweep import errors, estimate, pool, progress
-from clearsweep.drive import Batches
-from clearsweep.sweeping import sweep
-from clearsweep.worker import Manifest
+from clearsweep import errors
+from clearsweep.sweeping import estimate, executors, progress
+from clearsweep.sweeping.driver import Batches
+from clearsweep.sweeping.sweep import sweep
+from clearsweep.sweeping.worker import Manifest
 
 HERE = Path(__file__).parent
 
 
 def quiet(source, out, **options):
-    return sweep(source, out, show_progress=False, physics=Fake, **options)
+    return sweep(source, out, show_progress=False, simulator=Fake, **options)
 
 
 def program(out, source, **options):
@@ -95,10 +96,18 @@ def test_failures_become_rows_with_their_reason_and_the_others_go_on(tmp_path):
 
 
 def test_a_crash_in_a_batch_costs_the_others_nothing(tmp_path):
-    result = quiet(grid(30, (GOOD, DIES), sweep={
-        "mechanism.gravity": [GOOD, 0.001, 0.002, 0.003, 0.004, DIES],
-        "mechanism.slider.mass": [0.1 + 0.001 * k for k in range(5)],
-    }), tmp_path / "run", jobs=2)
+    result = quiet(
+        grid(
+            30,
+            (GOOD, DIES),
+            sweep={
+                "mechanism.gravity": [GOOD, 0.001, 0.002, 0.003, 0.004, DIES],
+                "mechanism.slider.mass": [0.1 + 0.001 * k for k in range(5)],
+            },
+        ),
+        tmp_path / "run",
+        jobs=2,
+    )
     assert (result.ok, result.failed, result.missing) == (25, 5, 0)
 
 
@@ -239,8 +248,9 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
 @pytest.mark.parametrize(("limit", "fails"), [(2000, r"tmp|parts|shards"), (230_000, "writing failed")])
 def test_storage_that_fails_stops_the_run_and_harms_nothing(tmp_path, limit, fails):
     """`limit`: bytes that a file may have; no batch fits any more, or every batch but not the merged histories."""
-    small, source = (grid(count, (GOOD + 0.02,), orbits="all", wear=True, simulate={"revolutions": 10})
-                     for count in (3, 60))
+    small, source = (
+        grid(count, (GOOD + 0.02,), orbits="all", wear=True, simulate={"revolutions": 10}) for count in (3, 60)
+    )
     quiet(small, tmp_path / "run")
     before = {path.name: path.read_bytes() for path in (tmp_path / "run" / "parts").iterdir()}
     allowed = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -279,9 +289,9 @@ def test_overhead_of_a_thousand_short_cases_is_small(tmp_path):
 
 
 def test_one_worker_has_one_thread(tmp_path, monkeypatch):
-    for name in pool.THREAD_VARIABLES:
+    for name in executors.THREAD_VARIABLES:
         monkeypatch.setenv(name, "7")
-    workers = pool.Local(1)
+    workers = executors.Local(1)
     try:
         inside = workers.submit(os.getenv, "OPENBLAS_NUM_THREADS").result()
     finally:
@@ -309,7 +319,7 @@ def test_batches_with_large_histories_stay_small():
 
 
 def test_a_dry_run_counts_times_and_writes_nothing(tmp_path):
-    found = estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", jobs=2, physics=Fake)
+    found = estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", jobs=2, simulator=Fake)
     assert (found.cases, found.pending) == (50, 50)
     assert found.derived["joints.rod-slider.contact.stiffness"]["max"] == 6.61e10
     assert 0.02 < found.case_seconds < 0.1
@@ -318,13 +328,19 @@ def test_a_dry_run_counts_times_and_writes_nothing(tmp_path):
     quiet(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run")
     size = sum(path.stat().st_size for path in (tmp_path / "run").rglob("*"))
     assert 0.3 * size < found.bytes < 3.0 * size
-    assert estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", physics=Fake).pending == 0
+    assert estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", simulator=Fake).pending == 0
 
 
-@pytest.mark.parametrize(("options", "named"), [
-    ({"executor": "cloud"}, "local, serial"), ({"jobs": 0}, "jobs"), ({"case_timeout": -1.0}, "case timeout"),
-    ({"max_failures": "many"}, "max failures"), ({"case_timeout": 1.0, "executor": "serial"}, "serial"),
-])
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"executor": "cloud"}, "local, serial"),
+        ({"jobs": 0}, "jobs"),
+        ({"case_timeout": -1.0}, "case timeout"),
+        ({"max_failures": "many"}, "max failures"),
+        ({"case_timeout": 1.0, "executor": "serial"}, "serial"),
+    ],
+)
 def test_bad_options_are_refused_before_anything_is_written(tmp_path, options, named):
     with pytest.raises(errors.InputError, match=named):
         quiet(grid(1), tmp_path / "run", **options)

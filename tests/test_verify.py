@@ -1,4 +1,4 @@
-"""The integrator against trajectories in quadruple precision and closed forms, and the yardsticks it is measured by."""
+"""The integrator against trajectories in quadruple precision and closed forms, and the rivals it is measured by."""
 
 import json
 import math
@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from clearsweep import simulate, verify
-from clearsweep.kernels.event import ONSET, SEPARATION
-from clearsweep.verify import convergence, measuring, table
+from clearsweep.mechanics.solver.event import ONSET, SEPARATION
+from clearsweep.verify import accuracy, convergence, text
 from clearsweep.verify.problems import found_by_simulate, problems, returned, scene_of
-from clearsweep.verify.yardsticks import runge_kutta_4, scipy_ivp
+from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp
 
 PROBLEMS = {problem.name: problem for problem in problems()}
 TRAJECTORIES = [name for name in PROBLEMS if name not in ("impact_pair", "b_damped")]
@@ -27,8 +27,12 @@ def judged(name, tolerance):
 def test_references_hold_five_trajectories_with_one_and_two_open_joints():
     assert TRAJECTORIES == ["b_base", "b_grav_fric", "a_base", "ab_base", "b_stiff"]
     assert {name: len(PROBLEMS[name].events) for name in TRAJECTORIES} == {
-        "b_base": 56, "b_grav_fric": 19, "a_base": 25, "ab_base": 60, "b_stiff": 48,
-    }  # fmt: skip
+        "b_base": 56,
+        "b_grav_fric": 19,
+        "a_base": 25,
+        "ab_base": 60,
+        "b_stiff": 48,
+    }
 
 
 @pytest.mark.parametrize("name", TRAJECTORIES)
@@ -104,7 +108,7 @@ def test_scipy_on_the_same_laws_agrees_with_the_reference_and_with_ours(name):
     assert found.events[:, 3] == pytest.approx(ours.events[:, 3], abs=1e-4)
 
 
-def test_yardsticks_return_the_closed_form_of_the_impact_pair():
+def test_rivals_return_the_closed_form_of_the_impact_pair():
     problem = PROBLEMS["impact_pair"]
     scene = scene_of(problem, 1e-9)
     located = problem.judge(scipy_ivp(scene, (), problem.end, 1e-12, problem.separations))
@@ -129,9 +133,9 @@ def test_verdict_sees_a_missing_event_and_a_wrong_order():
 def results():
     """Return what two problems give, at few settings and in one round."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measuring, "problems", lambda: [PROBLEMS["b_base"], PROBLEMS["impact_pair"]])
-        patch.setattr(measuring, "QUICK_STEPS", (1e-5, 1e-6))
-        patch.setattr(measuring, "QUICK_ROUNDS", 1)
+        patch.setattr(accuracy, "problems", lambda: [PROBLEMS["b_base"], PROBLEMS["impact_pair"]])
+        patch.setattr(accuracy, "QUICK_STEPS", (1e-5, 1e-6))
+        patch.setattr(accuracy, "QUICK_ROUNDS", 1)
         patch.setattr(convergence, "QUICK_LENGTHS", (10, 20))
         return verify.measure(quick=True)
 
@@ -142,7 +146,7 @@ def test_results_survive_json_and_are_complete(results):
     assert read["date"]
     assert {"processor", "python", "numba", "scipy"} <= set(read["machine"])
     for entry in read["problems"]:
-        assert {row["method"] for row in entry["rows"]} == {method.name for method in measuring.methods(True)}
+        assert {row["method"] for row in entry["rows"]} == {method.name for method in accuracy.methods(True)}
         for row in entry["rows"]:
             assert ("tolerance" in row) != ("step" in row)
             assert row["ms_per_revolution"] > 0.0
@@ -153,7 +157,7 @@ def test_results_survive_json_and_are_complete(results):
 
 
 def test_table_is_narrow_and_has_a_line_for_every_row(results):
-    lines = table.text(results).splitlines()
+    lines = text.text(results).splitlines()
     assert sum("tolerance 1e-06" in line for line in lines) == 12
     assert all(len(line) <= 132 for line in lines)
     assert any(line.startswith("b_base at tolerance 1e-09") for line in lines)
@@ -162,10 +166,11 @@ def test_table_is_narrow_and_has_a_line_for_every_row(results):
 def test_statistics_come_with_an_interval_for_every_tolerance_and_length(results):
     rows = results["convergence"]["rows"]
     assert [(row["revolutions"], row["tolerance"]) for row in rows] == [
-        (length, tolerance) for tolerance in convergence.QUICK_TOLERANCES for length in (10, 20)]  # fmt: skip
+        (length, tolerance) for tolerance in convergence.QUICK_TOLERANCES for length in (10, 20)
+    ]
     assert all(row[figure]["half_width"] > 0.0 for row in rows for figure in convergence.FIGURES)
     assert all(row[figure]["blocks"] == row["revolutions"] for row in rows for figure in convergence.FIGURES)
-    lines = table.text(results).splitlines()
+    lines = text.text(results).splitlines()
     first = next(line for line in lines if line.split()[:2] == ["10", "1e-06"])
     assert f"{rows[0]['rod_slider_force_rms']['value']:.0f} +- " in first
 
@@ -190,8 +195,8 @@ def test_main_prints_text_or_json(results, monkeypatch, capsys):
 
 def test_time_at_equal_error_lies_between_the_settings():
     rows = [{"method": "m", "error_first_half": e, "ms_per_revolution": t} for e, t in ((1e-2, 10.0), (1e-6, 1000.0))]
-    assert measuring.time_at_error({"rows": rows}, "m", 1e-4) == pytest.approx(100.0)
-    assert measuring.time_at_error({"rows": rows}, "m", 1e-8) is None
+    assert accuracy.time_at_error({"rows": rows}, "m", 1e-4) == pytest.approx(100.0)
+    assert accuracy.time_at_error({"rows": rows}, "m", 1e-8) is None
 
 
 @pytest.mark.parametrize("ending", ["svg", "png"])

@@ -7,8 +7,8 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.kernels.joint import Joint
-from clearsweep.kernels.wear import ACCOUNT, Archard, spread, wear_rate
+from clearsweep.mechanics.joint.dry import Joint
+from clearsweep.mechanics.joint.wear import ACCOUNT, Archard, spread, wear_rate
 
 BINS = 360
 WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS}
@@ -115,8 +115,9 @@ def test_figures_of_wear_are_those_of_the_bins():
 
 def test_wear_does_not_change_the_motion():
     with_wear = run()[1]
-    without = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes={
-        "simulate.revolutions": 2, "simulate.discard": 1})))  # fmt: skip
+    without = clearsweep.simulate(
+        clearsweep.load_case(slider_crank("rod-slider", changes={"simulate.revolutions": 2, "simulate.discard": 1}))
+    )
     assert with_wear.summary["rod_slider_force_peak"] == without.summary["rod_slider_force_peak"]
     assert with_wear.summary["steps"] == without.summary["steps"]
 

@@ -21,23 +21,34 @@ import numpy as np
 import psutil
 import pyarrow.parquet as pq
 
-from clearsweep.outcome import TIMINGS
+from clearsweep.results import TIMINGS
 
 ROOT = Path(__file__).parent.parent
 GRID = {
     "name": "torture",
-    "mechanism": {"type": "slider-crank", "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
-                  "rod": {"length": "120 mm", "mass": 0.21, "inertia": 2.5e-4}, "slider": {"mass": "0.14 kg"}},
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
+        "rod": {"length": "120 mm", "mass": 0.21, "inertia": 2.5e-4},
+        "slider": {"mass": "0.14 kg"},
+    },
     "drive": {"speed": "5000 rpm"},
-    "joints": {"rod-slider": {
-        "clearance": "0.5 mm", "bearing_radius": "10 mm", "length": "20 mm",
-        "contact": {"law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.9},
-        "wear": {"law": "archard", "coefficient": "2e-14 m^2/N", "bins": 72}}},
+    "joints": {
+        "rod-slider": {
+            "clearance": "0.5 mm",
+            "bearing_radius": "10 mm",
+            "length": "20 mm",
+            "contact": {"law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.9},
+            "wear": {"law": "archard", "coefficient": "2e-14 m^2/N", "bins": 72},
+        }
+    },
     "simulate": {"revolutions": 6, "discard": 1},
     "save": {"orbits": "last", "revolutions": 1, "samples": 72},
-    "sweep": {"joints.rod-slider.clearance": {"linspace": ["0.1 mm", "0.5 mm", 10]},
-              "joints.rod-slider.contact.restitution": {"linspace": [0.5, 0.95, 10]},
-              "drive.speed": {"linspace": ["1000 rpm", "5000 rpm", 10]}},
+    "sweep": {
+        "joints.rod-slider.clearance": {"linspace": ["0.1 mm", "0.5 mm", 10]},
+        "joints.rod-slider.contact.restitution": {"linspace": [0.5, 0.95, 10]},
+        "drive.speed": {"linspace": ["1000 rpm", "5000 rpm", 10]},
+    },
 }
 
 
@@ -56,8 +67,11 @@ class Round:
         while self.kills.total() < most and self._goes_on(process, self.chance.uniform(*self.pause)):
             family = psutil.Process(process.pid).children(recursive=True)
             kind = self.chance.choice(["parent", "one process", "all"])
-            victims = {"parent": [process], "all": [process, *family],
-                       "one process": [self.chance.choice([process, *family])]}[kind]
+            victims = {
+                "parent": [process],
+                "all": [process, *family],
+                "one process": [self.chance.choice([process, *family])],
+            }[kind]
             self.chance.shuffle(victims)
             for victim in victims:
                 with contextlib.suppress(ProcessLookupError):
@@ -111,9 +125,14 @@ def differences(one: Path, other: Path) -> dict[str, int]:
     """Return how two runs differ: rows and values that are only in the first or not the same, timings aside."""
     tables = [pq.read_table(path / "summary.parquet").drop_columns(sorted(TIMINGS)) for path in (one, other)]
     rows = [{row["case_id"]: row for row in table.to_pylist()} for table in tables]
-    found = {"rows": len(rows[0]), "rows lost": len(rows[0].keys() - rows[1].keys()),
-             "rows differing": sum(rows[1].get(name, row) != row for name, row in rows[0].items()),
-             "rows too many": len(tables[1]) - len(tables[0]), "values": 0, "values differing": 0}
+    found = {
+        "rows": len(rows[0]),
+        "rows lost": len(rows[0].keys() - rows[1].keys()),
+        "rows differing": sum(rows[1].get(name, row) != row for name, row in rows[0].items()),
+        "rows too many": len(tables[1]) - len(tables[0]),
+        "values": 0,
+        "values differing": 0,
+    }
     if tables[0].schema != tables[1].schema:
         found["rows differing"] = len(tables[0])
     with h5py.File(one / "orbits.h5", "r") as first, h5py.File(other / "orbits.h5", "r") as second:
@@ -147,8 +166,12 @@ def main(arguments: list[str] | None = None) -> int:
         def start(out, retry_failed=False):
             command = [sys.executable, "-m", "clearsweep", "run", folder / "grid.yaml", "--out", out, "-j", "2"]
             environment = os.environ | {"PYTHONPATH": str(ROOT)}
-            return subprocess.Popen(command + ["--retry-failed"] * retry_failed, env=environment,
-                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            return subprocess.Popen(
+                command + ["--retry-failed"] * retry_failed,
+                env=environment,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
 
         assert start(folder / "undisturbed").wait() == 0
         rounds = torture(start, folder, options.kills, options.seed, (0.1, 3.0))
@@ -156,11 +179,16 @@ def main(arguments: list[str] | None = None) -> int:
         for each in rounds:
             found = differences(folder / "undisturbed", each.out) | {"batches lost": each.lost_batches()}
             good = good and same(found)
-            print(f"{each.out.name}: {each.kills.total()} kills ({_told(each.kills)}); {_told(found)}; "
-                  f"longest pause between two commits {each.longest:.1f} s", flush=True)
+            print(
+                f"{each.out.name}: {each.kills.total()} kills ({_told(each.kills)}); {_told(found)}; "
+                f"longest pause between two commits {each.longest:.1f} s",
+                flush=True,
+            )
     total = sum((each.kills for each in rounds), Counter())
-    print(f"{total.total()} kills ({_told(total)}) of runs of {found['rows']} cases: " +
-          ("nothing was lost" if good else f"SOMETHING WAS LOST, try --seed {options.seed} again"))
+    print(
+        f"{total.total()} kills ({_told(total)}) of runs of {found['rows']} cases: "
+        + ("nothing was lost" if good else f"SOMETHING WAS LOST, try --seed {options.seed} again")
+    )
     return 0 if good else 1
 
 

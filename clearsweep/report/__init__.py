@@ -5,20 +5,20 @@ from pathlib import Path
 
 def write(run, out: str | Path) -> Path:
     """Write the report of a run (as the store opens it) as one self-contained HTML file; return its path."""
-    from clearsweep.report import page
+    from . import page
 
     return page.write(run, Path(out))
 
 
 def tables(run, directory: str | Path) -> list[Path]:
     """Write every table of a run as CSV (SI, units in the header) into a directory; return the paths."""
-    from clearsweep.report import tabular
+    from . import table
 
-    return tabular.write(run, Path(directory))
+    return table.write(run, Path(directory))
 
 
 def show(run, case_id: str, out: str | Path) -> Path:
     """Simulate one case of a run again and draw it, as HTML, SVG or PNG by the ending of `out`; return its path."""
-    from clearsweep.report import single
+    from . import single
 
     return single.show(run, case_id, Path(out))

@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep import ideal
-from clearsweep.report import draw, figures, findings, wording
-from clearsweep.report.figures import Canvas, Picture
-from clearsweep.report.study import Joint, Study
+from .. import wording
+from ..mechanics.mechanism import ideal
+from . import draw, figures, findings
+from .figures import Canvas, Picture
+from .study import Joint, Study
 
 TURN = 2.0 * np.pi
 
@@ -50,8 +51,15 @@ def detailed(study: Study, canvas: Canvas) -> list[Chosen]:
             onsets = impacts(study, ids[place], study.run.events(ids[place]))
             drawn = panels(study, ids[place], path) + ([onsets] if onsets else [])
             pictures = [picture(panel, canvas) for panel in drawn]
-            chosen.append(Chosen(f"{why} case" if len(ids) > 1 else "The case", ids[place], study.setting(ids[place]),
-                                 _figures(study, ids[place]), pictures))
+            chosen.append(
+                Chosen(
+                    f"{why} case" if len(ids) > 1 else "The case",
+                    ids[place],
+                    study.setting(ids[place]),
+                    _figures(study, ids[place]),
+                    pictures,
+                )
+            )
     return chosen
 
 
@@ -78,17 +86,33 @@ def panels(study: Study, case_id: str, path: Mapping) -> list[Panel]:
     acceleration, without = np.asarray(path["slider/a"], float), None if wanted is None else wanted[2]
     said = f"Slider acceleration, at most {_most(acceleration, 'm/s^2')}"
     said += "." if without is None else f"; the ideal mechanism reaches {_most(without, 'm/s^2')}."
-    found.append(Panel("Slider acceleration against the ideal mechanism", "", said,
-                       lambda ax: draw.against_ideal(ax, angle, acceleration, without, "m/s^2", "slider acceleration")))
+    found.append(
+        Panel(
+            "Slider acceleration against the ideal mechanism",
+            "",
+            said,
+            lambda ax: draw.against_ideal(ax, angle, acceleration, without, "m/s^2", "slider acceleration"),
+        )
+    )
     if wanted is not None:
         error = np.asarray(path["slider/x"], float) - wanted[0]
-        found.append(Panel("Slider position error", "Slider position less that of the ideal mechanism.",
-                           f"Slider error, at most {_most(error, 'm')}.",
-                           lambda ax: draw.against_ideal(ax, angle, error, None, "m", "slider error")))
+        found.append(
+            Panel(
+                "Slider position error",
+                "Slider position less that of the ideal mechanism.",
+                f"Slider error, at most {_most(error, 'm')}.",
+                lambda ax: draw.against_ideal(ax, angle, error, None, "m", "slider error"),
+            )
+        )
     torque = np.asarray(path["crank/torque"], float)
-    found.append(Panel("Crank torque", "What the drive must give to hold the crank speed.",
-                       f"Crank torque, at most {_most(torque, 'N*m')}.",
-                       lambda ax: draw.against_ideal(ax, angle, torque, None, "N*m", "crank torque")))
+    found.append(
+        Panel(
+            "Crank torque",
+            "What the drive must give to hold the crank speed.",
+            f"Crank torque, at most {_most(torque, 'N*m')}.",
+            lambda ax: draw.against_ideal(ax, angle, torque, None, "N*m", "crank torque"),
+        )
+    )
     return found
 
 
@@ -99,17 +123,30 @@ def _joint(study: Study, case_id: str, joint: Joint, path: Mapping, angle: np.nd
     reach = wording.text(float(np.hypot(x, y).max()), "m")
     found = []
     if clearance is not None:
-        found.append(Panel(f"Journal orbit{where}", "Circle: radial clearance. Outside it the bodies touch.",
-                           f"Path of the journal centre, at most {reach} from the bearing centre; clearance "
-                           f"{wording.text(clearance, 'm')}.",
-                           lambda ax: draw.orbit(ax, x, y, force, float(clearance)), round=True))
-    levels = [(name, float(study.cases.at[case_id, joint.column(figure)]))
-              for figure, name in (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))
-              if case_id in study.cases.index and study.has(joint.column(figure))]
+        found.append(
+            Panel(
+                f"Journal orbit{where}",
+                "Circle: radial clearance. Outside it the bodies touch.",
+                f"Path of the journal centre, at most {reach} from the bearing centre; clearance "
+                f"{wording.text(clearance, 'm')}.",
+                lambda ax: draw.orbit(ax, x, y, force, float(clearance)),
+                round=True,
+            )
+        )
+    levels = [
+        (name, float(study.cases.at[case_id, joint.column(figure)]))
+        for figure, name in (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))
+        if case_id in study.cases.index and study.has(joint.column(figure))
+    ]
     levels = [level for level in levels if np.isfinite(level[1])]
-    found.append(Panel(f"Normal force{where}", "", f"Normal force over crank angle, at most "
-                       f"{_most(force, 'N')} among the samples.",
-                       lambda ax: draw.force(ax, angle, force, levels)))
+    found.append(
+        Panel(
+            f"Normal force{where}",
+            "",
+            f"Normal force over crank angle, at most {_most(force, 'N')} among the samples.",
+            lambda ax: draw.force(ax, angle, force, levels),
+        )
+    )
     return found
 
 
@@ -117,12 +154,25 @@ def _pair(path: Mapping, joint: Joint) -> list[Panel]:
     t, x, v = (np.asarray(path[name], float) for name in ("t", "pair/x", "pair/v"))
     force = np.asarray(path[f"joints/{joint.name}/force_normal"], float)
     return [
-        Panel("Relative displacement", "", f"Displacement over time, at most {_most(x, 'm')}.",
-              lambda ax: draw.over_time(ax, t, x, "m", "displacement")),
-        Panel("Phase portrait", "Relative rate over relative displacement.", "Phase portrait of the pair.",
-              lambda ax: draw.phase(ax, x, v), round=True),
-        Panel("Normal force", "", f"Force over time, at most {_most(force, 'N')} among the samples.",
-              lambda ax: draw.over_time(ax, t, force, "N", "normal force")),
+        Panel(
+            "Relative displacement",
+            "",
+            f"Displacement over time, at most {_most(x, 'm')}.",
+            lambda ax: draw.over_time(ax, t, x, "m", "displacement"),
+        ),
+        Panel(
+            "Phase portrait",
+            "Relative rate over relative displacement.",
+            "Phase portrait of the pair.",
+            lambda ax: draw.phase(ax, x, v),
+            round=True,
+        ),
+        Panel(
+            "Normal force",
+            "",
+            f"Force over time, at most {_most(force, 'N')} among the samples.",
+            lambda ax: draw.over_time(ax, t, force, "N", "normal force"),
+        ),
     ]
 
 
@@ -133,9 +183,12 @@ def impacts(study: Study, case_id: str, events) -> Panel | None:
     if speed is None or not onsets.any():
         return None
     angle, rate = float(speed) * np.asarray(events["t"], float)[onsets], np.asarray(events["rate"], float)[onsets]
-    return Panel("Contact onsets", "Closing rate at each onset, the whole run.",
-                 f"{int(onsets.sum())} contact onsets, the fastest at {_most(rate, 'm/s')}.",
-                 lambda ax: draw.events(ax, angle, rate, findings.ELASTIC_ONSET))
+    return Panel(
+        "Contact onsets",
+        "Closing rate at each onset, the whole run.",
+        f"{int(onsets.sum())} contact onsets, the fastest at {_most(rate, 'm/s')}.",
+        lambda ax: draw.events(ax, angle, rate, findings.ELASTIC_ONSET),
+    )
 
 
 def _ideal(study: Study, case_id: str, path: Mapping) -> tuple | None:
@@ -154,9 +207,17 @@ def _most(values: np.ndarray, unit: str) -> str:
 
 def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
     joint = study.hardest_joint()
-    wanted = [(name, joint.column(figure)) for name, figure in (
-        ("p99", "force_p99"), ("rms", "force_rms"), ("peak", "force_peak"), ("ideal peak", "force_peak_ideal"),
-        (figures.impacts_name(study), "impacts_per_rev"), ("time in contact", "contact_fraction"),
-        ("fastest onset", "onset_rate_max"))]
+    wanted = [
+        (name, joint.column(figure))
+        for name, figure in (
+            ("p99", "force_p99"),
+            ("rms", "force_rms"),
+            ("peak", "force_peak"),
+            ("ideal peak", "force_peak_ideal"),
+            (figures.impacts_name(study), "impacts_per_rev"),
+            ("time in contact", "contact_fraction"),
+            ("fastest onset", "onset_rate_max"),
+        )
+    ]
     wanted.append(("slider error", "slider_error_max"))
     return [(name, study.text(case_id, column)) for name, column in wanted if column in study.cases]

@@ -9,10 +9,10 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 
-from clearsweep.report import wording
-from clearsweep.report.findings import Effect
-from clearsweep.report.study import Axis
-from clearsweep.report.wording import Scale
+from .. import wording
+from ..wording import Scale
+from .findings import Effect
+from .study import Axis
 
 BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"  # Okabe and Ito 2008
 INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
@@ -38,11 +38,24 @@ def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: 
     reach = 1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0)))
     if touching.any():
         unit = wording.scale("N", force)
-        points = ax.scatter(x[touching], y[touching], c=force[touching] / unit.factor, s=4, cmap="viridis", zorder=3,
-                            linewidths=0, rasterized=True)
+        points = ax.scatter(
+            x[touching],
+            y[touching],
+            c=force[touching] / unit.factor,
+            s=4,
+            cmap="viridis",
+            zorder=3,
+            linewidths=0,
+            rasterized=True,
+        )
         _bar(ax, points, f"normal force [{unit.unit}]")
-    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel=f"journal x [{scale.unit}]",
-           ylabel=f"journal y [{scale.unit}]")
+    ax.set(
+        xlim=(-reach, reach),
+        ylim=(-reach, reach),
+        aspect="equal",
+        xlabel=f"journal x [{scale.unit}]",
+        ylabel=f"journal y [{scale.unit}]",
+    )
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.yaxis.set_major_locator(MaxNLocator(5))
 
@@ -50,8 +63,9 @@ def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: 
 def force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
     """Draw the normal force (N) over the crank angle (rad), with named levels (N) as horizontal lines."""
     scale = wording.scale("N", [*normal, *(level for _, level in levels)])
-    ax.fill_between(np.degrees(angle), normal / scale.factor, color=BLUE, alpha=0.25, linewidth=0,
-                    rasterized=len(angle) > 5000)
+    ax.fill_between(
+        np.degrees(angle), normal / scale.factor, color=BLUE, alpha=0.25, linewidth=0, rasterized=len(angle) > 5000
+    )
     ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7, rasterized=len(angle) > 5000)
     for (name, level), colour, dash in zip(levels, (RED, INK), ("--", ":"), strict=False):
         ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=dash, label=name)
@@ -59,12 +73,19 @@ def force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tupl
     _over_crank(ax, angle, legend=bool(levels))
 
 
-def against_ideal(ax: Axes, angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str,
-                  name: str) -> None:
+def against_ideal(
+    ax: Axes, angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
+) -> None:
     """Draw a quantity (SI) over the crank angle (rad) and, where there is one, its course in the ideal mechanism."""
     scale = wording.scale(unit, actual)
-    ax.plot(np.degrees(angle), actual / scale.factor, color=BLUE, linewidth=0.7, label="with clearance",
-            rasterized=len(angle) > 5000)
+    ax.plot(
+        np.degrees(angle),
+        actual / scale.factor,
+        color=BLUE,
+        linewidth=0.7,
+        label="with clearance",
+        rasterized=len(angle) > 5000,
+    )
     if ideal is not None:
         ax.plot(np.degrees(angle), ideal / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="ideal")
     ax.set(ylabel=f"{name} [{scale.unit}]")
@@ -92,8 +113,14 @@ def wear(ax: Axes, bearing: np.ndarray, journal: np.ndarray) -> None:
     scale = wording.scale("m", [*bearing, *journal])
     for depth, name, colour, dash in ((bearing, "bearing", BLUE, "-"), (journal, "journal", RED, "--")):
         middle = (np.arange(len(depth)) + 0.5) * 2.0 * np.pi / len(depth)
-        ax.plot(np.append(middle, middle[0]), np.append(depth, depth[0]) / scale.factor, color=colour, linewidth=1.2,
-                linestyle=dash, label=name)
+        ax.plot(
+            np.append(middle, middle[0]),
+            np.append(depth, depth[0]) / scale.factor,
+            color=colour,
+            linewidth=1.2,
+            linestyle=dash,
+            label=name,
+        )
     ax.set_rlabel_position(22.5)
     ax.set_xticks(np.radians(np.arange(0, 360, 45)))
     ax.yaxis.set_major_locator(MaxNLocator(4))
@@ -113,8 +140,9 @@ def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:
     _over_crank(ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=True)  # whole turns
 
 
-def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str, limits: tuple[float, float],
-           name: str) -> None:
+def effect(
+    ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str, limits: tuple[float, float], name: str
+) -> None:
     """Draw medians of a figure over the values of one axis; a curve is (name, colour, with 10-90 % band, effect)."""
     axis = curves[0][3].axis
     scale = wording.scale(unit, limits)
@@ -130,9 +158,16 @@ def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str,
         elif band:
             low, high = one.low / scale.factor, one.high / scale.factor
             ax.fill_between(places, low, high, color=colour, alpha=strength, linewidth=0)
-        ax.plot(places, one.medians / scale.factor, color=colour, linewidth=1.5,
-                linestyle="" if named else "-" if band else "--", label=word, markersize=4,
-                marker=("o" if band else "s") if named or len(places) <= TICKS_NAMED else None)
+        ax.plot(
+            places,
+            one.medians / scale.factor,
+            color=colour,
+            linewidth=1.5,
+            linestyle="" if named else "-" if band else "--",
+            label=word,
+            markersize=4,
+            marker=("o" if band else "s") if named or len(places) <= TICKS_NAMED else None,
+        )
     ax.set(xlabel=axis.label(), ylabel=_with_unit(name, scale))
     if spaced == "log":
         ax.set_xscale("log")
@@ -147,15 +182,30 @@ def effect(ax: Axes, curves: Sequence[tuple[str, str, bool, Effect]], unit: str,
     ax.set_ylim(limits[0] / scale.factor * 0.9, limits[1] / scale.factor * 1.1)
     _quiet(ax)
     if len(curves) > 1:
-        ax.legend(loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncols=3, columnspacing=1.0, handlelength=1.6,
-                  frameon=False, borderaxespad=0.2)
+        ax.legend(
+            loc="lower left",
+            bbox_to_anchor=(-0.12, 1.0),
+            ncols=3,
+            columnspacing=1.0,
+            handlelength=1.6,
+            frameon=False,
+            borderaxespad=0.2,
+        )
 
 
 def strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: Scale) -> None:
     """Draw one row of points (SI, scaled) for each name, from the bottom up, with a bar at its median."""
     for place, (_, values) in enumerate(groups):
-        ax.plot(values / scale.factor, np.full(len(values), place), "o", color=BLUE, markersize=4.5, alpha=0.55,
-                markeredgewidth=0, rasterized=len(values) > POINTS_VECTOR)
+        ax.plot(
+            values / scale.factor,
+            np.full(len(values), place),
+            "o",
+            color=BLUE,
+            markersize=4.5,
+            alpha=0.55,
+            markeredgewidth=0,
+            rasterized=len(values) > POINTS_VECTOR,
+        )
         ax.plot(np.median(values) / scale.factor, place, "|", color=RED, markersize=11, markeredgewidth=2.2)
     everything = np.concatenate([values for _, values in groups])
     if everything.min() > 0.0 and everything.max() > 4.0 * everything.min():  # else a logarithmic axis has no ticks
@@ -170,8 +220,15 @@ def returned(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
     for number, (name, asked, got) in enumerate(rows):
         place = names.index(name)
         ax.plot([asked, got], [place, place], "-", color=GREY, linewidth=1.2, zorder=1)
-        ax.plot(asked, place, "o", markerfacecolor="white", color=INK, markersize=6,
-                label="asked for" if number == 0 else None)
+        ax.plot(
+            asked,
+            place,
+            "o",
+            markerfacecolor="white",
+            color=INK,
+            markersize=6,
+            label="asked for" if number == 0 else None,
+        )
         ax.plot(got, place, "D", color=RED, markersize=4.5, label="given back" if number == 0 else None)
     _rows(ax, names)
     ax.set_xlabel("restitution")
@@ -183,9 +240,15 @@ def elastic(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray
     scale = wording.scale("m", depths)
     for (name, forces, used), number in zip(curves, _counted(curves), strict=True):
         dash = ("-", "--", ":")[number // len(CURVES) % 3]
-        ax.plot(depths / scale.factor, forces, color=CURVES[number % len(CURVES)] if used else PALE,
-                linestyle=dash if used else "-", linewidth=1.6 if used else 1.1, label=name if used else None,
-                zorder=2 if used else 1)
+        ax.plot(
+            depths / scale.factor,
+            forces,
+            color=CURVES[number % len(CURVES)] if used else PALE,
+            linestyle=dash if used else "-",
+            linewidth=1.6 if used else 1.1,
+            label=name if used else None,
+            zorder=2 if used else 1,
+        )
     ax.set(xscale="log", yscale="log", xlabel=f"penetration [{scale.unit}]", ylabel="elastic force [N]")
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
     ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
@@ -216,13 +279,27 @@ def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name
     norm = LogNorm(finite.min(), finite.max()) if wide else Normalize(*_ends(finite))
     ax.set_facecolor("#e8ebee")  # what shows through where no case finished
     edges = [np.arange(size + 1) - 0.5 for size in shown.shape[::-1]]
-    mesh = ax.pcolormesh(*edges, np.ma.masked_invalid(shown), norm=norm, cmap="viridis",
-                         rasterized=shown.size > CELLS_VECTOR, edgecolors="face", linewidth=0.3)
+    mesh = ax.pcolormesh(
+        *edges,
+        np.ma.masked_invalid(shown),
+        norm=norm,
+        cmap="viridis",
+        rasterized=shown.size > CELLS_VECTOR,
+        edgecolors="face",
+        linewidth=0.3,
+    )
     if all(size <= most for size, most in zip(shown.shape, WRITTEN, strict=True)):
         for (row, column), value in np.ndenumerate(shown):
             known = np.isfinite(value)
-            ax.text(column, row, wording.plain(value, 3) if known else wording.DASH, ha="center", va="center",
-                    fontsize=8, color="white" if known and norm(value) < 0.55 else "black")
+            ax.text(
+                column,
+                row,
+                wording.plain(value, 3) if known else wording.DASH,
+                ha="center",
+                va="center",
+                fontsize=8,
+                color="white" if known and norm(value) < 0.55 else "black",
+            )
     _name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
     _name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())
@@ -230,12 +307,22 @@ def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name
     _bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=wide)
 
 
-def cloud(ax: Axes, x: np.ndarray, y: np.ndarray, colour: tuple[np.ndarray, Axis] | None, names: tuple[str, str],
-          scales: tuple[Scale, Scale]) -> None:
+def cloud(
+    ax: Axes,
+    x: np.ndarray,
+    y: np.ndarray,
+    colour: tuple[np.ndarray, Axis] | None,
+    names: tuple[str, str],
+    scales: tuple[Scale, Scale],
+) -> None:
     """Draw one point per case (SI, scaled); `colour` gives each the place of its value on an axis."""
     x, y = x / scales[0].factor, y / scales[1].factor
-    style = {"s": 16 if len(x) <= POINTS_VECTOR else 6, "linewidths": 0, "alpha": 0.85,
-             "rasterized": len(x) > POINTS_VECTOR}
+    style = {
+        "s": 16 if len(x) <= POINTS_VECTOR else 6,
+        "linewidths": 0,
+        "alpha": 0.85,
+        "rasterized": len(x) > POINTS_VECTOR,
+    }
     if colour is None:
         ax.scatter(x, y, color=BLUE, **style)
     else:
@@ -251,8 +338,9 @@ def cloud(ax: Axes, x: np.ndarray, y: np.ndarray, colour: tuple[np.ndarray, Axis
     _quiet(ax)
 
 
-def histogram(ax: Axes, values: np.ndarray, name: str, scale: Scale, marks: tuple[float, ...],
-              limit: float | None) -> None:
+def histogram(
+    ax: Axes, values: np.ndarray, name: str, scale: Scale, marks: tuple[float, ...], limit: float | None
+) -> None:
     """Draw how values (SI, scaled) are distributed, with marked values and a limit."""
     shown = values / scale.factor
     bins = "auto" if np.ptp(shown) > 1e-9 * np.abs(shown).max() else 1

@@ -11,16 +11,30 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from clearsweep.report import draw, findings, wording
-from clearsweep.report.study import RATIO, Axis, Joint, Study, position
+from .. import wording
+from . import draw, findings
+from .study import RATIO, Axis, Joint, Study, position
 
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
 STYLE = {
     "svg.fonttype": "none",  # text stays text: searchable, read aloud, small
-    "font.family": "DejaVu Sans", "font.size": 9, "axes.labelsize": 9, "legend.fontsize": 8, "legend.title_fontsize": 8,
-    "xtick.labelsize": 8, "ytick.labelsize": 8, "axes.edgecolor": draw.GREY, "axes.labelcolor": draw.INK,
-    "xtick.color": draw.GREY, "ytick.color": draw.GREY, "xtick.labelcolor": draw.INK, "ytick.labelcolor": draw.INK,
-    "text.color": draw.INK, "axes.linewidth": 0.8, "axes.unicode_minus": True, "axes.formatter.useoffset": False,
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.labelsize": 9,
+    "legend.fontsize": 8,
+    "legend.title_fontsize": 8,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "axes.edgecolor": draw.GREY,
+    "axes.labelcolor": draw.INK,
+    "xtick.color": draw.GREY,
+    "ytick.color": draw.GREY,
+    "xtick.labelcolor": draw.INK,
+    "ytick.labelcolor": draw.INK,
+    "text.color": draw.INK,
+    "axes.linewidth": 0.8,
+    "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
     "axes.formatter.use_mathtext": False,
 }
 
@@ -40,8 +54,9 @@ class Canvas:
     def __init__(self) -> None:
         self.drawn = 0
 
-    def picture(self, paint: Callable, title: str, caption: str, alt: str, size: tuple[float, float] = (4.2, 3.1),
-                **axes) -> Picture:
+    def picture(
+        self, paint: Callable, title: str, caption: str, alt: str, size: tuple[float, float] = (4.2, 3.1), **axes
+    ) -> Picture:
         """Return what `paint(ax)` draws as a picture of `size` (inches)."""
         self.drawn += 1
         key = f"f{self.drawn}"
@@ -56,7 +71,7 @@ def inline(figure: Figure, key: str, alt: str) -> str:
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = stream.getvalue()
-    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg"):], flags=re.DOTALL)
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
     text = re.sub(r'\bid="([^"]+)"', rf'id="{key}-\1"', text)
     text = re.sub(r'(href="#|url\(#)', rf"\1{key}-", text)
     text = re.sub(r' (?:d|x|y)="[^"]+"', _rounded, text)
@@ -98,8 +113,12 @@ def _drivers(study: Study, canvas: Canvas, figures: tuple, name: str) -> list[Pi
             named = word if not several else joint.title if band else ""  # dashed is explained above the figures
             for one in findings.effects(study, joint.column(figure)) if study.has(joint.column(figure)) else ():
                 curves[one.axis.path].append((named, colour, band, one))
-    edges = [edge for drawn in curves.values() for _, _, band, one in drawn
-             for edge in ((one.low, one.high) if band else (one.medians,))]
+    edges = [
+        edge
+        for drawn in curves.values()
+        for _, _, band, one in drawn
+        for edge in ((one.low, one.high) if band else (one.medians,))
+    ]
     return [_driver(study, canvas, drawn, name, _range(edges)) for drawn in curves.values() if drawn]
 
 
@@ -113,12 +132,22 @@ def _driver(study: Study, canvas: Canvas, curves: list, name: str, limits: tuple
     unit, axis, joint = study.units.get(one.column, "1"), one.axis, study.joints[0]
     what = study.lead.short if one.column == joint.column(study.lead.figure) else "p99 / ideal"
     what += f", joint {joint.title}" if len(study.joints) > 1 else ""
-    steps = [f"{axis.text(value)}: {wording.text(median, unit)}"
-             for value, median in zip(axis.values, one.medians, strict=True)] if len(axis.values) <= 9 else []
+    steps = (
+        [
+            f"{axis.text(value)}: {wording.text(median, unit)}"
+            for value, median in zip(axis.values, one.medians, strict=True)
+        ]
+        if len(axis.values) <= 9
+        else []
+    )
     caption = "" if np.isnan(one.share) else f"{findings.percent(one.share)} of the variation of {what}"
-    return canvas.picture(lambda ax: draw.effect(ax, curves, unit, limits, name),
-                          f"{_title(name)} over {axis.name}", caption,
-                          f"Median of {what} over {axis.name}. {'; '.join(steps)}", size=(3.3, 2.8))
+    return canvas.picture(
+        lambda ax: draw.effect(ax, curves, unit, limits, name),
+        f"{_title(name)} over {axis.name}",
+        caption,
+        f"Median of {what} over {axis.name}. {'; '.join(steps)}",
+        size=(3.3, 2.8),
+    )
 
 
 def maps(study: Study, joint: Joint, canvas: Canvas) -> list[Picture]:
@@ -129,8 +158,12 @@ def maps(study: Study, joint: Joint, canvas: Canvas) -> list[Picture]:
     if not pairs or not study.has(lead):
         return []
     more = [("p99 / ideal peak", joint.column(RATIO))] if _ideal_varies(study, joint) else []
-    more = [*more, (impacts_name(study), joint.column("impacts_per_rev")),
-            ("time in contact", joint.column("contact_fraction")), ("wear depth", joint.column("wear_depth_max"))]
+    more = [
+        *more,
+        (impacts_name(study), joint.column("impacts_per_rev")),
+        ("time in contact", joint.column("contact_fraction")),
+        ("wear depth", joint.column("wear_depth_max")),
+    ]
     if joint == study.hardest_joint():
         more += [("slider error", "slider_error_max"), ("measured restitution", "pair_restitution")]
     wanted = [(study.lead.name, lead, pair) for pair in pairs]
@@ -146,8 +179,12 @@ def _map(study: Study, canvas: Canvas, name: str, column: str, pair: tuple[Axis,
     caption = f"Median over {wording.sentence_list(others)}." if others else "One case per cell."
     lowest, highest = (scale.text(value) for value in (np.nanmin(table), np.nanmax(table)))
     title = f"{_title(name)}: {across.name} {wording.TIMES} {up.name}"
-    return canvas.picture(lambda ax: draw.heat(ax, table, across, up, scale, name), title, caption,
-                          f"Heat map of {name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}")
+    return canvas.picture(
+        lambda ax: draw.heat(ax, table, across, up, scale, name),
+        title,
+        caption,
+        f"Heat map of {name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
+    )
 
 
 def medians(study: Study, values: np.ndarray, across: Axis, up: Axis) -> np.ndarray:
@@ -169,25 +206,48 @@ def tradeoffs(study: Study, canvas: Canvas) -> list[Picture]:
     p99 = joint.column("force_p99")
     axes = [one.axis for one in findings.effects(study, p99)]
     wanted = (
-        ("Force peak against p99", "force p99", p99, "force peak", joint.column("force_peak"),
-         "Cases of equal p99 have different peaks: a peak is a single event."),
-        ("Position error against force", "slider error", "slider_error_max", "force p99", p99,
-         "Down and to the left is better."),
-        ("How hard the journal arrives", "fastest onset", joint.column("onset_rate_max"), "force p99", p99,
-         f"Steel stays elastic up to about {findings.ELASTIC_TEXT}."),
+        (
+            "Force peak against p99",
+            "force p99",
+            p99,
+            "force peak",
+            joint.column("force_peak"),
+            "Cases of equal p99 have different peaks: a peak is a single event.",
+        ),
+        (
+            "Position error against force",
+            "slider error",
+            "slider_error_max",
+            "force p99",
+            p99,
+            "Down and to the left is better.",
+        ),
+        (
+            "How hard the journal arrives",
+            "fastest onset",
+            joint.column("onset_rate_max"),
+            "force p99",
+            p99,
+            f"Steel stays elastic up to about {findings.ELASTIC_TEXT}.",
+        ),
     )
     return [_cloud(study, canvas, axes, *one) for one in wanted if study.has(one[2]) and study.has(one[4])]
 
 
-def _cloud(study: Study, canvas: Canvas, axes: list[Axis], title: str, x_name: str, x: str, y_name: str, y: str,
-           caption: str) -> Picture:
+def _cloud(
+    study: Study, canvas: Canvas, axes: list[Axis], title: str, x_name: str, x: str, y_name: str, y: str, caption: str
+) -> Picture:
     places = position(axes[0], study.cases[axes[0].path]) if axes else None
     colour = (np.where(places < 0, np.nan, places), axes[0]) if axes else None
     scales = (study.scale(x), study.scale(y))
     return canvas.picture(
-        lambda ax: draw.cloud(ax, study.cases[x].to_numpy(float), study.cases[y].to_numpy(float), colour,
-                              (x_name, y_name), scales),
-        title, caption, f"Cloud of {len(study.cases)} cases: {y_name} over {x_name}.")
+        lambda ax: draw.cloud(
+            ax, study.cases[x].to_numpy(float), study.cases[y].to_numpy(float), colour, (x_name, y_name), scales
+        ),
+        title,
+        caption,
+        f"Cloud of {len(study.cases)} cases: {y_name} over {x_name}.",
+    )
 
 
 def wear(study: Study, joint: Joint, canvas: Canvas) -> list[Picture]:
@@ -204,9 +264,14 @@ def _wear(study: Study, joint: Joint, canvas: Canvas, word: str, case_id: str) -
     bearing, journal = (np.asarray(depth, float) for depth in study.run.wear(case_id)[joint.name])
     caption = "; ".join(filter(None, (study.setting(case_id), f"case {case_id}")))
     deepest = [wording.text(float(depth.max(initial=0.0)), "m") for depth in (bearing, journal)]
-    return canvas.picture(lambda ax: draw.wear(ax, bearing, journal), f"{word} wear, joint {joint.title}", caption,
-                          f"Polar wear depth: at most {deepest[0]} on the bearing, {deepest[1]} on the journal.",
-                          size=(4.2, 3.4), projection="polar")
+    return canvas.picture(
+        lambda ax: draw.wear(ax, bearing, journal),
+        f"{word} wear, joint {joint.title}",
+        caption,
+        f"Polar wear depth: at most {deepest[0]} on the bearing, {deepest[1]} on the journal.",
+        size=(4.2, 3.4),
+        projection="polar",
+    )
 
 
 def _title(name: str) -> str:

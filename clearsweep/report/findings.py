@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep import remarks
-from clearsweep.outcome import ELASTIC_ONSET
-from clearsweep.report import wording
-from clearsweep.report.study import RATIO, Axis, Joint, Study, position
+from .. import validity, wording
+from ..results import ELASTIC_ONSET
+from .study import RATIO, Axis, Joint, Study, position
 
 ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)
 CLEAR_FACTOR = 1.05  # largest over smallest median below which an axis is said to have no clear effect
@@ -82,8 +81,10 @@ def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float,
         for group in groups:
             rest = rest - _means(group, rest)[group]
     scatter = max(float((rest**2).sum()) / spare, 1e-12 * total)
-    return [(max(0.0, (part - freedom * scatter) / total), part / freedom / scatter if freedom else np.nan)
-            for part, freedom in zip(between, freedoms, strict=True)]
+    return [
+        (max(0.0, (part - freedom * scatter) / total), part / freedom / scatter if freedom else np.nan)
+        for part, freedom in zip(between, freedoms, strict=True)
+    ]
 
 
 def _means(group: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -117,8 +118,10 @@ def _hardest(study: Study, joint: Joint) -> list[str]:
         hardest = f"Largest force peak: {study.text(worst, column)}{at}."
     else:
         peak = study.text(worst, joint.column("force_peak"))
-        hardest = (f"Largest force{where}: {study.text(worst, column)} is exceeded during 1 % of the time (p99){at}"
-                   f"{_over_ideal(study, joint, worst)}; the single largest peak of that case is {peak}.")
+        hardest = (
+            f"Largest force{where}: {study.text(worst, column)} is exceeded during 1 % of the time (p99){at}"
+            f"{_over_ideal(study, joint, worst)}; the single largest peak of that case is {peak}."
+        )
     if worst == mildest:
         return [hardest]
     return [hardest, f"Smallest {lead.short}{where}: {study.text(mildest, column)} at {study.setting(mildest)}."]
@@ -153,8 +156,10 @@ def _beside_ideal(study: Study, joint: Joint) -> list[str]:
     strongest = effects(study, joint.column(RATIO))[0]
     if not strongest.clear():
         return []
-    said = ("Measured against the largest reaction of the ideal joint, which itself depends on the swept values, "
-            f"the p99 is driven most by {strongest.axis.name} (ratio: {_span(strongest, study)}).")
+    said = (
+        "Measured against the largest reaction of the ideal joint, which itself depends on the swept values, "
+        f"the p99 is driven most by {strongest.axis.name} (ratio: {_span(strongest, study)})."
+    )
     return [said]
 
 
@@ -163,8 +168,10 @@ def _span(one: Effect, study: Study) -> str:
     unit = study.units.get(one.column, "1")
     low, high = sorted((smallest, largest))
     median = "" if np.isnan(one.share) else "median "
-    change = (f"{median}{wording.text(one.medians[low], unit)} at {one.axis.text(one.axis.values[low])}, "
-              f"{wording.text(one.medians[high], unit)} at {one.axis.text(one.axis.values[high])}")
+    change = (
+        f"{median}{wording.text(one.medians[low], unit)} at {one.axis.text(one.axis.values[low])}, "
+        f"{wording.text(one.medians[high], unit)} at {one.axis.text(one.axis.values[high])}"
+    )
     return change if np.isnan(one.share) else f"{change}, {percent(one.share)} of the variation"
 
 
@@ -172,8 +179,11 @@ def _slider(study: Study) -> list[str]:
     if not study.has("slider_error_max"):
         return []
     worst, best = study.cases["slider_error_max"].idxmax(), study.cases["slider_error_max"].idxmin()
-    sizes = (f"up to {study.text(worst, 'slider_error_max')}" if worst == best else
-             f"{study.text(best, 'slider_error_max')} to {study.text(worst, 'slider_error_max')}")
+    sizes = (
+        f"up to {study.text(worst, 'slider_error_max')}"
+        if worst == best
+        else f"{study.text(best, 'slider_error_max')} to {study.text(worst, 'slider_error_max')}"
+    )
     hardest = study.cases["slider_acceleration_peak"].max()
     said = f"The slider is off its ideal place by {sizes}; its acceleration reaches {wording.text(hardest, 'm/s^2')}."
     return [said]
@@ -186,8 +196,10 @@ def _wear(study: Study) -> list[str]:
         if joint.wears and study.has(column):
             worst = study.cases[column].idxmax()
             at = f" at {study.setting(worst)}" if study.swept() else ""
-            said.append(f"Deepest wear in joint {joint.title}: {study.text(worst, column)} in the window, growing by "
-                        f"{study.text(worst, joint.column('wear_rate_max'))}{at}.")
+            said.append(
+                f"Deepest wear in joint {joint.title}: {study.text(worst, column)} in the window, growing by "
+                f"{study.text(worst, joint.column('wear_rate_max'))}{at}."
+            )
     return said
 
 
@@ -206,15 +218,17 @@ def _chaos(study: Study, joint: Joint) -> list[str]:
     ratio = ratio[np.isfinite(ratio)]
     span = " to ".join(dict.fromkeys((wording.plain(ratio.min(), 2), wording.plain(ratio.max(), 2))))
     figures = f" (here the peak is {span} times the p99)" if len(ratio) > 1 else ""
-    said = ("Motion with clearance is chaotic wherever contact is lost: a single peak changes with the smallest "
-            "disturbance. Compare designs by p99 and rms, which are taken over the whole window, not by single "
-            f"peaks{figures}.")
+    said = (
+        "Motion with clearance is chaotic wherever contact is lost: a single peak changes with the smallest "
+        "disturbance. Compare designs by p99 and rms, which are taken over the whole window, not by single "
+        f"peaks{figures}."
+    )
     return [said]
 
 
 def limits(study: Study) -> list[str]:
     """Return where the cases leave what their laws are made for, as the run's closing words tell it."""
-    told = remarks.Remarks(joint.name for joint in study.joints)
-    for row in study.cases.reset_index()[remarks.columns(told.joints)].to_dict("records"):
+    told = validity.Remarks(joint.name for joint in study.joints)
+    for row in study.cases.reset_index()[validity.columns(told.joints)].to_dict("records"):
         told.add(row)
     return told.sentences()

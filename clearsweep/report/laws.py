@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from clearsweep.errors import InputError
-from clearsweep.physics import Physics
-from clearsweep.report import draw, findings, stiffness, wording
-from clearsweep.report.figures import Canvas, Picture
-from clearsweep.report.study import Axis, Joint, Study, dig, resolved
-from clearsweep.report.tabular import Column, Quantity, Table
+from .. import simulation, wording
+from ..errors import InputError
+from . import draw, findings, stiffness
+from .figures import Canvas, Picture
+from .study import Axis, Joint, Study, dig, resolved
+from .table import Column, Quantity, Table
 
 CHOICES = (".contact.law", ".contact.elastic", ".friction.law")  # paths within a joint that name a law
 FIGURES = (("force_peak", "force peak"), ("force_p99", "force p99"), ("force_rms", "force rms"))
@@ -112,9 +112,12 @@ def _forces(study: Study, beside: Matched, joint: Joint) -> Table:
     axis, figures = beside.axis, _figures(study, joint)
     heads, ratios = [], {}
     for column, name in figures:
-        heads += [Column(name, "N"), Column(f"{name}, smallest", "N", file_only=True),
-                  Column(f"{name}, largest", "N", file_only=True),
-                  Column(f"{name.removeprefix('force ')} beside other laws")]
+        heads += [
+            Column(name, "N"),
+            Column(f"{name}, smallest", "N", file_only=True),
+            Column(f"{name}, largest", "N", file_only=True),
+            Column(f"{name.removeprefix('force ')} beside other laws"),
+        ]
         table = beside.table(study, column)
         ratios[column] = table.div(table.median(axis=1), axis=0).median()
     rows = []
@@ -126,10 +129,17 @@ def _forces(study: Study, beside: Matched, joint: Joint) -> Table:
             span = f" ({scale.number(low)} to {scale.number(high)})" if len(here) > 1 else ""
             cells += [Quantity(middle, scale.text(middle) + span), low, high, float(ratios[column].get(law, np.nan))]
         rows += [(law, Quantity(len(here), str(len(here))), *cells)] if cells else []
-    note = ("Median (smallest to largest) of all finished cases with the law. Beside other laws: the figure over the "
-            "median of all laws at otherwise equal values; the median of these ratios.")
-    return Table(f"{_key(axis)}_{joint.name}", f"Forces in joint {joint.title}, by {axis.name}", note,
-                 (Column(axis.name), Column("cases"), *heads), rows)
+    note = (
+        "Median (smallest to largest) of all finished cases with the law. Beside other laws: the figure over the "
+        "median of all laws at otherwise equal values; the median of these ratios."
+    )
+    return Table(
+        f"{_key(axis)}_{joint.name}",
+        f"Forces in joint {joint.title}, by {axis.name}",
+        note,
+        (Column(axis.name), Column("cases"), *heads),
+        rows,
+    )
 
 
 def _spread(study: Study, beside: Matched) -> Table:
@@ -143,16 +153,40 @@ def _spread(study: Study, beside: Matched) -> Table:
             factor = table.max(axis=1) / table.min(axis=1)
             worst = table.loc[factor.idxmax()].dropna()
             ends = (worst.idxmin(), worst.idxmax())
-            rows.append((name, joint.title, Quantity(len(table), str(len(table))), float(factor.median()),
-                         float(factor.max()),
-                         *(cell for law in ends for cell in (
-                             Quantity(worst[law], f"{wording.text(worst[law], 'N')}, {law}"), law)),
-                         study.setting(beside.case(factor.idxmax(), ends[0]), without=beside.axis)))
-    columns = (Column("figure"), Column("joint"), Column("comparisons"), Column("factor, median"),
-               Column("factor, largest"), Column("there: from", "N"), Column("law of the smallest", file_only=True),
-               Column("to", "N"), Column("law of the largest", file_only=True), Column("at"))
-    return Table(f"{_key(beside.axis)}_spread", f"Spread between the {_plural(beside.axis)}",
-                 "Largest over smallest value among the laws, at otherwise equal values.", columns, rows)
+            rows.append(
+                (
+                    name,
+                    joint.title,
+                    Quantity(len(table), str(len(table))),
+                    float(factor.median()),
+                    float(factor.max()),
+                    *(
+                        cell
+                        for law in ends
+                        for cell in (Quantity(worst[law], f"{wording.text(worst[law], 'N')}, {law}"), law)
+                    ),
+                    study.setting(beside.case(factor.idxmax(), ends[0]), without=beside.axis),
+                )
+            )
+    columns = (
+        Column("figure"),
+        Column("joint"),
+        Column("comparisons"),
+        Column("factor, median"),
+        Column("factor, largest"),
+        Column("there: from", "N"),
+        Column("law of the smallest", file_only=True),
+        Column("to", "N"),
+        Column("law of the largest", file_only=True),
+        Column("at"),
+    )
+    return Table(
+        f"{_key(beside.axis)}_spread",
+        f"Spread between the {_plural(beside.axis)}",
+        "Largest over smallest value among the laws, at otherwise equal values.",
+        columns,
+        rows,
+    )
 
 
 def _spread_told(study: Study, axis: Axis, spread: Table) -> str:
@@ -161,16 +195,22 @@ def _spread_told(study: Study, axis: Axis, spread: Table) -> str:
     rows = {name: rest for name, title, *rest in spread.rows if title == hardest.title}
     if "force peak" not in rows:
         return f"No two finished cases differ in the {axis.name} alone: what follows does not compare like with like."
-    said = [f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
-            for name, (_, median, largest, *_) in rows.items()]
+    said = [
+        f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
+        for name, (_, median, largest, *_) in rows.items()
+    ]
     where = f" in joint {hardest.title}" if len(study.joints) > 1 else ""
     count = rows["force peak"][0].value
-    told = (f"At otherwise equal values the choice among {len(axis.values)} {_plural(axis)} changes "
-            f"{wording.sentence_list(said)}{where}" + (f", the median of {count} comparisons." if count > 1 else "."))
+    told = (
+        f"At otherwise equal values the choice among {len(axis.values)} {_plural(axis)} changes "
+        f"{wording.sentence_list(said)}{where}" + (f", the median of {count} comparisons." if count > 1 else ".")
+    )
     effect = next((one for one in findings.effects(study, hardest.column("force_peak")) if one.axis is axis), None)
     if effect is not None and not effect.clear() and rows["force peak"][1] >= findings.CLEAR_FACTOR:
-        told += (" For the peak that is within the scatter: it is a single event, and part of its spread is chance; "
-                 "p99 and rms compare laws better.")
+        told += (
+            " For the peak that is within the scatter: it is a single event, and part of its spread is chance; "
+            "p99 and rms compare laws better."
+        )
     return told
 
 
@@ -181,8 +221,13 @@ def _strip(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Ca
     scale = study.scale(column)
     title = f"{name[0].upper()}{name[1:]} by {axis.name}" + (f", joint {joint.title}" if len(study.joints) > 1 else "")
     alt = f"{title}, medians. " + "; ".join(f"{law}: {scale.text(np.median(values))}" for law, values in groups)
-    return lambda canvas: canvas.picture(lambda ax: draw.strip(ax, groups, name, scale), title,
-                                         "One point per case; bar: median.", alt, size=(4.2, 1.0 + 0.22 * len(groups)))
+    return lambda canvas: canvas.picture(
+        lambda ax: draw.strip(ax, groups, name, scale),
+        title,
+        "One point per case; bar: median.",
+        alt,
+        size=(4.2, 1.0 + 0.22 * len(groups)),
+    )
 
 
 def _restitution(study: Study, axis: Axis, joint: Joint) -> tuple[list[str], list[Table], list]:
@@ -190,7 +235,8 @@ def _restitution(study: Study, axis: Axis, joint: Joint) -> tuple[list[str], lis
     path = f"joints.{joint.title}.contact.restitution"
     asked = study.cases[path] if path in study.cases else dig(study.base, path)
     points = pd.DataFrame({"law": study.cases[axis.path], "asked": asked}, index=study.cases.index).astype(
-        {"asked": float})
+        {"asked": float}
+    )
     known = np.sort(points["asked"].dropna().unique())
     told = known[np.unique(np.linspace(0, len(known) - 1, ASKED).round().astype(int))] if len(known) else known
     firsts = points.drop_duplicates()
@@ -202,16 +248,30 @@ def _restitution(study: Study, axis: Axis, joint: Joint) -> tuple[list[str], lis
     measured = study.has("pair_restitution")
     rows = []
     for (law, value), section in zip(firsts.itertuples(index=False), contacts, strict=True):
-        wanted, got = section["contact"].get("restitution", np.nan), Physics.restitution(section)
+        wanted, got = section["contact"].get("restitution", np.nan), simulation.restitution(section)
         got = np.nan if got is None else got
         same = (points["law"] == law) & (points["asked"].isna() if np.isnan(value) else points["asked"] == value)
-        rows.append((law, wanted, got, Quantity(got - wanted, _signed(got - wanted)),
-                     *([float(study.cases.loc[same, "pair_restitution"].median())] if measured else [])))
+        rows.append(
+            (
+                law,
+                wanted,
+                got,
+                Quantity(got - wanted, _signed(got - wanted)),
+                *([float(study.cases.loc[same, "pair_restitution"].median())] if measured else []),
+            )
+        )
     rows.sort(key=lambda row: (np.isnan(row[1]), row[1], axis.values.index(row[0])))
-    note = (f"Of a free impact, in closed form, whatever the elastic law. {wording.DASH}: the law takes none, "
-            "or mass and speed decide what it gives back (kelvin-voigt and others).")
-    columns = (Column(axis.name), Column("asked for"), Column("given back"), Column("difference"),
-               *([Column("measured here")] if measured else []))
+    note = (
+        f"Of a free impact, in closed form, whatever the elastic law. {wording.DASH}: the law takes none, "
+        "or mass and speed decide what it gives back (kelvin-voigt and others)."
+    )
+    columns = (
+        Column(axis.name),
+        Column("asked for"),
+        Column("given back"),
+        Column("difference"),
+        *([Column("measured here")] if measured else []),
+    )
     table = Table(f"{_key(axis)}_restitution", "Restitution asked for and given back", note, columns, rows)
     drawn = [row[:3] for row in rows if not np.isnan(row[2])]
     return _restitution_told(rows), [table], [_returned(axis, drawn)] if drawn else []
@@ -228,16 +288,22 @@ def _restitution_told(rows: list[tuple]) -> list[str]:
     widest, asked, least, most = max(spans)
     if widest < 5e-4:
         return ["In a free impact each of these laws gives back the restitution that it is asked for, or all the same."]
-    return [f"Asked for a restitution of {wording.short(asked, 3)}, a free impact gives back {wording.plain(least[0])} "
-            f"({least[1]}) to {wording.plain(most[0])} ({most[1]})."]
+    return [
+        f"Asked for a restitution of {wording.short(asked, 3)}, a free impact gives back {wording.plain(least[0])} "
+        f"({least[1]}) to {wording.plain(most[0])} ({most[1]})."
+    ]
 
 
 def _returned(axis: Axis, rows: list[tuple[str, float, float]]) -> Callable[[Canvas], Picture]:
     names = {row[0] for row in rows}
     alt = "; ".join(f"{law}, asked for {asked:.3g}: {got:.3g}" for law, asked, got in rows)
-    return lambda canvas: canvas.picture(lambda ax: draw.returned(ax, rows), "Restitution given back",
-                                         "Of a free impact, beside what was asked for.",
-                                         f"Restitution by {axis.name}. {alt}", size=(4.2, 1.15 + 0.22 * len(names)))
+    return lambda canvas: canvas.picture(
+        lambda ax: draw.returned(ax, rows),
+        "Restitution given back",
+        "Of a free impact, beside what was asked for.",
+        f"Restitution by {axis.name}. {alt}",
+        size=(4.2, 1.15 + 0.22 * len(names)),
+    )
 
 
 def _key(axis: Axis) -> str:

@@ -7,9 +7,10 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from clearsweep.report import cases, figures, findings, laws, probability, tabular, wording
-from clearsweep.report.study import BASE, RATIO, Study, dig, prepare
-from clearsweep.report.tabular import SHOWN
+from .. import wording
+from . import cases, figures, findings, laws, probability, table
+from .study import BASE, RATIO, Study, dig, prepare
+from .table import SHOWN
 
 
 def write(run, out: Path) -> Path:
@@ -29,21 +30,20 @@ def render(study: Study) -> str:
         study=study,
         cards=cards(study),
         sentences=findings.headline(study),
-        decision=tabular.best_by_speed(study),
+        decision=table.best_by_speed(study),
         sample=probability.part(study, canvas),
         method=(record.get("sample") or {}).get("method"),
         drivers=figures.drivers(study, canvas),
-        effects=tabular.main_effects(study),
+        effects=table.main_effects(study),
         laws=[(part, [draw(canvas) for draw in part.drawings]) for part in laws.parts(study)],
         maps=[(joint, figures.maps(study, joint, canvas)) for joint in study.joints],
         tradeoffs=figures.tradeoffs(study, canvas),
         detailed=cases.detailed(study, canvas),
-        peaks=[tabular.peaks(study, joint) for joint in study.joints],
-        slider=tabular.slider(study),
-        certainty=tabular.certainty(study),
-        wear=[(tabular.wear(study, joint), figures.wear(study, joint, canvas))
-              for joint in study.joints if joint.wears],
-        failed=tabular.failed(study),
+        peaks=[table.peaks(study, joint) for joint in study.joints],
+        slider=table.slider(study),
+        certainty=table.certainty(study),
+        wear=[(table.wear(study, joint), figures.wear(study, joint, canvas)) for joint in study.joints if joint.wears],
+        failed=table.failed(study),
         reasons=reasons(study),
         fixed=fixed(study),
         derived=derived(study),
@@ -55,8 +55,13 @@ def render(study: Study) -> str:
 
 def fill(template: str, **content) -> str:
     """Return a template of this package filled with content; text is escaped, drawings are not."""
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True,
-                                     trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
     environment.filters["drawing"] = Markup
     return environment.get_template(template).render(content)
 
@@ -73,8 +78,13 @@ def save(text: str, out: Path) -> Path:
 def cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the figures at the top of the page: name, value with unit, what it is beside."""
     asked = len(study.cases) + len(study.failed)
-    found = [("Cases finished", f"{len(study.cases)} of {asked}",
-              f"{len(study.failed)} failed" if len(study.failed) else "none failed")]
+    found = [
+        (
+            "Cases finished",
+            f"{len(study.cases)} of {asked}",
+            f"{len(study.failed)} failed" if len(study.failed) else "none failed",
+        )
+    ]
     if study.cases.empty:
         return found
     joint = study.hardest_joint()
@@ -83,8 +93,7 @@ def cards(study: Study) -> list[tuple[str, str, str]]:
         (f"Largest {study.lead.name}", joint.column(study.lead.figure), where),
         ("p99 over ideal peak", joint.column(RATIO), "1: as without clearance"),
         ("Largest force rms", joint.column("force_rms"), where),
-        ("Fastest onset", joint.column("onset_rate_max"),
-         f"steel elastic to {findings.ELASTIC_TEXT}"),
+        ("Fastest onset", joint.column("onset_rate_max"), f"steel elastic to {findings.ELASTIC_TEXT}"),
         ("Largest slider error", "slider_error_max", "off the ideal place"),
         ("Measured restitution", "pair_restitution", "largest of all cases"),
         ("Deepest wear", joint.column("wear_depth_max"), "in the recorded window"),
@@ -146,9 +155,24 @@ def _leaves(tree: Mapping, path: str = "") -> list[tuple[str, object]]:
     return found
 
 
-_UNITS = {"length": "m", "mass": "kg", "masses": "kg", "inertia": "kg*m^2", "center": "m", "gravity": "m/s^2",
-          "clearance": "m", "bearing_radius": "m", "young": "Pa", "hardness": "Pa", "damping": "N*s/m", "v0": "m/s",
-          "v1": "m/s", "velocity_scale": "m/s", "bearing_coefficient": "m^2/N", "journal_coefficient": "m^2/N"}
+_UNITS = {
+    "length": "m",
+    "mass": "kg",
+    "masses": "kg",
+    "inertia": "kg*m^2",
+    "center": "m",
+    "gravity": "m/s^2",
+    "clearance": "m",
+    "bearing_radius": "m",
+    "young": "Pa",
+    "hardness": "Pa",
+    "damping": "N*s/m",
+    "v0": "m/s",
+    "v1": "m/s",
+    "velocity_scale": "m/s",
+    "bearing_coefficient": "m^2/N",
+    "journal_coefficient": "m^2/N",
+}
 
 
 def _value(study: Study, path: str, value) -> str:

@@ -4,20 +4,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep import statistics
-from clearsweep.errors import InputError
-from clearsweep.report import draw, wording
-from clearsweep.report.figures import Canvas, Picture
-from clearsweep.report.findings import percent
-from clearsweep.report.study import Study
-from clearsweep.report.tabular import Column, Quantity, Table
-from clearsweep.statistics import Estimate, Setting
+from .. import wording
+from ..errors import InputError
+from . import draw, sensitivity
+from .figures import Canvas, Picture
+from .findings import percent
+from .sensitivity import Estimate, Setting
+from .study import Study
+from .table import Column, Quantity, Table
 
 HISTOGRAMS = 12  # drawn at most
-JOINT = (("force_p99", "force p99"), ("force_rms", "force rms"), ("force_peak", "force peak"),
-         ("impacts_per_rev", "impacts per rev."), ("wear_depth_max", "wear depth"), ("wear_volume", "wear volume"))
-WHOLE = (("slider_error_max", "slider error"), ("slider_acceleration_peak", "slider acc. peak"),
-         ("crank_torque_peak", "crank torque peak"), ("pair_restitution", "restitution"))
+JOINT = (
+    ("force_p99", "force p99"),
+    ("force_rms", "force rms"),
+    ("force_peak", "force peak"),
+    ("impacts_per_rev", "impacts per rev."),
+    ("wear_depth_max", "wear depth"),
+    ("wear_volume", "wear volume"),
+)
+WHOLE = (
+    ("slider_error_max", "slider error"),
+    ("slider_acceleration_peak", "slider acc. peak"),
+    ("crank_torque_peak", "crank torque peak"),
+    ("pair_restitution", "restitution"),
+)
 
 
 class Figure(NamedTuple):
@@ -39,20 +49,22 @@ class Part(NamedTuple):
 
 def part(study: Study, canvas: Canvas) -> Part:
     """Return tables, histograms and sentences about the sample of a run; none of them where it has none."""
-    samples = [one for one in statistics.settings(study.run) if len(one.failed) < len(set(one.case_ids))]
+    samples = [one for one in sensitivity.settings(study.run) if len(one.failed) < len(set(one.case_ids))]
     if not samples:
         return Part([], [], [])
     found, sentences = _tables(study, samples)
-    pictures = [_histogram(canvas, study, one, figure)
-                for figure in _figures(study) for one in samples
-                if study.run.grid["sample"]["method"] in INDEPENDENT
-                and np.isfinite(one.figures[figure.column]).any()][:HISTOGRAMS]
+    pictures = [
+        _histogram(canvas, study, one, figure)
+        for figure in _figures(study)
+        for one in samples
+        if study.run.grid["sample"]["method"] in INDEPENDENT and np.isfinite(one.figures[figure.column]).any()
+    ][:HISTOGRAMS]
     return Part(found, pictures, sentences)
 
 
 def tables(study: Study) -> list[Table]:
     """Return the tables about the sample of a run, [] where it has none."""
-    samples = [one for one in statistics.settings(study.run) if len(one.failed) < len(set(one.case_ids))]
+    samples = [one for one in sensitivity.settings(study.run) if len(one.failed) < len(set(one.case_ids))]
     return _tables(study, samples)[0] if samples else []
 
 
@@ -74,37 +86,69 @@ def _tables(study: Study, samples: list[Setting]) -> tuple[list[Table], list[str
 def _figures(study: Study) -> list[Figure]:
     """Return the figures whose spread is told: those that matter, and those that have a limit."""
     limits, several = study.run.grid.get("limits") or {}, len(study.joints) > 1
-    named = {joint.column(figure): f"{name} ({joint.title})" if several else name
-             for joint in study.joints for figure, name in JOINT} | dict(WHOLE)
+    named = {
+        joint.column(figure): f"{name} ({joint.title})" if several else name
+        for joint in study.joints
+        for figure, name in JOINT
+    } | dict(WHOLE)
     named |= {column: column.replace("_", " ") for column in limits if column not in named}
-    return [Figure(column, name, study.units.get(column, "1"), limits.get(column))
-            for column, name in named.items() if study.has(column)]
+    return [
+        Figure(column, name, study.units.get(column, "1"), limits.get(column))
+        for column, name in named.items()
+        if study.has(column)
+    ]
 
 
 def _spreads(study: Study, samples: list[Setting]) -> Table:
     """Return mean, variation and quantiles of every figure."""
-    columns = (Column("figure"), Column("figure unit", file_only=True), *_others(study), Column("cases"),
-               *_heads("mean"), *_heads("cv"), *_heads("5 % quantile"), *_heads("median"), *_heads("95 % quantile"))
+    columns = (
+        Column("figure"),
+        Column("figure unit", file_only=True),
+        *_others(study),
+        Column("cases"),
+        *_heads("mean"),
+        *_heads("cv"),
+        *_heads("5 % quantile"),
+        *_heads("median"),
+        *_heads("95 % quantile"),
+    )
     rows = []
     for figure in _figures(study):
         for one in samples:
             values = one.figures[figure.column]
             if not np.isfinite(values).any():
                 continue
-            told = statistics.spread(values)
+            told = sensitivity.spread(values)
             quantiles = [cell for each in told.quantiles for cell in _cells(each, figure.unit)]
-            rows.append((figure.name, figure.unit, *_point(study, one), _count(told.count),
-                         *_cells(told.mean, figure.unit), *_cells(told.cv, "1"), *quantiles))
-    note = ("In brackets the 95 % confidence interval: of mean and cv (standard deviation over mean) from the "
-            f"bootstrap, of quantiles from order statistics; {wording.DASH}: too few cases to give that end. "
-            f"{_left_out(samples)}")
+            rows.append(
+                (
+                    figure.name,
+                    figure.unit,
+                    *_point(study, one),
+                    _count(told.count),
+                    *_cells(told.mean, figure.unit),
+                    *_cells(told.cv, "1"),
+                    *quantiles,
+                )
+            )
+    note = (
+        "In brackets the 95 % confidence interval: of mean and cv (standard deviation over mean) from the "
+        f"bootstrap, of quantiles from order statistics; {wording.DASH}: too few cases to give that end. "
+        f"{_left_out(samples)}"
+    )
     return Table("distribution", "Spread of the figures", note.strip(), columns, rows)
 
 
 def _limits(study: Study, samples: list[Setting]) -> Table:
     """Return the probability that each limit is exceeded."""
-    columns = (Column("figure"), Column("figure unit", file_only=True), *_others(study), Column("limit"),
-               Column("cases"), *_heads("probability of exceeding it"))
+    columns = (
+        Column("figure"),
+        Column("figure unit", file_only=True),
+        *_others(study),
+        Column("limit"),
+        Column("cases"),
+        *_heads("probability of exceeding it"),
+    )
     rows = []
     for figure in _figures(study):
         for one in samples if figure.limit is not None else ():
@@ -112,8 +156,16 @@ def _limits(study: Study, samples: list[Setting]) -> Table:
             known = int(np.isfinite(values).sum())
             if known:
                 limit = Quantity(figure.limit, wording.text(figure.limit, figure.unit))
-                rows.append((figure.name, figure.unit, *_point(study, one), limit, _count(known),
-                             *_cells(statistics.exceedance(values, figure.limit), "1")))
+                rows.append(
+                    (
+                        figure.name,
+                        figure.unit,
+                        *_point(study, one),
+                        limit,
+                        _count(known),
+                        *_cells(sensitivity.exceedance(values, figure.limit), "1"),
+                    )
+                )
     note = f"In brackets the exact 95 % confidence interval (Clopper and Pearson). {_left_out(samples)}"
     return Table("limits", "How likely limits are exceeded", note.strip(), columns, rows)
 
@@ -121,61 +173,100 @@ def _limits(study: Study, samples: list[Setting]) -> Table:
 def _indices(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
     """Return the Sobol indices of every variable on every figure, and what is to be said of chaos."""
     paths, names = _variables(study)
-    columns = (Column("figure"), *_others(study), Column("variable"), *_heads("first-order index"),
-               *_heads("total index"), Column("share of chance"), Column("chance was", file_only=True),
-               Column("verdict"))
+    columns = (
+        Column("figure"),
+        *_others(study),
+        Column("variable"),
+        *_heads("first-order index"),
+        *_heads("total index"),
+        Column("share of chance"),
+        Column("chance was", file_only=True),
+        Column("verdict"),
+    )
     rows, flagged, measured = [], {}, False
     for figure in _figures(study):
         for one in samples:
-            found = statistics.sobol_indices(one, figure.column, paths)
-            chance = statistics.chance(one, figure.column, found)
+            found = sensitivity.sobol_indices(one, figure.column, paths)
+            chance = sensitivity.chance(one, figure.column, found)
             measured |= chance.measured
             verdict = "" if not chance.chaotic else "chaotic" if chance.measured else "may be chaotic"
             if verdict:
                 flagged[figure.name] = verdict
             bound = "" if chance.measured or not chance.share >= 0.01 else "at most about "
-            rows += [(figure.name, *_point(study, one), names[index.path], *_cells(index.first, "1"),
-                      *_cells(index.total, "1"),
-                      Quantity(chance.share, bound + percent(chance.share) if index is found[0] else ""),
-                      "measured" if chance.measured else "bounded",
-                      Quantity(verdict, verdict if index is found[0] else ""))
-                     for index in found]
-    note = ("First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
-            "interactions. In brackets the bootstrap interval. Share of chance: what of the variance is chaos, not the "
-            "variables; from a half on the figure is chaotic, its spread under a tiny disturbance as large as its "
-            "effect.")
-    sentences = [_advice([name for name in flagged if flagged[name] == verdict], verdict)
-                 for verdict in dict.fromkeys(flagged.values())]
+            rows += [
+                (
+                    figure.name,
+                    *_point(study, one),
+                    names[index.path],
+                    *_cells(index.first, "1"),
+                    *_cells(index.total, "1"),
+                    Quantity(chance.share, bound + percent(chance.share) if index is found[0] else ""),
+                    "measured" if chance.measured else "bounded",
+                    Quantity(verdict, verdict if index is found[0] else ""),
+                )
+                for index in found
+            ]
+    note = (
+        "First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
+        "interactions. In brackets the bootstrap interval. Share of chance: what of the variance is chaos, not the "
+        "variables; from a half on the figure is chaotic, its spread under a tiny disturbance as large as its "
+        "effect."
+    )
+    sentences = [
+        _advice([name for name in flagged if flagged[name] == verdict], verdict)
+        for verdict in dict.fromkeys(flagged.values())
+    ]
     if not measured:
-        sentences.append("Chaos was not measured in this run, only bounded: its share of the variance is at most the "
-                         "smallest total index of a variable that moves anything. simulate: {error_check: true} "
-                         "measures it.")
+        sentences.append(
+            "Chaos was not measured in this run, only bounded: its share of the variance is at most the "
+            "smallest total index of a variable that moves anything. simulate: {error_check: true} "
+            "measures it."
+        )
     return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
 
 
 def _effects(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
     """Return the effect of every variable alone on every figure, and what is to be said of chaos."""
     paths, names = _variables(study)
-    columns = (Column("figure"), Column("figure unit", file_only=True), *_others(study), Column("variable"),
-               Column("at its 5 % quantile"), Column("in the middle"), Column("at its 95 % quantile"),
-               Column("scatter"), Column("verdict"))
+    columns = (
+        Column("figure"),
+        Column("figure unit", file_only=True),
+        *_others(study),
+        Column("variable"),
+        Column("at its 5 % quantile"),
+        Column("in the middle"),
+        Column("at its 95 % quantile"),
+        Column("scatter"),
+        Column("verdict"),
+    )
     rows, flagged = [], {}
     for figure in _figures(study):
         for one in samples:
-            for effect in statistics.effects(one, figure.column, paths):
+            for effect in sensitivity.effects(one, figure.column, paths):
                 numbers = (effect.low, effect.middle, effect.high, effect.scatter)
                 blurred = effect.blurred()
                 verdict = "" if np.isnan(blurred) else f"blurred: scatter is {percent(blurred)} of the effect"
                 if effect.chaotic:
                     verdict = "chaotic: scatter as large as the effect"
                     flagged[figure.name] = verdict
-                rows.append((figure.name, figure.unit, *_point(study, one), names[effect.path],
-                             *(Quantity(value, wording.text(value, figure.unit)) for value in numbers), verdict))
-    note = ("One variable at a time, the others at their medians. Scatter: how far the figure moves under disturbances "
-            "of one part in a thousand million of the variables' ranges, or a tenth of the tolerance where the run "
-            "tried that too.")
+                rows.append(
+                    (
+                        figure.name,
+                        figure.unit,
+                        *_point(study, one),
+                        names[effect.path],
+                        *(Quantity(value, wording.text(value, figure.unit)) for value in numbers),
+                        verdict,
+                    )
+                )
+    note = (
+        "One variable at a time, the others at their medians. Scatter: how far the figure moves under disturbances "
+        "of one part in a thousand million of the variables' ranges, or a tenth of the tolerance where the run "
+        "tried that too."
+    )
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), (
-        [_advice(list(flagged), "chaotic")] if flagged else [])
+        [_advice(list(flagged), "chaotic")] if flagged else []
+    )
 
 
 def _advice(figures: list[str], verdict: str) -> str:
@@ -192,14 +283,19 @@ def _histogram(canvas: Canvas, study: Study, one: Setting, figure: Figure) -> Pi
     values = one.figures[figure.column]
     values = values[np.isfinite(values)]
     scale = wording.scale(figure.unit, values)
-    marks = tuple(np.quantile(values, statistics.QUANTILES))
-    at = "; ".join(f"{axis.name} {axis.text(one.point[axis.path])}" for axis in study.axes
-                   if one.point.get(axis.path) is not None and len(axis.values) > 1)
+    marks = tuple(np.quantile(values, sensitivity.QUANTILES))
+    at = "; ".join(
+        f"{axis.name} {axis.text(one.point[axis.path])}"
+        for axis in study.axes
+        if one.point.get(axis.path) is not None and len(axis.values) > 1
+    )
     alt = f"Histogram of {figure.name}, {len(values)} cases. " + ", ".join(
-        f"{share:.0%} quantile {scale.text(mark)}" for share, mark in zip(statistics.QUANTILES, marks, strict=True))
+        f"{share:.0%} quantile {scale.text(mark)}" for share, mark in zip(sensitivity.QUANTILES, marks, strict=True)
+    )
     title = f"{figure.name[0].upper()}{figure.name[1:]}"
-    return canvas.picture(lambda ax: draw.histogram(ax, values, figure.name, scale, marks, figure.limit),
-                          title, at, alt, size=(3.3, 2.8))
+    return canvas.picture(
+        lambda ax: draw.histogram(ax, values, figure.name, scale, marks, figure.limit), title, at, alt, size=(3.3, 2.8)
+    )
 
 
 def _variables(study: Study) -> tuple[list[str], dict[str, str]]:
@@ -230,8 +326,11 @@ def _cells(estimate: Estimate, unit: str) -> list[Quantity]:
     """Return an estimate with its interval: one cell on the page, three in the file."""
     scale = wording.scale(unit, [end for end in estimate if np.isfinite(end)])
     low, high = scale.number(estimate.low), scale.number(estimate.high)
-    return [Quantity(estimate.value, f"{scale.text(estimate.value)} ({low} to {high})"), Quantity(estimate.low, low),
-            Quantity(estimate.high, high)]
+    return [
+        Quantity(estimate.value, f"{scale.text(estimate.value)} ({low} to {high})"),
+        Quantity(estimate.low, low),
+        Quantity(estimate.high, high),
+    ]
 
 
 def _count(number: int) -> Quantity:

@@ -6,10 +6,10 @@ import pandas as pd
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from clearsweep.errors import InputError
-from clearsweep.physics import Physics
-from clearsweep.report import cases, figures, page, wording
-from clearsweep.report.study import Study, prepare, resolved
+from .. import simulation, wording
+from ..errors import InputError
+from . import cases, figures, page
+from .study import Study, prepare, resolved
 
 SAMPLES = 1440  # per revolution at least, so that single contacts show
 COLUMNS = 2  # of panels in a PNG or SVG
@@ -23,7 +23,7 @@ def show(run, case_id: str, out: Path) -> Path:
     study = prepare(run)
     if case_id not in study.cases.index and case_id not in study.failed.index:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
-    result = Physics.solve(to_draw(study, case_id))
+    result = simulation.solve(to_draw(study, case_id))
     panels = drawn(study, case_id, result)
     if not panels:
         raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
@@ -57,8 +57,15 @@ def _page(study: Study, case_id: str, result, panels: list[cases.Panel], title: 
     canvas = figures.Canvas()
     units = study.units
     rows = [(name, wording.text(value, units.get(name, "1"))) for name, value in result.summary.items()]
-    return page.fill("case.html.j2", title=title, setting=study.setting(case_id), status=result.status,
-                     message=result.message, rows=rows, pictures=[cases.picture(panel, canvas) for panel in panels])
+    return page.fill(
+        "case.html.j2",
+        title=title,
+        setting=study.setting(case_id),
+        status=result.status,
+        message=result.message,
+        rows=rows,
+        pictures=[cases.picture(panel, canvas) for panel in panels],
+    )
 
 
 def _sheet(panels: list[cases.Panel], title: str, out: Path) -> Path:
@@ -70,10 +77,11 @@ def _sheet(panels: list[cases.Panel], title: str, out: Path) -> Path:
         for ax, panel in zip(axes, panels, strict=False):
             panel.paint(ax)
             ax.set_title(panel.title, fontsize=9, pad=22)
-        for ax in list(axes)[len(panels):]:
+        for ax in list(axes)[len(panels) :]:
             ax.set_visible(False)
         temporary = out.with_name(f".{out.name}.part")
-        figure.savefig(temporary, format=out.suffix[1:].lower(),
-                       metadata={"Date": None} if out.suffix.lower() == ".svg" else None)
+        figure.savefig(
+            temporary, format=out.suffix[1:].lower(), metadata={"Date": None} if out.suffix.lower() == ".svg" else None
+        )
         temporary.replace(out)
     return out

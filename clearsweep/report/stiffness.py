@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clearsweep.errors import InputError
-from clearsweep.physics import Physics
-from clearsweep.report import draw, wording
-from clearsweep.report.figures import Canvas, Picture
-from clearsweep.report.study import Axis, Joint, Study, dig, resolved
-from clearsweep.report.tabular import Column, Table
+from .. import simulation, wording
+from ..errors import InputError
+from . import draw
+from .figures import Canvas, Picture
+from .study import Axis, Joint, Study, dig, resolved
+from .table import Column, Table
 
 UNKNOWN = "This version does not know every law of this run: what each by itself would do is not told."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
@@ -43,16 +43,19 @@ def of_material(study: Study, joint: Joint) -> Told | None:
         section = resolved(study, [hardest])[0]["joints"][joint.title]
     except InputError:  # laws of another version
         return None
-    sections = Physics.elastic_choices(section)
+    sections = simulation.elastic_choices(section)
     return _beside(joint, sections, [section["contact"]["elastic"]]) if len(sections) > 1 else None
 
 
 def _beside(joint: Joint, sections: dict[str, dict], used: list[str]) -> Told:
     """Return sentence, table and drawing of elastic laws; `sections`: name -> section of the joint with that law."""
-    forces = {law: np.array(Physics.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
+    forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
     ordered = sorted(forces, key=lambda law: forces[law][TOLD])
-    return _told(forces, ordered, len(used) == len(sections)), [_table(joint, sections, forces, ordered, used)], [
-        _curves(sections, ordered, used)]
+    return (
+        _told(forces, ordered, len(used) == len(sections)),
+        [_table(joint, sections, forces, ordered, used)],
+        [_curves(sections, ordered, used)],
+    )
 
 
 def _told(forces: dict[str, np.ndarray], ordered: list[str], swept: bool) -> list[str]:
@@ -63,20 +66,33 @@ def _told(forces: dict[str, np.ndarray], ordered: list[str], swept: bool) -> lis
     more = [f"{factor} at {depth}" for k, (factor, depth) in enumerate(zip(factors, at, strict=True)) if k != TOLD]
     ends = [f"{wording.text(forces[law][TOLD], 'N')} ({law})" for law in (ordered[0], ordered[-1])]
     whose = "these elastic laws" if swept else f"the {len(forces)} elastic laws that this joint allows"
-    return [f"At a penetration of {at[TOLD]} {whose} differ by a factor of {factors[TOLD]}: {ends[0]} to {ends[1]}; by "
-            f"{wording.sentence_list(more)}."]
+    return [
+        f"At a penetration of {at[TOLD]} {whose} differ by a factor of {factors[TOLD]}: {ends[0]} to {ends[1]}; by "
+        f"{wording.sentence_list(more)}."
+    ]
 
 
 def _table(joint: Joint, sections: dict[str, dict], forces: dict, ordered: list[str], used: list[str]) -> Table:
     rows = []
     for law in ordered:
-        limit = Physics.penetration_limit(sections[law])
-        rows.append((law, "yes" if law in used else "", *forces[law], forces[law][TOLD] / forces[ordered[0]][TOLD],
-                     limit if np.isfinite(limit) else np.nan))
+        limit = simulation.penetration_limit(sections[law])
+        rows.append(
+            (
+                law,
+                "yes" if law in used else "",
+                *forces[law],
+                forces[law][TOLD] / forces[ordered[0]][TOLD],
+                limit if np.isfinite(limit) else np.nan,
+            )
+        )
     at = [wording.scale("m", depth).given(depth) for depth in DEPTHS]
-    columns = (Column("elastic law"), Column("used here", file_only=len(used) == len(sections)),
-               *(Column(f"at {depth}", "N") for depth in at), Column(f"at {at[TOLD]}, over the softest"),
-               Column("holds up to", "m"))
+    columns = (
+        Column("elastic law"),
+        Column("used here", file_only=len(used) == len(sections)),
+        *(Column(f"at {depth}", "N") for depth in at),
+        Column(f"at {at[TOLD]}, over the softest"),
+        Column("holds up to", "m"),
+    )
     note = f"{_joint_told(sections[ordered[0]])}. Holds up to {wording.DASH}: any penetration."
     title = f"Elastic force over penetration, joint {joint.title}"
     return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
@@ -95,8 +111,9 @@ def _joint_told(section: dict) -> str:
 
 
 def _curves(sections: dict[str, dict], ordered: list[str], used: list[str]) -> Callable[[Canvas], Picture]:
-    curves = {law: np.array(Physics.elastic_forces(sections[law], CURVE)) for law in ordered}
+    curves = {law: np.array(simulation.elastic_forces(sections[law], CURVE)) for law in ordered}
     drawn = [(law, curves[law], law in used) for law in sorted(ordered, key=lambda law: -curves[law][-1])]
     alt = f"From {ordered[0]}, the softest at 1 µm, to {ordered[-1]}, the stiffest there."
-    return lambda canvas: canvas.picture(lambda ax: draw.elastic(ax, CURVE, drawn), "Elastic force over penetration",
-                                         "", alt, size=(4.6, 3.4))
+    return lambda canvas: canvas.picture(
+        lambda ax: draw.elastic(ax, CURVE, drawn), "Elastic force over penetration", "", alt, size=(4.6, 3.4)
+    )

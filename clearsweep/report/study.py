@@ -6,10 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from clearsweep import grid
-from clearsweep.physics import Physics
-from clearsweep.report import wording
-from clearsweep.report.wording import Scale
+from .. import grid, simulation, wording
+from ..wording import Scale
 
 BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json keeps the values that make a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
@@ -102,8 +100,11 @@ class Study(NamedTuple):
     def setting(self, case_id: str, without: Axis | None = None) -> str:
         """Return the swept values of a case in words, all but those of one axis; '' without sweep."""
         row = self._row(case_id)
-        return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.swept()
-                         if axis is not without and not pd.isna(row[axis.path]))
+        return ", ".join(
+            f"{axis.name} {axis.text(row[axis.path])}"
+            for axis in self.swept()
+            if axis is not without and not pd.isna(row[axis.path])
+        )
 
     def value(self, case_id: str, path: str):
         """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
@@ -156,9 +157,11 @@ def prepare(run) -> Study:
 def resolved(study: Study, case_ids: Iterable[str]) -> list[dict]:
     """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
     record = study.run.grid
-    loaded = grid.load({key: record[key] for key in (*BASE, *WAYS) if key in record}, Physics.catalogue())
-    return [loaded.case(loaded.index({axis.path: study.value(case_id, axis.path) for axis in study.axes}))
-            for case_id in case_ids]
+    loaded = grid.load({key: record[key] for key in (*BASE, *WAYS) if key in record}, simulation.catalogue())
+    return [
+        loaded.case(loaded.index({axis.path: study.value(case_id, axis.path) for axis in study.axes}))
+        for case_id in case_ids
+    ]
 
 
 def position(axis: Axis, values: pd.Series) -> np.ndarray:
@@ -198,8 +201,14 @@ def _axes(record: dict, units: dict, joints: int) -> tuple[Axis, ...]:
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
     numbers = [value for value in values if not isinstance(value, str)]
     shown = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else Scale(1.0, "")
-    digits = next((digits for digits in range(DIGITS, 16)
-                   if len({shown.given_number(value, digits) for value in numbers}) == len(set(numbers))), 16)
+    digits = next(
+        (
+            digits
+            for digits in range(DIGITS, 16)
+            if len({shown.given_number(value, digits) for value in numbers}) == len(set(numbers))
+        ),
+        16,
+    )
     return Axis(path, wording.axis_name(path, joints), shown, values, digits)
 
 

@@ -2,14 +2,28 @@
 
 import pyarrow
 
-from clearsweep.store.comparing import difference
-from clearsweep.store.directory import Store, commit, id_text, now, read_record
-from clearsweep.store.form import Axis, Form, Row
-from clearsweep.store.merging import merge
-from clearsweep.store.reading import Run, newest
+from .assemble import merge
+from .batch import Axis, Form, Row
+from .compare import difference
+from .directory import Store, commit, id_text, now, read_record
+from .read import Run, newest
 
-__all__ = ["Axis", "Form", "Row", "Run", "Store", "commit", "difference", "id_text", "merge", "newest", "now", "open",
-           "read_record", "use_one_thread"]
+__all__ = [
+    "Axis",
+    "Form",
+    "Row",
+    "Run",
+    "Store",
+    "commit",
+    "difference",
+    "id_text",
+    "merge",
+    "newest",
+    "now",
+    "open",
+    "read_record",
+    "use_one_thread",
+]
 
 
 def open(directory) -> Run:

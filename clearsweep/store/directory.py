@@ -18,9 +18,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 import clearsweep
-from clearsweep.errors import DirectoryError
-from clearsweep.store import durable
-from clearsweep.store.form import ID_LENGTH, Form, Row, datasets, part_bytes, shard_bytes
+
+from ..errors import DirectoryError
+from . import durable
+from .batch import ID_LENGTH, Form, Row, datasets, part_bytes, shard_bytes
 
 ROWS = np.dtype([("id", "u8"), ("part", "i4"), ("row", "i4"), ("failed", "?")])
 _OWN_NAMES = {"lock", "tmp", "shards", "parts"}  # what may be there before run.json is
@@ -55,16 +56,22 @@ class Store:
             strangers = sorted({entry.name for entry in self.directory.iterdir()} - _OWN_NAMES)
             strangers += [f"parts/{path.name}" for path in self.parts_directory.glob("*")]  # of a lost run.json
             if strangers:
-                raise DirectoryError(f"{self.directory}: holds other files ({', '.join(strangers[:3])}) and no "
-                                     "run.json; choose an empty or new directory with --out")
+                raise DirectoryError(
+                    f"{self.directory}: holds other files ({', '.join(strangers[:3])}) and no "
+                    "run.json; choose an empty or new directory with --out"
+                )
             return
         held, wanted = read_record(self.directory).get("frame", {}), _plain(grid.frame())
         differing = [path for path in sorted({*held, *wanted}) if held.get(path) != wanted.get(path)]
         if differing:
-            found = "".join(f"\n  {path}: there {_show(held.get(path))}, in the grid {_show(wanted.get(path))}"
-                            for path in differing)
-            raise DirectoryError(f"{self.directory}: holds the results of another grid; choose another directory with "
-                                 f"--out, for only the values on swept axes may change; what differs:{found}")
+            found = "".join(
+                f"\n  {path}: there {_show(held.get(path))}, in the grid {_show(wanted.get(path))}"
+                for path in differing
+            )
+            raise DirectoryError(
+                f"{self.directory}: holds the results of another grid; choose another directory with "
+                f"--out, for only the values on swept axes may change; what differs:{found}"
+            )
 
     @contextlib.contextmanager
     def open_for(self, grid):
@@ -82,8 +89,9 @@ class Store:
             except DirectoryError:
                 raise
             except OSError as error:
-                raise DirectoryError(f"{self.directory}: cannot be written ({error.strerror}); "
-                                     "choose another directory with --out") from error
+                raise DirectoryError(
+                    f"{self.directory}: cannot be written ({error.strerror}); choose another directory with --out"
+                ) from error
             self.check(grid)  # again, now that nobody else can change it
             if not self.record.exists():
                 self.write_record(grid, start=now(), end=None)
@@ -95,8 +103,10 @@ class Store:
         except BlockingIOError:
             lock.seek(0)
             holder = lock.read().strip() or "unknown"
-            raise DirectoryError(f"{self.directory}: another run works here ({holder}); wait for it, stop it, or "
-                                 "choose another directory with --out") from None
+            raise DirectoryError(
+                f"{self.directory}: another run works here ({holder}); wait for it, stop it, or "
+                "choose another directory with --out"
+            ) from None
         lock.truncate(0)
         lock.write(f"process {os.getpid()} on {platform.node()} since {now()}")
         lock.flush()
@@ -105,9 +115,17 @@ class Store:
         """Write run.json: the resolved grid, versions, machine and `facts` (start, end, counts and the like)."""
         written = grid.resolved()
         record = {
-            **written, "keys": list(written), "source": grid.source, "layout": grid.layout(), "frame": grid.frame(),
-            "model_version": clearsweep.MODEL_VERSION, "units": {path: grid.unit(path) for path in grid.axes},
-            "versions": _versions(), "machine": _machine(), "seeds": {}, **facts,
+            **written,
+            "keys": list(written),
+            "source": grid.source,
+            "layout": grid.layout(),
+            "frame": grid.frame(),
+            "model_version": clearsweep.MODEL_VERSION,
+            "units": {path: grid.unit(path) for path in grid.axes},
+            "versions": _versions(),
+            "machine": _machine(),
+            "seeds": {},
+            **facts,
         }
         durable.write(self.record, json.dumps(_plain(record), indent=2).encode(), self.scratch)
 
@@ -155,8 +173,10 @@ class Store:
         """Take over the batches of another directory, linked or copied; as ever the shards first, the parts commit."""
         known = {part.path.name for part in self.parts}
         new = [part for part in other.parts if part.path.name not in known]
-        for folder, files in ((self.shards, [part.shard for part in new if part.shard]),
-                              (self.parts_directory, [part.path for part in new])):
+        for folder, files in (
+            (self.shards, [part.shard for part in new if part.shard]),
+            (self.parts_directory, [part.path for part in new]),
+        ):
             for path in files:
                 durable.duplicate(path, folder / path.name, self.scratch)
             durable.sync(folder)
@@ -225,8 +245,10 @@ def read_record(directory: Path) -> dict:
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise DirectoryError(f"{directory}: holds no run (there is no run.json in it); "
-                             "name a directory that `clearsweep run` has written") from None
+        raise DirectoryError(
+            f"{directory}: holds no run (there is no run.json in it); "
+            "name a directory that `clearsweep run` has written"
+        ) from None
     except (OSError, ValueError) as error:
         raise DirectoryError(f"{path}: cannot be read ({error}); move the directory away and run again") from error
 
@@ -243,13 +265,20 @@ def now() -> str:
 
 def _versions() -> dict:
     names = ("numpy", "numba", "scipy", "pandas", "pyarrow", "h5py")
-    return {"clearsweep": clearsweep.__version__, "python": platform.python_version(),
-            **{name: metadata.version(name) for name in names}}
+    return {
+        "clearsweep": clearsweep.__version__,
+        "python": platform.python_version(),
+        **{name: metadata.version(name) for name in names},
+    }
 
 
 def _machine() -> dict:
-    return {"node": platform.node(), "system": platform.platform(), "processor": platform.machine(),
-            "cores": os.cpu_count()}
+    return {
+        "node": platform.node(),
+        "system": platform.platform(),
+        "processor": platform.machine(),
+        "cores": os.cpu_count(),
+    }
 
 
 def _plain(value):

@@ -6,7 +6,7 @@ import os
 import shutil
 from pathlib import Path
 
-from clearsweep.errors import StorageError
+from ..errors import StorageError
 
 
 def write(path: Path, content: bytes, scratch: Path) -> None:
@@ -68,5 +68,7 @@ def storing(path: Path):
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as RuntimeError
         number = getattr(error, "errno", None)
         reason = os.strerror(number) if number else str(error)
-        raise StorageError(f"{path}: writing failed ({reason}); what was committed before is unharmed: "
-                           "make room and run the same command again") from error
+        raise StorageError(
+            f"{path}: writing failed ({reason}); what was committed before is unharmed: "
+            "make room and run the same command again"
+        ) from error

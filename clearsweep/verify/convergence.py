@@ -10,9 +10,10 @@ import itertools
 import math
 import time
 
-from .. import grid, scene
-from ..blocks import Blocks
-from ..simulation import simulate
+from .. import grid
+from ..simulation import scene
+from ..simulation.batch_means import Blocks
+from ..simulation.simulate import simulate
 from .problems import problems
 
 PROBLEM, DISCARD = "b_base", 2  # and its revolutions before statistics begin

@@ -16,12 +16,30 @@ ALL = ("ground-crank", "crank-rod", "rod-slider")
 LETTERS = dict(zip("ABC", ALL, strict=True))
 OPENINGS = ("A", "B", "C", "AB", "AC", "BC", "ABC")
 STIFFNESS_AND_SPEED = {  # N/m^1.5 -> rpm
-    1e5: 100, 1e6: 200, 1e7: 500, 1e8: 1000, 1e9: 2000, 1e10: 5000, 1e11: 5000, 1e12: 5000, 1e13: 5000, 1e14: 5000,
-}  # fmt: skip
+    1e5: 100,
+    1e6: 200,
+    1e7: 500,
+    1e8: 1000,
+    1e9: 2000,
+    1e10: 5000,
+    1e11: 5000,
+    1e12: 5000,
+    1e13: 5000,
+    1e14: 5000,
+}
 SPEED_AND_STIFFNESS = {  # rpm -> N/m^1.5
-    1: 1e6, 3: 1e7, 10: 1e8, 30: 1e9, 100: 1e9, 300: 1e10, 1000: 1e10, 3000: 1e10, 10000: 1e11, 20000: 1e12,
+    1: 1e6,
+    3: 1e7,
+    10: 1e8,
+    30: 1e9,
+    100: 1e9,
+    300: 1e10,
+    1000: 1e10,
+    3000: 1e10,
+    10000: 1e11,
+    20000: 1e12,
     50000: 1e12,
-}  # fmt: skip
+}
 MIXED, SEED = 48, 20240229  # drawn at random, always the same ones
 CYCLES = 5e4  # oscillations in contact per revolution that a mixed case may have
 
@@ -60,8 +78,18 @@ def ambrosio(coefficient) -> dict:
     return {"law": "ambrosio", "coefficient": coefficient, "v0": 1e-3, "v1": 1e-2}
 
 
-def crank(opening, *, speed=5000.0, law=None, clearance=5e-4, friction=None, mass=1.0, slider=0.14, gravity=0.0,
-          start="centred") -> dict:  # fmt: skip
+def crank(
+    opening,
+    *,
+    speed=5000.0,
+    law=None,
+    clearance=5e-4,
+    friction=None,
+    mass=1.0,
+    slider=0.14,
+    gravity=0.0,
+    start="centred",
+) -> dict:
     """Return a grid of a slider-crank open at the joints that the letters of `opening` name.
 
     `speed` : rpm; `mass` : factor on all masses and inertias.
@@ -103,9 +131,7 @@ def _along_the_axes():
     """Yield cases in which one quantity goes through its range."""
     for (stiffness, speed), opening in itertools.product(STIFFNESS_AND_SPEED.items(), ("C", "BC", "ABC")):
         yield Case(f"stiffness/{opening} {stiffness:.0e}", crank(opening, speed=speed, law=contact(stiffness)))
-    for clearance, opening in itertools.product(
-        (1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")
-    ):
+    for clearance, opening in itertools.product((1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")):
         yield Case(f"clearance/{opening} {clearance:.0e} m", crank(opening, speed=1500, clearance=clearance))
     for restitution, opening in itertools.product((0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0), ("C", "BC")):
         law = contact(restitution=restitution)
@@ -179,8 +205,15 @@ def _mixed():
         stiffest = min(max(stiffest, softest), 1e14)
         stiffness = softest * (stiffest / softest) ** draw.uniform()
         friction = tanh(coefficient, 1e-2) if coefficient else None
-        grid = crank(opening, speed=speed, law=contact(stiffness, restitution), clearance=clearance, mass=mass,
-                     friction=friction, gravity=gravity)  # fmt: skip
+        grid = crank(
+            opening,
+            speed=speed,
+            law=contact(stiffness, restitution),
+            clearance=clearance,
+            mass=mass,
+            friction=friction,
+            gravity=gravity,
+        )
         yield Case(f"mixed/{number:02d} {opening}", grid)
 
 

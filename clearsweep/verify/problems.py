@@ -1,7 +1,7 @@
 """Problems whose answers are known: quadruple-precision trajectories of slider-cranks, and impacts of two bodies.
 
-`reference.json` says where its trajectories come from and what its rows hold.  A problem makes its scene, says where to
-report, and judges what an integrator found.
+`references/planar.json` says where its trajectories come from and what its rows hold.  A problem makes its scene, says
+where to report, and judges what an integrator found.
 """
 
 import copy
@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import lambertw
 
-from .. import grid, scene
-from ..kernels.event import ONSET, SEPARATION
-from ..simulation import simulate
-from .yardsticks import Solution
+from .. import grid
+from ..mechanics.solver.event import ONSET, SEPARATION
+from ..simulation import scene
+from ..simulation.simulate import simulate
+from .rivals import Solution
 
 CRANK, ROD = 0.05, 0.12  # m
 STIFF_TURNS, TIGHT = 0.25, 1e-12  # revolutions; tolerance of the trajectory of the stiff problem
@@ -47,7 +48,7 @@ class Trajectory(NamedTuple):
     revolutions: float
     separations: int = 0
     measure: str = "pointwise"
-    tightest: float = 0.0  # tolerance below which the yardsticks would take minutes
+    tightest: float = 0.0  # tolerance below which the rivals would take minutes
 
     @property
     def end(self) -> float:
@@ -66,8 +67,10 @@ class Trajectory(NamedTuple):
 
     def _peak_error(self, found: Solution, most: int | None = None) -> float | None:
         """Return the largest relative error of the force peaks (or of `most` of them) in the first half."""
-        ours, truth = (log[(log[:, 2] == SEPARATION) & (log[:, 0] <= 0.5 * self.end), 4][:most]
-                       for log in (found.events, self.events))  # fmt: skip
+        ours, truth = (
+            log[(log[:, 2] == SEPARATION) & (log[:, 0] <= 0.5 * self.end), 4][:most]
+            for log in (found.events, self.events)
+        )
         if len(ours) != len(truth) or not len(truth) or not np.all(ours > 0.0):
             return None
         return float(np.nanmax(np.abs(ours / truth - 1.0)))  # nan: a peak that is not known
@@ -120,7 +123,8 @@ def returned(factor: float) -> float:
 
 def _held() -> dict:
     """Return the entries of the reference trajectories by name."""
-    return json.loads(resources.files(__package__).joinpath("reference.json").read_text(encoding="utf-8"))["problems"]
+    file = resources.files(__package__) / "references" / "planar.json"
+    return json.loads(file.read_text(encoding="utf-8"))["problems"]
 
 
 def problems() -> list:
@@ -141,8 +145,9 @@ def _stiff() -> Trajectory:
     times = np.arange(1, 41) / 40 * STIFF_TURNS * 2.0 * math.pi / speed
     scales = np.array([0.05, 0.05, speed, speed * CRANK])
     title = "rod-slider, damped by 1e6 N s/m; reference: ours at 1e-12"
-    blank = Trajectory("b_damped", title, source, scales, np.empty((0, 0)), times,
-                       np.empty((0, 5)), STIFF_TURNS, tightest=1e-6)  # fmt: skip
+    blank = Trajectory(
+        "b_damped", title, source, scales, np.empty((0, 0)), times, np.empty((0, 5)), STIFF_TURNS, tightest=1e-6
+    )
     truth = found_by_simulate(blank, simulate(scene_of(blank, TIGHT), times=times))
     return blank._replace(samples=truth.states, events=truth.events)
 
@@ -153,9 +158,11 @@ def _trajectory(name: str, entry: dict) -> Trajectory:
         "clearance": entry["clearance"],
         "bearing_radius": 0.01,
         "contact": {
-            "law": "lankarani-nikravesh", "stiffness": entry["stiffness"], "restitution": entry["restitution"],
+            "law": "lankarani-nikravesh",
+            "stiffness": entry["stiffness"],
+            "restitution": entry["restitution"],
         },
-    }  # fmt: skip
+    }
     if "friction" in entry:
         joint["friction"] = entry["friction"]
     source = {
@@ -178,19 +185,24 @@ def _trajectory(name: str, entry: dict) -> Trajectory:
     order, places = ([0, 1], 2) if len(names) == 1 else ([2, 3, 0, 1], 4)  # two joints: the rod's centre comes first
     scales = np.array([0.05] * places + [speed] + [speed * CRANK] * (places - 1))
     values = samples[:, 1:][:, order + [places + place for place in order]]
-    return Trajectory(name, entry["title"], source, scales, values, samples[:, 0], np.array(events, dtype=float),
-                      entry["revolutions"])  # fmt: skip
+    return Trajectory(
+        name, entry["title"], source, scales, values, samples[:, 0], np.array(events, dtype=float), entry["revolutions"]
+    )
 
 
 def _pair() -> ImpactPair:
     """Return the impact pair as a problem."""
     source = {
         "mechanism": {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0},
-        "joints": {"pair": {"clearance": 1e-3, "contact": {
-            "law": "lankarani-nikravesh", "stiffness": 6.61e10, "restitution": 0.9}}},
+        "joints": {
+            "pair": {
+                "clearance": 1e-3,
+                "contact": {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "restitution": 0.9},
+            }
+        },
         "simulate": {"impacts": 5},
         "save": {"orbits": "none"},
-    }  # fmt: skip
+    }
     ratio = returned(0.75 * (1.0 - 0.9**2))
     return ImpactPair("impact_pair", "five impacts of two bodies", source, ratio, 5, 1.0)
 
@@ -202,8 +214,9 @@ def found_by_simulate(problem, trajectory) -> Solution:
     states = np.column_stack([channels[name] for name in names]) if channels and names else np.empty((0, 0))
     events, joints = trajectory.events, [joint.replace("-", "_") for joint in problem.grid["joints"]]
     rows = [(e["t"], joints.index(e["joint"]), KINDS[e["kind"]], e["rate"], e["force_peak"]) for e in events]
-    return Solution(states, np.array(rows).reshape(-1, 5), summary["steps"], summary["steps_rejected"],
-                    summary["rhs_evaluations"])  # fmt: skip
+    return Solution(
+        states, np.array(rows).reshape(-1, 5), summary["steps"], summary["steps_rejected"], summary["rhs_evaluations"]
+    )
 
 
 def _channel_names(problem) -> list[str]:

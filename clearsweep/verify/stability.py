@@ -26,9 +26,11 @@ import time
 
 import numpy as np
 
-from .. import grid, ideal, scene
-from ..kernels.integrate import ONSET_FLOOR
-from ..simulation import simulate
+from .. import grid
+from ..mechanics.mechanism import ideal
+from ..mechanics.solver.loop import ONSET_FLOOR
+from ..simulation import scene
+from ..simulation.simulate import simulate
 from .extremes import Case, cases
 from .tuning import tuned
 

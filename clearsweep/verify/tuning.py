@@ -4,8 +4,9 @@ import copy
 
 import numpy as np
 
-from .. import grid, scene
-from ..simulation import simulate
+from .. import grid
+from ..simulation import scene
+from ..simulation.simulate import simulate
 from .extremes import Case
 
 HORIZON = 0.25  # revolutions, within which it shall happen

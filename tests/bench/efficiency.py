@@ -14,7 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # runs from a checkout, installed or not
 
-from clearsweep import progress, sweeping
+from clearsweep.sweeping import progress, sweep
 
 WORKERS = 2
 LENGTHS = {"10 ms": (5, 1500), "200 ms": (90, 100)}  # nominal length of a case: revolutions, cases
@@ -25,11 +25,20 @@ def grid(revolutions: int, cases: int) -> dict:
     """Return a grid of equally long cases without histories."""
     return {
         "name": "efficiency",
-        "mechanism": {"type": "slider-crank", "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
-                      "rod": {"length": "120 mm", "mass": 0.21, "inertia": 2.5e-4}, "slider": {"mass": "0.14 kg"}},
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
+            "rod": {"length": "120 mm", "mass": 0.21, "inertia": 2.5e-4},
+            "slider": {"mass": "0.14 kg"},
+        },
         "drive": {"speed": "5000 rpm"},
-        "joints": {"rod-slider": {"clearance": "0.5 mm", "bearing_radius": "10 mm", "contact": {
-            "law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.9}}},
+        "joints": {
+            "rod-slider": {
+                "clearance": "0.5 mm",
+                "bearing_radius": "10 mm",
+                "contact": {"law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.9},
+            }
+        },
         "simulate": {"revolutions": revolutions, "discard": 1, "tolerance": 1e-9},
         "save": {"orbits": "none"},
         "sweep": {"joints.rod-slider.contact.restitution": {"linspace": [0.6, 0.9, cases]}},
@@ -40,14 +49,20 @@ def measure(revolutions: int, cases: int, executor: str = "local") -> dict[str, 
     """Return counts and times (s) of one run."""
     with tempfile.TemporaryDirectory() as place:
         before = time.process_time()
-        result = sweeping.sweep(grid(revolutions, cases), place, jobs=WORKERS, executor=executor, show_progress=False)
+        result = sweep.sweep(grid(revolutions, cases), place, jobs=WORKERS, executor=executor, show_progress=False)
         parent = time.process_time() - before
         summary = result.open().summary
         batches = len(os.listdir(Path(place) / "parts"))
     wall = result.seconds - result.start_up
-    return {"cases": len(summary), "mean": summary["run_time"].mean(), "wall": wall, "parent": parent,
-            "batches": batches, "integrating": summary["run_time"].sum() / (WORKERS * wall),
-            "computing": result.case_seconds / (WORKERS * wall)}
+    return {
+        "cases": len(summary),
+        "mean": summary["run_time"].mean(),
+        "wall": wall,
+        "parent": parent,
+        "batches": batches,
+        "integrating": summary["run_time"].sum() / (WORKERS * wall),
+        "computing": result.case_seconds / (WORKERS * wall),
+    }
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -60,11 +75,16 @@ def main(arguments: list[str] | None = None) -> None:
     print("| cases of | number | mean | wall | batches | parent's CPU | integrating | cases | target |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for name, (revolutions, cases) in LENGTHS.items():
-        found = max((measure(revolutions, cases, options.executor) for _ in range(options.runs)),
-                    key=lambda each: each["computing"])
-        print(f"| {name} | {found['cases']} | {1e3 * found['mean']:.1f} ms | {found['wall']:.1f} s "
-              f"| {found['batches']} | {found['parent']:.1f} s | {found['integrating']:.3f} "
-              f"| {found['computing']:.3f} | {TARGETS[name]} |", flush=True)
+        found = max(
+            (measure(revolutions, cases, options.executor) for _ in range(options.runs)),
+            key=lambda each: each["computing"],
+        )
+        print(
+            f"| {name} | {found['cases']} | {1e3 * found['mean']:.1f} ms | {found['wall']:.1f} s "
+            f"| {found['batches']} | {found['parent']:.1f} s | {found['integrating']:.3f} "
+            f"| {found['computing']:.3f} | {TARGETS[name]} |",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

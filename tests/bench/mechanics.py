@@ -16,37 +16,39 @@ from numba import njit
 
 FREE, PRESSED = 0, 1
 
-RECORD = np.dtype([
-    ("crank", "f8"),  # m, length
-    ("rate", "f8"),  # rad/s, of the crank
-    ("rod", "f8"),  # m, length
-    ("center", "f8"),  # m, crank pin to the rod's centre of mass
-    ("rod_mass", "f8"),  # kg
-    ("rod_inertia", "f8"),  # kg m^2, about the centre of mass
-    ("slider_mass", "f8"),  # kg
-    ("gravity", "f8"),  # m/s^2
-    ("clearance", "f8"),  # m, of every joint
-    ("stiffness", "f8"),  # N/m^1.5
-    ("loss", "f8"),  # 1, chi of F = K depth^1.5 (1 + chi rate / onset rate)
-    ("friction", "f8"),  # 1
-    ("v0", "f8"),  # m/s, below it no friction
-    ("v1", "f8"),  # m/s, above it full friction
-    ("reach_near", "f8"),  # m, from the pin nearer the drive to the place of contact, along n
-    ("reach_far", "f8"),  # m, from the other pin
-    ("place", "f8"),  # m, unit of the coordinates
-    ("angle", "f8"),  # rad
-    ("speed", "f8"),  # m/s, unit of their rates
-    ("spin", "f8"),  # rad/s
-    ("state", "f8", (2,)),  # FREE or PRESSED, of each joint
-    ("onset", "f8", (2,)),  # m/s, closing rate with which the contact began
-    ("depth", "f8", (2,)),  # m, as last evaluated; negative in free flight
-    ("closing", "f8", (2,)),  # m/s, its rate
-    ("force", "f8", (2,)),  # N, the normal force
-    ("joints", "i8"),  # open ones
-    ("latest", "f8"),  # the joint of the latest event, -1: none yet
-    ("blind", "f8"),  # s, until then that joint is not looked at: its depth is zero but for rounding
-    ("evaluations", "f8"),
-])  # fmt: skip
+RECORD = np.dtype(
+    [
+        ("crank", "f8"),  # m, length
+        ("rate", "f8"),  # rad/s, of the crank
+        ("rod", "f8"),  # m, length
+        ("center", "f8"),  # m, crank pin to the rod's centre of mass
+        ("rod_mass", "f8"),  # kg
+        ("rod_inertia", "f8"),  # kg m^2, about the centre of mass
+        ("slider_mass", "f8"),  # kg
+        ("gravity", "f8"),  # m/s^2
+        ("clearance", "f8"),  # m, of every joint
+        ("stiffness", "f8"),  # N/m^1.5
+        ("loss", "f8"),  # 1, chi of F = K depth^1.5 (1 + chi rate / onset rate)
+        ("friction", "f8"),  # 1
+        ("v0", "f8"),  # m/s, below it no friction
+        ("v1", "f8"),  # m/s, above it full friction
+        ("reach_near", "f8"),  # m, from the pin nearer the drive to the place of contact, along n
+        ("reach_far", "f8"),  # m, from the other pin
+        ("place", "f8"),  # m, unit of the coordinates
+        ("angle", "f8"),  # rad
+        ("speed", "f8"),  # m/s, unit of their rates
+        ("spin", "f8"),  # rad/s
+        ("state", "f8", (2,)),  # FREE or PRESSED, of each joint
+        ("onset", "f8", (2,)),  # m/s, closing rate with which the contact began
+        ("depth", "f8", (2,)),  # m, as last evaluated; negative in free flight
+        ("closing", "f8", (2,)),  # m/s, its rate
+        ("force", "f8", (2,)),  # N, the normal force
+        ("joints", "i8"),  # open ones
+        ("latest", "f8"),  # the joint of the latest event, -1: none yet
+        ("blind", "f8"),  # s, until then that joint is not looked at: its depth is zero but for rounding
+        ("evaluations", "f8"),
+    ]
+)
 
 
 def parameters(scene) -> np.ndarray:
@@ -101,8 +103,16 @@ def hinged(t, u, du, p):
     angle, x, spin, v = u[0] * p.angle, u[1] * p.place, u[2] * p.spin, u[3] * p.speed
     c, s, c1, s1 = math.cos(angle), math.sin(angle), math.cos(p.rate * t), math.sin(p.rate * t)
     tip = p.crank * p.rate
-    fx, fy, moment, _ = contact(p, 0, x - p.crank * c1 - p.rod * c, -p.crank * s1 - p.rod * s,
-                                v + tip * s1 + p.rod * spin * s, -tip * c1 - p.rod * spin * c, spin, 0.0)  # fmt: skip
+    fx, fy, moment, _ = contact(
+        p,
+        0,
+        x - p.crank * c1 - p.rod * c,
+        -p.crank * s1 - p.rod * s,
+        v + tip * s1 + p.rod * spin * s,
+        -tip * c1 - p.rod * spin * c,
+        spin,
+        0.0,
+    )
     ax, ay = -tip * p.rate * c1, p.gravity - tip * p.rate * s1  # of the crank pin, against free fall
     turning = moment - p.rod * (c * fy - s * fx) - p.rod_mass * p.center * (c * ay - s * ax)
     du[0], du[1] = u[2] * p.rate, u[3] * p.rate
@@ -127,11 +137,19 @@ def floating(t, u, du, p):
     spin, v, gvx, gvy = u[4] * p.spin, u[5] * p.speed, u[6] * p.speed, u[7] * p.speed
     c, s, c1, s1 = math.cos(angle), math.sin(angle), math.cos(p.rate * t), math.sin(p.rate * t)
     tip, near, far = p.crank * p.rate, p.center, p.rod - p.center
-    bx, by, _, b_moment = contact(p, 0, gx - near * c - p.crank * c1, gy - near * s - p.crank * s1,
-                                  gvx + near * spin * s + tip * s1, gvy - near * spin * c - tip * c1,
-                                  p.rate, spin)  # fmt: skip
-    fx, fy, c_moment, _ = contact(p, 1, x - gx - far * c, -gy - far * s,
-                                  v - gvx + far * spin * s, -gvy - far * spin * c, spin, 0.0)  # fmt: skip
+    bx, by, _, b_moment = contact(
+        p,
+        0,
+        gx - near * c - p.crank * c1,
+        gy - near * s - p.crank * s1,
+        gvx + near * spin * s + tip * s1,
+        gvy - near * spin * c - tip * c1,
+        p.rate,
+        spin,
+    )
+    fx, fy, c_moment, _ = contact(
+        p, 1, x - gx - far * c, -gy - far * s, v - gvx + far * spin * s, -gvy - far * spin * c, spin, 0.0
+    )
     turning = b_moment + c_moment - near * (c * by - s * bx) - far * (c * fy - s * fx)
     for i in range(4):
         du[i] = u[4 + i] * p.rate

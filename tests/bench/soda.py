@@ -17,9 +17,9 @@ import numpy as np
 from numba import carray, cfunc, from_dtype, njit, types
 from numbalsoda import dop853, lsoda, solve_ivp
 
-from clearsweep.kernels.event import ONSET, SEPARATION
+from clearsweep.mechanics.solver.event import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
-from clearsweep.verify.yardsticks import BLIND, LONGEST, RELATIVE, Solution
+from clearsweep.verify.rivals import BLIND, LONGEST, RELATIVE, Solution
 
 from .mechanics import FREE, MODELS, PRESSED, RECORD, margin, parameters, units
 
@@ -81,8 +81,9 @@ def by_events(model):
         longest = LONGEST * 2.0 * math.pi / (p.rate * TICK)
         while count < MOST:
             span[0] = t
-            found = solve_ivp(slope, span, u, last, "DOP853", 1, event, record.ctypes.data, 0.0, longest, RELATIVE,
-                              tolerance)  # fmt: skip
+            found = solve_ivp(
+                slope, span, u, last, "DOP853", 1, event, record.ctypes.data, 0.0, longest, RELATIVE, tolerance
+            )
             if not found.event_found:
                 break
             t, u = found.t_event, found.y_event.copy()
@@ -180,8 +181,9 @@ def by_grid(model):
             for j in range(joints):
                 depths(times[i] * TICK, found[i], p)
                 if margin(p, j, times[i] * TICK) < 0.0:
-                    moment, state = located(record, rates, slope, times[i - 1 : i + 1], found[i - 1 : i + 1], j,
-                                            tolerance)  # fmt: skip
+                    moment, state = located(
+                        record, rates, slope, times[i - 1 : i + 1], found[i - 1 : i + 1], j, tolerance
+                    )
                     if moment < t:
                         t, u, chosen = moment, state, j
             rates(t * TICK, u, du, p)

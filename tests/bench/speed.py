@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from clearsweep.simulation import work_counts
-from clearsweep.verify import measuring
-from clearsweep.verify.measuring import FLAGSHIP, ROUNDS, TOLERANCE, Method, row_of, time_at_error
+from clearsweep.simulation.simulate import work_counts
+from clearsweep.verify import accuracy
+from clearsweep.verify.accuracy import FLAGSHIP, ROUNDS, TOLERANCE, Method, row_of, time_at_error
 from clearsweep.verify.problems import problems, scene_of
 
 NAMES = (FLAGSHIP, "b_grav_fric", "ab_base")
@@ -41,8 +41,7 @@ RIVALS = {  # package -> what it needs
 
 def methods() -> tuple[list[Method], dict[str, str]]:
     """Return all methods that are installed, and the reasons why others are left out."""
-    ours, scipy = (next(m for m in measuring.methods(quick=False) if m.name == name)
-                   for name in ("event-driven", SCIPY))  # fmt: skip
+    ours, scipy = (next(m for m in accuracy.methods(quick=False) if m.name == name) for name in ("event-driven", SCIPY))
     found, missing = [ours._replace(name=OURS, settings=TOLERANCES), scipy._replace(settings=FEW)], {}
     for rival, remedy in RIVALS.items():
         try:
@@ -53,8 +52,16 @@ def methods() -> tuple[list[Method], dict[str, str]]:
         if rival == "numbalsoda":
             from . import soda
 
-            found += [Method(f"numbalsoda {name}", "tolerance", TOLERANCES, partial(soda.solve, method=name),
-                             partial(soda.repeat, method=name)) for name in soda.DRIVERS]  # fmt: skip
+            found += [
+                Method(
+                    f"numbalsoda {name}",
+                    "tolerance",
+                    TOLERANCES,
+                    partial(soda.solve, method=name),
+                    partial(soda.repeat, method=name),
+                )
+                for name in soda.DRIVERS
+            ]
         else:
             from . import taylor
 
@@ -65,13 +72,13 @@ def methods() -> tuple[list[Method], dict[str, str]]:
 def measure(rounds: int, note) -> dict:
     """Return every figure; `note` is called with a sentence on what is being done."""
     chosen, missing = methods()
-    found = measuring.stamp("make bench") | {"rounds": rounds, "missing": missing, "problems": []}
+    found = accuracy.stamp("make bench") | {"rounds": rounds, "missing": missing, "problems": []}
     found["machine"] |= {name: version(name) for name in RIVALS if name not in missing} | {"load": os.getloadavg()[0]}
     for problem in problems():
         if problem.name in NAMES:
             note(f"{problem.name}: {problem.title}")
             able = [method for method in chosen if method.name != "heyoka" or problem.name == FLAGSHIP]
-            found["problems"].append(measuring.measure_one(problem, able, rounds, math.inf, time.process_time))
+            found["problems"].append(accuracy.measure_one(problem, able, rounds, math.inf, time.process_time))
             if problem.name == FLAGSHIP:
                 found["work"] = work_counts(scene_of(problem, TOLERANCE))
     found["ratios"] = [ratio for entry in found["problems"] for ratio in ratios(entry)]
@@ -84,8 +91,10 @@ def in_order(entry: dict, method: str) -> dict:
 
     Motion with clearance amplifies every error: that of one tolerance is a sample, the mean of neighbours less so.
     """
-    rows = sorted((row for row in entry["rows"] if row["method"] == method and row["error_first_half"]),
-                  key=lambda row: row["ms_per_revolution"])  # fmt: skip
+    rows = sorted(
+        (row for row in entry["rows"] if row["method"] == method and row["error_first_half"]),
+        key=lambda row: row["ms_per_revolution"],
+    )
     if not rows:
         return {"rows": []}
     pooled = isotonic_regression(np.log([row["error_first_half"] for row in rows]), increasing=False).x
@@ -105,8 +114,16 @@ def ratios(entry: dict) -> list[dict]:
         theirs = time_of(entry, method)
         slower = theirs / ours if ours and theirs else None
         asked = ASKED.get(method)
-        found.append({"problem": entry["name"], "method": method, "ms_per_revolution": theirs, "over_ours": slower,
-                      "asked": asked, "met": bool(slower >= asked) if slower and asked else None})  # fmt: skip
+        found.append(
+            {
+                "problem": entry["name"],
+                "method": method,
+                "ms_per_revolution": theirs,
+                "over_ours": slower,
+                "asked": asked,
+                "met": bool(slower >= asked) if slower and asked else None,
+            }
+        )
     return found
 
 
@@ -137,8 +154,9 @@ EXPLANATION = (
 def text(results: dict) -> str:
     """Return the tables and the figures that matter most."""
     machine = results["machine"]
-    versions = ", ".join(f"{name} {machine[name]}" for name in ("python", "numpy", "numba", "scipy", *RIVALS)
-                         if name in machine)  # fmt: skip
+    versions = ", ".join(
+        f"{name} {machine[name]}" for name in ("python", "numpy", "numba", "scipy", *RIVALS) if name in machine
+    )
     lines = [
         f"clearsweep {results['version']} beside its rivals ({results['command']}, {results['date']})",
         f"{machine['processor']}, {machine['cores']} cores, {machine['system']}; load at the start "
@@ -153,8 +171,11 @@ def text(results: dict) -> str:
     lines += [_ratio(ratio) for ratio in results["ratios"]]
     if results["fair"]:
         verdict = "fair" if results["fair"] <= SLACK else "too slow for a ratio to count"
-        lines += ["", f"numbalsoda's driver takes {results['fair']:.2f} of the time, in units of scipy's, that it took "
-                      f"when first measured: {verdict} (at most {SLACK})"]  # fmt: skip
+        lines += [
+            "",
+            f"numbalsoda's driver takes {results['fair']:.2f} of the time, in units of scipy's, that it took "
+            f"when first measured: {verdict} (at most {SLACK})",
+        ]
     return "\n".join([*lines, "", *_work(results["work"])])
 
 
@@ -205,8 +226,11 @@ def main() -> None:
     print(json.dumps(results, indent=2, allow_nan=False) if asked.json else text(results))
     if asked.write:
         page = Path(__file__).parents[2] / "results" / "speed.md"
-        page.write_text(f"# Speed beside others\n\nWritten by `{results['command']} ARGS=--write` on "
-                        f"{results['date']}.\n\n```text\n{text(results)}\n```\n", encoding="utf-8")  # fmt: skip
+        page.write_text(
+            f"# Speed beside others\n\nWritten by `{results['command']} ARGS=--write` on "
+            f"{results['date']}.\n\n```text\n{text(results)}\n```\n",
+            encoding="utf-8",
+        )
 
 
 if __name__ == "__main__":

@@ -10,9 +10,9 @@ import math
 import heyoka as hy
 import numpy as np
 
-from clearsweep.kernels.event import ONSET, SEPARATION
+from clearsweep.mechanics.solver.event import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
-from clearsweep.verify.yardsticks import Solution
+from clearsweep.verify.rivals import Solution
 
 from .mechanics import FREE, PRESSED
 
@@ -41,8 +41,10 @@ def integrators(tolerance, mechanism, joint, rate):
     onset = hy.t_event(dx * dx + dy * dy - clearance * clearance, direction=hy.event_direction.positive)
     parting = hy.t_event(depth - SHALLOW, direction=hy.event_direction.negative)
     start = [0.1, 0.1, 0.0, 0.0]
-    return (hy.taylor_adaptive(flight, start, tol=tolerance, t_events=[onset]),
-            hy.taylor_adaptive(contact, start, tol=tolerance, pars=[1.0], t_events=[parting]))  # fmt: skip
+    return (
+        hy.taylor_adaptive(flight, start, tol=tolerance, t_events=[onset]),
+        hy.taylor_adaptive(contact, start, tol=tolerance, pars=[1.0], t_events=[parting]),
+    )
 
 
 def prepared(problem, tolerance):

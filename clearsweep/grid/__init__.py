@@ -1,0 +1,7 @@
+"""What the user wrote, checked and in SI, and the cases it stands for.  Imports neither numba nor numpy."""
+
+from ..catalogue import Catalogue, Field, Law
+from .grid import SCHEMA_VERSION, Grid, identity, load, starter
+from .json_schema import schema
+
+__all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "identity", "load", "schema", "starter"]

@@ -1,0 +1,49 @@
+"""What a document was found to say, path by path, while it is read."""
+
+from dataclasses import dataclass, field
+
+from .document import Entry, Problems
+from .keys import Number, Shape
+from .sampling import Distribution, Sample
+
+
+@dataclass
+class Draft:
+    """What a document says, path by path."""
+
+    problems: Problems
+    shape: Shape = field(default_factory=dict)  # what is there: no section that is left out
+    sections: dict[str, Entry] = field(default_factory=dict)
+    written: dict[str, Entry] = field(default_factory=dict)  # the values under `shape`
+    swept: dict[str, Entry] = field(default_factory=dict)
+    names: dict[str, frozenset] = field(default_factory=dict)  # path of a law's name -> the names in play
+    unsure: set[str] = field(default_factory=set)  # paths of law names that could not be read
+    broken: set[str] = field(default_factory=set)  # paths of sections that could not be read
+    values: dict[str, float | int | str] = field(default_factory=dict)  # SI; defaults of words included
+    axes: dict[str, tuple] = field(default_factory=dict)
+    way: dict[str, str] = field(default_factory=dict)  # path that is swept -> the section that says so
+    sample: Sample | None = None
+    drawn: tuple[str, ...] = ()  # the paths under `sample`
+    distributions: dict[str, Distribution] = field(default_factory=dict)
+    limits: dict[str, float] = field(default_factory=dict)
+
+    def place(self, path: str) -> Entry:
+        """Return the entry to blame for the value at `path`: its own, or the section's that lacks it."""
+        while path and path not in self.swept and path not in self.written and path not in self.sections:
+            path = path.rpartition(".")[0]
+        return self.swept.get(path) or self.written.get(path) or self.sections[path]
+
+    def in_step(self, *paths: str) -> bool:
+        """Return whether these paths take their values together, row by row."""
+        ways = {self.way.get(path) for path in paths}
+        return len(ways) == 1 and ways.isdisjoint((None, "sweep"))
+
+    def reached(self, path: str) -> tuple:
+        """Return every value that `path` takes: axis, what is written, or the default; () if unknown or left out."""
+        if path in self.swept:
+            return self.axes.get(path, ())
+        if path in self.values:
+            return (self.values[path],)
+        node = self.shape.get(path)
+        fields = node.fields(self.names) if isinstance(node, Number) and path not in self.written else ()
+        return tuple(field.default for field in fields if field.default is not None)

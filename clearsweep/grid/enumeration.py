@@ -1,0 +1,51 @@
+"""How the cases of a grid are numbered: factors whose product they are, made of blocks or of rows in step."""
+
+from bisect import bisect_right
+from typing import NamedTuple
+
+
+class Block(NamedTuple):
+    """One combination of law names, and the axes that are in use with it."""
+
+    words: dict[str, str | None]  # swept law names; None: not in use
+    paths: tuple[str, ...]
+    size: int
+
+
+class Factor(NamedTuple):
+    """Axes that belong together, block after block; a grid's cases are the product of its factors."""
+
+    blocks: tuple[Block, ...]
+    ends: tuple[int, ...]  # index after each block's last
+
+    @property
+    def size(self) -> int:
+        """Return the number of combinations of these axes."""
+        return self.ends[-1]
+
+    def point(self, index: int, axes: dict) -> dict:
+        """Return the values of these axes at `index`; the last one runs fastest."""
+        which = bisect_right(self.ends, index)
+        block = self.blocks[which]
+        index -= self.ends[which] - block.size
+        values = dict(block.words)
+        for path in reversed(block.paths):
+            index, k = divmod(index, len(axes[path]))
+            values[path] = axes[path][k]
+        return values
+
+
+class Step(NamedTuple):
+    """Axes that go in step: a grid's cases take their values row by row."""
+
+    paths: tuple[str, ...]
+    rows: tuple[int, ...]  # places on the axes; of equal rows the first
+
+    @property
+    def size(self) -> int:
+        """Return the number of different rows."""
+        return len(self.rows)
+
+    def point(self, index: int, axes: dict) -> dict:
+        """Return the values of these axes at `index`."""
+        return {path: axes[path][self.rows[index]] for path in self.paths}

@@ -1,0 +1,303 @@
+"""A grid: a YAML file or a dict, checked, in SI; cases are enumerated by index and named by a hash of their values."""
+
+import hashlib
+import json
+import math
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate, product
+from os import PathLike, fspath
+from pathlib import Path
+
+from .. import MODEL_VERSION, quantity
+from ..catalogue import Catalogue
+from ..errors import InputError, shown
+from . import checks, variations
+from .document import Entry, Problems, override, read
+from .draft import Draft
+from .enumeration import Block, Factor, Step
+from .key_table import JOINTS
+from .keys import Flag, Number, Section, Shape, Word
+from .values import draft as read_draft
+
+#: Changes whenever the shape of a grid file or of what a run leaves changes.
+SCHEMA_VERSION = 1
+
+UNTIL = "simulate.until.figure"
+_NAME = re.compile(r"\w[\w .+-]{0,99}")
+
+
+def load(source, catalogue: Catalogue, overrides: dict | None = None) -> "Grid":
+    """Return the checked grid in `source`, a path or a dict of the same shape.
+
+    `overrides` maps dotted paths to values that replace what is written; None takes a key away, and a swept path that
+    is overridden is swept no longer.  An InputError tells every mistake.
+    """
+    problems = Problems()
+    root = read(source, problems)
+    if not isinstance(root.value, dict):
+        raise InputError(
+            f"{root.place}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
+        )
+    for path, value in (overrides or {}).items():
+        root = override(root, path, value, problems)
+    file = fspath(source) if isinstance(source, (str, PathLike)) else None
+    name = _name(root, file, problems)
+    draft = read_draft(root, catalogue, problems, frozenset(overrides or ()))
+    checks.check(draft, catalogue)
+    problems.check()
+    return Grid(
+        name,
+        file,
+        draft.axes,
+        draft.limits,
+        draft.shape,
+        draft.values,
+        frozenset(draft.written),
+        draft.names,
+        {draft.way[paths[0]]: paths for paths in variations.steps(draft)},
+        _sample(draft),
+    )
+
+
+def starter() -> str:
+    """Return the text of a commented grid to start from."""
+    return Path(__file__).with_name("starter.yaml").read_text(encoding="utf-8")
+
+
+def _name(root: Entry, file: str | None, problems: Problems) -> str:
+    """Return the grid's name, by default that of its file; it becomes the name of a directory."""
+    entry = root.value.get("name")
+    if entry is None:
+        return Path(file).stem if file else "case"
+    if isinstance(entry.value, str) and _NAME.fullmatch(entry.value):
+        return entry.value
+    problems.add(
+        entry,
+        "name",
+        f"found {shown(entry.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
+        "because results go to results/<name>",
+    )
+    return "case"
+
+
+def _sample(draft: Draft) -> dict:
+    """Return the section `sample` in SI, {} where there is none."""
+    if draft.sample is None:
+        return {}
+    head = {"method": draft.sample.method}
+    if draft.sample.method != "one-at-a-time":
+        head |= {"n": draft.sample.n, "seed": draft.sample.seed}
+    return head | {"over": {path: draft.distributions[path].written() for path in draft.drawn}}
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A checked grid in SI.  `len(grid)` is the number of cases; none of them is made before it is asked for."""
+
+    name: str
+    source: str | None  # file, None for a dict
+    axes: dict[str, tuple]  # dotted path -> values, SI or law names, in the order of the file
+    limits: dict[str, float]  # figure of merit -> largest value that is acceptable, SI
+    _shape: Shape
+    _values: dict
+    _written: frozenset
+    _names: dict[str, frozenset]
+    _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
+    _sample: dict
+
+    def __len__(self) -> int:
+        return math.prod(factor.size for factor in self._factors)
+
+    def point(self, index: int) -> dict:
+        """Return dotted path -> value of the swept keys of a case; None for a key that its laws do not use."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"case {index} of {len(self)}")
+        values = dict.fromkeys(self.axes)
+        for factor in reversed(self._factors):
+            index, k = divmod(index, factor.size)
+            values |= factor.point(k, self.axes)
+        return values
+
+    def index(self, point: dict) -> int:
+        """Return the index of the case whose `point` this is; a ValueError where there is none."""
+        index = 0
+        for factor in self._factors:
+            parts = (factor.point(k, self.axes) for k in range(factor.size))
+            place = next((k for k, part in enumerate(parts) if all(point[path] == part[path] for path in part)), None)
+            if place is None:
+                raise ValueError(f"no case of this grid has the values {point}")
+            index = index * factor.size + place
+        return index
+
+    def case(self, index: int) -> dict:
+        """Return the case at `index`: a nested dict of SI numbers and words, defaults filled in, only keys in use."""
+        point = {path: value for path, value in self.point(index).items() if value is not None}
+        words = tuple((path, value) for path, value in point.items() if isinstance(value, str))
+        if words not in self._used:
+            self._used[words] = self._in_use(dict(words))
+        return self._nested(_derived({path: point.get(path, value) for path, value in self._used[words].items()}))
+
+    def case_id(self, index: int) -> str:
+        """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
+        return identity(self.case(index))
+
+    def frame(self) -> dict:
+        """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
+        return self._base | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
+
+    def resolved(self) -> dict:
+        """Return the grid in SI as a dict of the shape of its file, from which `load` gives the same cases."""
+        ways = {way: {path: list(self.axes[path]) for path in paths} for way, paths in self._ways.items()}
+        if self._sample:
+            ways["sample"] = self._sample | {"drawn": ways["sample"]}
+        limits = {"limits": self.limits} if self.limits else {}
+        sections = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
+        pairs = tuple(
+            f"{path}." for path in sections if self._shape[path].pair
+        )  # a list has no gap: any value fills it
+        fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
+        return {"name": self.name} | self._nested(sections | self._base | fillers) | ways | limits
+
+    def layout(self):
+        """Return the results.Layout that all cases share."""
+        from ..results import JointLayout, Layout
+
+        joints = []
+        for joint in (*JOINTS, "pair"):
+            if f"joints.{joint}" in self._shape:
+                worn = f"joints.{joint}.wear" in self._shape
+                joints.append(
+                    JointLayout(joint.replace("-", "_"), self._base[f"joints.{joint}.wear.bins"] if worn else 0)
+                )
+        asked = ("simulate.horizon" in self._values, "simulate.error_check" in self._values)
+        return Layout(self._values["mechanism.type"], tuple(joints), *asked, self._values.get(UNTIL, ""))
+
+    def unit(self, path: str) -> str:
+        """Return the SI unit of a swept path, '' for the name of a law."""
+        node = self._shape[path]
+        if isinstance(node, Word):
+            return ""
+        beside = f"{path.rpartition('.')[0]}.exponent"
+        exponent = self._base.get(beside)
+        units = [
+            field.unit if exponent is None else quantity.exponent_of(field.unit, exponent)
+            for field in node.fields(self._names)
+        ]
+        return " or ".join(dict.fromkeys(units))
+
+    @cached_property
+    def _used(self) -> dict[tuple, dict]:
+        """Swept law names -> what `_in_use` says of them, as far as it was asked: cases are many, laws are few."""
+        return {}
+
+    def _in_use(self, words: dict) -> dict:
+        """Return path -> value, or default, of every key in use with these swept law names."""
+        names, flat = self._names | {path: {word} for path, word in words.items()}, {}
+        for path, node in self._shape.items():
+            if isinstance(node, Word) and node.used(names):
+                flat[path] = words.get(path, self._values.get(path))
+            elif isinstance(node, Number) and (fields := node.fields(names)):
+                flat[path] = self._values.get(path, fields[0].default)
+            elif isinstance(node, Flag) and path in self._values:
+                flat[path] = True
+        return flat
+
+    @cached_property
+    def _base(self) -> dict:
+        """Path -> value of all that is not swept; where a law's name is swept, only what is written of its keys."""
+        flat = {}
+        for path, node in self._shape.items():
+            if isinstance(node, Section) or path in self.axes:
+                continue
+            if any(chooser in self.axes for chooser in node.choosers()):
+                value = self._values.get(path) if path in self._written else None
+            elif isinstance(node, Word):
+                value = self._values[path] if node.used(self._names) else None
+            elif isinstance(node, Flag):
+                value = self._values.get(path)
+            else:
+                fields = node.fields(self._names)
+                value = self._values.get(path, fields[0].default) if fields else None
+            flat[path] = value
+        return {path: value for path, value in _derived(flat).items() if path not in self.axes}
+
+    @cached_property
+    def _ways(self) -> dict[str, tuple[str, ...]]:
+        """The section of a grid file -> the axes that it says, as far as there are any."""
+        stepping = {path for paths in self._steps.values() for path in paths}
+        swept = tuple(path for path in self.axes if path not in stepping)
+        return ({"sweep": swept} if swept else {}) | self._steps
+
+    @cached_property
+    def _factors(self) -> tuple[Factor | Step, ...]:
+        """The factors of the product: axes in step, one for each section whose law names are swept, each other axis."""
+        steps = tuple(self._step(paths) for paths in self._steps.values())
+        groups: dict[str, list[str]] = {}
+        sweep = self._ways.get("sweep", ())
+        for path in sweep:
+            node = self._shape[path]
+            swept = [chooser for chooser in node.choosers() if chooser in sweep]
+            together = path if isinstance(node, Word) else swept[0] if swept else None
+            groups.setdefault(together.rpartition(".")[0] if together else path, []).append(path)
+        return (*(self._factor(paths) for paths in groups.values()), *steps)
+
+    def _step(self, paths: tuple[str, ...]) -> Step:
+        """Return axes in step, of equal rows only the first."""
+        rows: dict = {}
+        for row, values in enumerate(zip(*(self.axes[path] for path in paths), strict=True)):
+            rows.setdefault(values, row)
+        return Step(paths, tuple(rows.values()))
+
+    def _factor(self, paths: list[str]) -> Factor:
+        """Return the blocks of axes that belong together, each combination of law names that differs once."""
+        words = [path for path in paths if isinstance(self._shape[path], Word)]
+        blocks = {}
+        for choice in product(*(self.axes[path] for path in words)):
+            names = self._names | {path: {word} for path, word in zip(words, choice, strict=True)}
+            chosen = {
+                path: word if self._shape[path].used(names) else None for path, word in zip(words, choice, strict=True)
+            }
+            used = tuple(path for path in paths if path not in chosen and self._shape[path].fields(names))
+            blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(self.axes[path]) for path in used))
+        return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
+
+    def _nested(self, flat: dict) -> dict:
+        """Return a dict of dicts from dotted paths."""
+        tree: dict = {}
+        for path, value in flat.items():
+            *above, key = path.split(".")
+            inside = tree
+            for part in above:
+                inside = inside.setdefault(part, {})
+            inside[key] = value
+        masses = tree.get("mechanism", {}).get("masses")
+        if masses:
+            tree["mechanism"]["masses"] = [masses[key] for key in sorted(masses)]
+        return tree
+
+
+def identity(case: dict) -> str:
+    """Return the name of a resolved case: 16 hexadecimal characters from all of it but `save`."""
+    content = {key: case[key] for key in ("mechanism", "drive", "joints", "simulate") if key in case}
+    text = json.dumps(
+        content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False
+    )
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _derived(flat: dict) -> dict:
+    """Return a copy without what is absent (None) and with the defaults that follow from other values."""
+    values = {path: value for path, value in flat.items() if value is not None}
+    for body in ("mechanism.crank", "mechanism.rod"):
+        if f"{body}.length" in values:
+            values.setdefault(f"{body}.center", values[f"{body}.length"] / 2.0)
+    if "simulate.revolutions" in values:
+        values.setdefault("simulate.discard", 2.0 if values["simulate.revolutions"] > 2.0 else 0.0)
+        values.setdefault("save.revolutions", min(2.0, values["simulate.revolutions"]))
+    for path in [path for path in values if path.endswith(".wear.coefficient")]:
+        both = values.pop(path)
+        for body in ("bearing_coefficient", "journal_coefficient"):
+            values.setdefault(f"{path.removesuffix('coefficient')}{body}", both)
+    return values

@@ -1,0 +1,129 @@
+"""The JSON Schema of grid files, made of the keys there are."""
+
+from .. import quantity
+from ..catalogue import Catalogue
+from .key_table import MECHANISMS, shape
+from .keys import Flag, Number, Section, Shape, Word
+from .sampling import DISTRIBUTIONS, METHODS
+
+
+def schema(catalogue: Catalogue) -> dict:
+    """Return the JSON Schema (2020-12) of a grid file, for editors: keys, words, units and meanings."""
+
+    def axes(text: str) -> dict:
+        return {
+            "description": f"dotted path -> values, {text}",
+            "type": "object",
+            "minProperties": 1,
+            "additionalProperties": {"$ref": "#/$defs/axis"},
+        }
+
+    schemas = []
+    for mechanism in MECHANISMS:
+        tree = shape(mechanism, catalogue)
+        top = _object(tree, "")
+        top["properties"] |= {
+            "name": {"type": "string", "description": "name of the run; results/<name> by default"},
+            "sweep": axes("each by each: the cases are the product"),
+            "zip": axes("in step: case after case takes the next value of each"),
+            "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
+            "sample": _sample(),
+            "limits": {
+                "description": "figure (a column of summary.parquet) -> the largest value that is acceptable",
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": {"$ref": "#/$defs/quantity"},
+            },
+        }
+        top["properties"]["mechanism"]["properties"]["type"] = {"const": mechanism}
+        schemas.append(top)
+    chosen = {
+        "required": ["mechanism"],
+        "properties": {"mechanism": {"required": ["type"], "properties": {"type": {"const": "impact-pair"}}}},
+    }
+    quantities = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
+    spaced = {"type": "array", "minItems": 3, "maxItems": 4}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "clearsweep grid",
+        "type": "object",
+        "if": chosen,
+        "then": schemas[1],
+        "else": schemas[0],
+        "$defs": {
+            "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]},
+            "pair": quantities,
+            "axis": {
+                "anyOf": [
+                    {"type": "array", "minItems": 1},
+                    *(
+                        {
+                            "type": "object",
+                            "required": [name],
+                            "additionalProperties": False,
+                            "properties": {name: spaced},
+                        }
+                        for name in ("linspace", "geomspace", "logspace")
+                    ),
+                ]
+            },
+        },
+    }
+
+
+def _sample() -> dict:
+    """Return the schema of the section `sample`."""
+    whole = {"type": "integer", "minimum": 0}
+    kinds = [
+        {"type": "object", "required": [kind], "properties": {kind: {"description": form}}}
+        for kind, form in DISTRIBUTIONS.items()
+    ]
+    return {
+        "description": "cases drawn from distributions",
+        "type": "object",
+        "required": ["method", "over"],
+        "additionalProperties": False,
+        "properties": {
+            "method": {"enum": list(METHODS), "description": "; ".join(map(": ".join, METHODS.items()))},
+            "n": whole | {"minimum": 2},
+            "seed": whole,
+            "over": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": kinds}},
+            "drawn": {"type": "object", "description": "values drawn before, as run.json keeps them"},
+        },
+    }
+
+
+def _object(tree: Shape, path: str) -> dict:
+    """Return the schema of the section at `path`, '' for the whole."""
+    properties, required = {}, []
+    for inner, node in tree.items():
+        parent, _, key = inner.rpartition(".")
+        if parent != path:
+            continue
+        if isinstance(node, Section):
+            pair = {"description": f"{node.text}: two quantities (kg)", "$ref": "#/$defs/pair"}
+            properties[key] = pair if node.pair else {"description": node.text, **_object(tree, inner)}
+        elif isinstance(node, Word):
+            properties[key] = {"description": node.text, "enum": list(node.options)} | (
+                {"default": node.default} if node.default else {}
+            )
+        elif isinstance(node, Flag):
+            properties[key] = {"description": node.text, "type": "boolean", "default": False}
+        else:
+            properties[key] = {"description": _described(node), "$ref": "#/$defs/quantity"}
+        if isinstance(node, Section) and node.need == "required":
+            required.append(key)
+    return {"type": "object", "additionalProperties": False, "properties": properties} | (
+        {"required": required} if required else {}
+    )
+
+
+def _described(node: Number) -> str:
+    """Return what a quantity is, law by law where that differs, with range, default and an example."""
+    lines = []
+    for field, when in node.uses:
+        laws = f"{', '.join(sorted(when[-1][1]))}: " if when else ""
+        default = "" if field.default is None else f"; default {field.default:.15g}"
+        unit = quantity.exponent_of(field.unit, 1.5)
+        lines.append(f"{laws}{field.text}; {field.allowed()}{default}; {quantity.expected(unit)}")
+    return "\n".join(dict.fromkeys(lines))

@@ -1,0 +1,79 @@
+"""The kinds of keys that a grid file has."""
+
+from typing import NamedTuple
+
+from ..catalogue import Field
+
+Condition = tuple[str, frozenset[str]]  # path of a law's name, and the names with which a key is in use
+
+
+class Use(NamedTuple):
+    """One way in which a key is in use: what it means there, and the law names that all have to be chosen."""
+
+    field: Field
+    when: tuple[Condition, ...] = ()
+
+
+class Number(NamedTuple):
+    """A key that holds a quantity."""
+
+    uses: tuple[Use, ...]
+    sweep: bool = True
+
+    def fields(self, names) -> tuple[Field, ...]:
+        """Return what the key means with the law names in play, `names` (path -> set); () if it is not in use."""
+        return tuple(dict.fromkeys(use.field for use in self.uses if _met(use.when, names)))
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return the paths of the law names that decide whether and how the key is in use."""
+        return tuple(dict.fromkeys(path for use in self.uses for path, _ in use.when))
+
+
+class Word(NamedTuple):
+    """A key that holds one of a few words; only the names of laws can be swept."""
+
+    options: tuple[str, ...]
+    text: str
+    default: str | None = None
+    law: bool = False
+    when: tuple[Condition, ...] = ()
+
+    @property
+    def sweep(self) -> bool:
+        """Whether the key can be swept."""
+        return self.law
+
+    def used(self, names) -> bool:
+        """Return whether the key is in use with the law names in play, `names` (path -> set)."""
+        return _met(self.when, names)
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return the paths of the law names that decide whether the key is in use."""
+        return tuple(path for path, _ in self.when)
+
+
+class Flag(NamedTuple):
+    """A key that asks for something if it is true; written false it is as if left out."""
+
+    text: str
+    sweep = False
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return (): no law name decides whether it is in use."""
+        return ()
+
+
+def _met(when: tuple[Condition, ...], names) -> bool:
+    """Return whether every condition allows one of the names in play."""
+    return all(not wanted.isdisjoint(names[path]) for path, wanted in when)
+
+
+class Section(NamedTuple):
+    """A key that holds further keys."""
+
+    text: str
+    need: str = "required"  # 'required', 'optional', or 'implied': there even if it is not written
+    pair: bool = False  # written as a list of two quantities
+
+
+Shape = dict[str, Section | Word | Number | Flag]

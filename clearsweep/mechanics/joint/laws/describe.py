@@ -1,0 +1,110 @@
+"""What `clearsweep laws` prints."""
+
+import math
+import textwrap
+
+from ....catalogue import Field, Law
+from ....errors import InputError, nearest
+from ..elastic import elastic_force
+from .recipe import RECIPES, Recipe
+
+WIDTH = 100  # characters of a line
+ASKED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
+DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m
+#: The joint for which forces are shown: a steel pin in a steel bearing.
+REFERENCE = {
+    "bearing_radius": 10e-3,
+    "clearance": 0.5e-3,
+    "length": 20e-3,
+    "contact": {"material": {"young": 207e9, "poisson": 0.3}, "thickness": 5e-3},
+}
+_REFERENCE_TEXT = "steel, 207 GPa, 0.3; bearing radius 10 mm, clearance 0.5 mm, length 20 mm"
+_KEYS = {
+    "mechanism": "mechanism.type",
+    "law": "contact.law",
+    "elastic": "contact.elastic",
+    "friction": "friction.law",
+    "wear": "wear.law",
+}
+
+
+def text(name: str | None = None) -> str:
+    """Return what there is to say of the laws called `name`, or one line of each law.  Raises InputError."""
+    if name is None:
+        return _list()
+    found = [recipe for (_, known), recipe in RECIPES.items() if known == name]
+    if not found:
+        known = dict.fromkeys(other for _, other in RECIPES)
+        raise InputError(f"laws: unknown law '{name}'{nearest(name, known)} (known: {', '.join(known)})")
+    return "\n\n".join(_described(recipe) for recipe in found)
+
+
+def _list() -> str:
+    wide = max(len(name) for _, name in RECIPES)
+    blocks = []
+    for family in dict.fromkeys([*_KEYS, *(family for family, _ in RECIPES)]):
+        lines = [_key(family)]
+        lines += [f"  {name:{wide}}  {recipe.law.summary}" for (of, name), recipe in RECIPES.items() if of == family]
+        blocks.append("\n".join(lines))
+    return "\n\n".join(blocks)
+
+
+def _key(family: str) -> str:
+    """Return the key in a joint section that chooses a law of the family."""
+    return _KEYS.get(family, f"wear.{family}")
+
+
+def _described(recipe: Recipe) -> str:
+    law = recipe.law
+    blocks = [f"{_key(law.family)}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
+    if law.fields or law.needs:
+        blocks.append("\n".join(["parameters", *map(_parameter, law.fields), *map(_needed, law.needs)]))
+    blocks += [_wrapped("", f"source: {law.source}")]
+    if law.notes:
+        blocks.append(_wrapped("", f"notes: {law.notes}"))
+    if recipe.returned:
+        blocks.append(_restitutions(recipe))
+    if law.family == "elastic":
+        blocks.append(_forces(law, recipe))
+    return "\n\n".join(blocks)
+
+
+def _wrapped(indent: str, content: str) -> str:
+    return textwrap.fill(content, WIDTH, initial_indent=indent, subsequent_indent="  ", break_on_hyphens=False)
+
+
+def _parameter(field: Field) -> str:
+    unit = "" if field.unit == "1" else f", {field.unit}"
+    allowed = field._replace(unit="1").allowed()
+    default = "" if field.default is None else f"; default {field.default:g}"
+    return _wrapped("  ", f"{field.name}{unit}: {field.text}; {allowed}{default}")
+
+
+def _needed(name: str) -> str:
+    texts = {"length": "m: of the joint, along the pin", "material": "young (Pa) and poisson of both bodies"}
+    return _wrapped("  ", f"{name}, {texts[name]}")
+
+
+def _table(head: str, columns: tuple[str, str], rows: list[tuple[str, str]]) -> str:
+    lines = [head, f"  {columns[0]:>12}  {columns[1]:>12}"]
+    return "\n".join(lines + [f"  {left:>12}  {right:>12}" for left, right in rows])
+
+
+def _restitutions(recipe: Recipe) -> str:
+    rows = [(f"{e:g}", f"{recipe.returned(e):.4f}") for e in ASKED]
+    return _table("restitution of a free impact", ("asked for", "returned"), rows)
+
+
+def reference_joint(law: Law) -> dict:
+    """Return the joint section for which the forces of an elastic law are shown."""
+    defaults = {field.name: field.default for field in law.fields if field.default is not None}
+    return REFERENCE | {"contact": REFERENCE["contact"] | defaults}
+
+
+def _forces(law: Law, recipe: Recipe) -> str:
+    joint = reference_joint(law)
+    term, limit = recipe.make(joint), recipe.limit(joint)
+    layer = ", layer 5 mm" if any(field.name == "thickness" for field in law.fields) else ""
+    reach = "" if math.isinf(limit) else f"\n  holds up to {1e6 * limit:.4g} um"
+    rows = [(f"{1e6 * pen:g}", f"{elastic_force(term, pen):.5g}") for pen in DEPTHS]
+    return _table(f"force ({_REFERENCE_TEXT}{layer})", ("pen, um", "F, N"), rows) + reach

@@ -1,0 +1,1 @@
+"""Mechanisms: where the bodies are, how they accelerate, what they would do without clearance."""

@@ -1,0 +1,1 @@
+"""What is taken from the motion on its way: sums, peaks, histograms, samples."""

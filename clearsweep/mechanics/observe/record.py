@@ -1,0 +1,61 @@
+"""Time histories: samples at exact times, from the dense output of the steps."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled.family import invoke, kernel
+from ..solver.dop853 import dense_component, dense_state
+from ..solver.event import SAMPLES
+
+
+class Record(NamedTuple):
+    """What is written along the motion."""
+
+    times: np.ndarray  # (samples,) s, increasing
+    samples: np.ndarray  # (samples, channels)
+
+
+@kernel
+def share_at(at, time, moment):
+    """Return the share of the step at which the time is `moment` (s), which the step contains."""
+    work = at[0]
+    a, b = 0.0, 1.0
+    x = (moment - work.y[time]) / (work.end[time] - work.y[time])
+    for _ in range(60):
+        miss = dense_component(x, time, work.y, work.f) - moment
+        if miss > 0.0:
+            b = x
+        else:
+            a = x
+        step = 1e-7  # the slope by a difference is good enough: only the root matters
+        slope = (dense_component(x + step, time, work.y, work.f) - miss - moment) / step
+        new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
+        if not a <= new <= b:
+            new = 0.5 * (a + b)
+        if abs(new - x) <= 1e-15:
+            return new
+        x = new
+    return x
+
+
+@kernel
+def write_sample(at, y, out):
+    """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
+    work = at[0]
+    invoke(work.sample.code, work.sample.parameters, (y, work.state, work.onset, work.side, out), 0)
+
+
+@kernel
+def write_samples(at):
+    """Write the samples that fall into the step just taken, from its dense output."""
+    work = at[0]
+    record = work.record
+    time = work.time
+    i = work.counts[SAMPLES]
+    while i < record.times.size and record.times[i] <= work.end[time]:
+        dense_state(share_at(at, time, record.times[i]), work.y, work.f, work.z)
+        work.z[time] = record.times[i]
+        write_sample(at, work.z, record.samples[i])
+        i += 1
+    work.counts[SAMPLES] = i

@@ -1,0 +1,274 @@
+"""The integration loop: adaptive steps from event to event, everything that is wanted taken from them on the way."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numba.extending import register_jitable
+
+from ..compiled.family import kernel, pointer_to
+from ..joint.dry import CLIPPED, FREE, PRESSED, STUCK
+from ..joint.normal import SHALLOW
+from ..observe.account import enter, open_window
+from ..observe.record import write_sample
+from ..observe.tally import APPROACH, CLIPS, KINETIC_START, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
+from ..rates import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, KINETIC, RATE
+from .dop853 import END
+from .event import (
+    CLIP,
+    EVALUATIONS,
+    EVENTS,
+    IMPLICIT,
+    NOTHING,
+    ONSET,
+    REACH,
+    REJECTED,
+    SAMPLES,
+    SEPARATION,
+    SEPARATIONS,
+    STEPS,
+    STICK,
+    STOP,
+    TURN,
+    way,
+)
+from .newton import AFTER, LENGTH, LIMIT, RENEWED, choose_method, steady
+from .step import begin_step, finish_ends, meet, take_step
+
+AUTO = 2  # of Control.method
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
+SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
+TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
+ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
+SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
+
+
+class Control(NamedTuple):
+    """When to stop, how accurate to be, and what to keep."""
+
+    window: float  # s, where figures begin to be taken
+    end: float  # s
+    separations: int  # stop after so many; 0: never
+    step_budget: int
+    event_budget: int
+    keep_events: bool
+    method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
+    pause: float = math.inf  # s, return PAUSED at the first step end from here on; called again, go on undisturbed
+
+
+@kernel
+def begin_contact(at, j, windowed):
+    """Latch the onset rate of joint `j` at `work.end` and start its root of penetration."""
+    work = at[0]
+    tally = work.tally
+    block = JOINTS + JOINT_WIDTH * j
+    rate = max(work.o[END, block + RATE], 0.0)
+    work.state[j] = PRESSED
+    work.onset[j] = max(rate, ONSET_FLOOR)
+    depth = max(work.o[END, block + DEPTH], 0.0)
+    work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
+    tally.joint[j, PEAK], tally.joint[j, APPROACH] = 0.0, rate
+    if windowed:
+        tally.joint[j, ONSETS] += 1.0
+        tally.joint[j, ONSET_MAX] = max(tally.joint[j, ONSET_MAX], rate)
+    return rate
+
+
+@kernel
+def end_contact(at, j):
+    """Release joint `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
+    work = at[0]
+    tally = work.tally
+    rate = work.o[END, JOINTS + JOINT_WIDTH * j + RATE]
+    work.state[j] = FREE
+    work.end[work.time + 1 + j] = 0.0
+    for i in range(work.owner.size):
+        if work.owner[i] == j:
+            work.end[work.time + 1 + work.state.size + i] = 0.0
+    work.counts[SEPARATIONS] += 1
+    if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
+        tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
+        tally.joint[j, REBOUNDS] += 1.0
+    return rate
+
+
+@register_jitable(error_model="numpy")
+def log_event(events, count, time, joint, kind, rate, force_peak):
+    """Return the event log (rows: time, joint, 1 onset or 2 separation, rate, force peak) with one more row."""
+    if count == events.shape[0]:
+        longer = np.empty((2 * count, 5))
+        for row in range(count):
+            for column in range(5):
+                longer[row, column] = events[row, column]
+        events = longer
+    events[count, 0], events[count, 1], events[count, 2] = time, joint, kind
+    events[count, 3], events[count, 4] = rate, force_peak
+    return events
+
+
+@register_jitable(error_model="numpy")
+def apply_event(at, kind, j, windowed, events, earlier, keep):
+    """Change what joint `j` does at `work.end`; return the event log, which leaves out the `earlier` events."""
+    work = at[0]
+    tally = work.tally
+    moment = work.end[work.time]
+    if kind == CLIP:
+        work.state[j] = CLIPPED
+        if windowed:
+            tally.joint[j, CLIPS] += 1.0
+        return events
+    if kind in (TURN, REACH):
+        work.end[work.deepest[j]] = max(work.end[work.time + 1 + j] ** 2, SHALLOW) if kind == TURN else 0.0
+        return events
+    if kind not in (ONSET, SEPARATION):
+        work.state[j] = STUCK if kind == STICK else PRESSED
+        return events
+    peak = tally.joint[j, PEAK]
+    rate = begin_contact(at, j, windowed) if kind == ONSET else end_contact(at, j)
+    if keep:
+        count = work.counts[EVENTS] - earlier
+        events = log_event(events, count, moment, j, kind, rate, 0.0 if kind == ONSET else peak)
+    work.counts[EVENTS] += 1
+    return events
+
+
+@kernel
+def go_on(at):
+    """Make the end of a step the start of the next."""
+    work = at[0]
+    work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
+    for i in range(work.y.size):
+        work.y[i], work.k[0, i] = work.end[i], work.k[END, i]
+    for column in range(work.o.shape[1]):
+        work.o[0, column] = work.o[END, column]
+
+
+@kernel
+def restart(at):
+    """Begin a step at `work.end`, where something has changed."""
+    work = at[0]
+    for i in range(work.y.size):
+        work.y[i] = work.end[i]
+    work.mode[0], work.mode[1] = work.mode[2], 0
+    work.implicit.past[LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
+    begin_step(at)
+
+
+@kernel
+def first_length(at, proposals, pattern):
+    """Return a step length to begin with: the last one of the same joints in contact, else a guess."""
+    work = at[0]
+    if proposals[pattern] > 0.0:
+        return proposals[pattern]
+    length = 0.01 / work.pace
+    for j in range(work.state.size):
+        if work.state[j] != FREE:  # until the penetration is a hundredth of the clearance
+            length = min(length, 0.2 * work.sigma * math.sqrt(work.clearance[j]) / work.onset[j])
+    return length
+
+
+@kernel
+def proposal_of(at):
+    """Return where the step length for this method and these joints in contact is remembered: the bits of a number."""
+    work = at[0]
+    pattern = work.mode[0] << work.state.size
+    for j in range(work.state.size):
+        if work.state[j] != FREE:
+            pattern |= 1 << j
+    return pattern
+
+
+@kernel
+def next_length(at, h, proposal):
+    """Change the method if that was decided, and return the length of the step after one of length `h`."""
+    work = at[0]
+    if work.mode[2] == work.mode[0]:
+        return steady(at, h, proposal)
+    work.mode[0] = work.mode[2]
+    work.implicit.past[LENGTH] = 0.0
+    return work.implicit.limit[LIMIT]
+
+
+@kernel
+def begin(at, windowed):
+    """Return the first step's length, growth and expected error: after a pause what was to come, else a guess."""
+    work = at[0]
+    tally, record = work.tally, work.record
+    begin_step(at)  # after a pause the same again, unless the state was put elsewhere
+    if work.ahead[0] > 0.0:
+        return work.ahead[0], work.ahead[1], work.ahead[2]
+    tally.whole[KINETIC_START] = work.o[0, KINETIC]
+    if windowed:
+        open_window(at)
+    while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[work.time]:
+        write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
+        work.counts[SAMPLES] += 1
+    return first_length(at, work.proposals, proposal_of(at)), GROW, 0.0
+
+
+@njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
+def integrate(control, work):
+    """Integrate from the state in `work.y` to the end that `control` sets.  Every other function works on `at[0]`.
+
+    Returns
+    -------
+    status : int, OK or the reason why it ended early; PAUSED, or
+        TURNS_STIFF, `work.slopes` being needed: call again to go on
+    events : (events, 5) float64, rows of time (s), joint, 1 onset or 2 separation, rate (m/s), force peak (N)
+
+    The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
+    """
+    at, time, proposals = pointer_to(work), work.time, work.proposals
+    events, earlier = np.empty((64 if control.keep_events else 0, 5)), work.counts[EVENTS]
+    windowed = control.window <= work.y[time]
+    stop = control.end if windowed else control.window
+    h, grow, expected = begin(at, windowed)
+    tries, spent = 0, work.counts[EVALUATIONS]
+    while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
+        if work.y[time] >= control.pause:
+            work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
+            return PAUSED, events[: work.counts[EVENTS] - earlier]
+        if work.mode[0] == IMPLICIT and work.slopes[0] == 0:
+            work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
+            return TURNS_STIFF, events[: work.counts[EVENTS] - earlier]
+        h = min(h, work.longest / work.o[0, KAPPA])
+        error = take_step(at, h)
+        error = max(error, way(at, h) ** 8)  # the step control takes the eighth root
+        if not error < 1.0:
+            work.counts[REJECTED] += 1
+            h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
+            grow, tries = 1.0, tries + 1
+            if tries > TRIES:
+                return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS] - earlier]
+            continue
+        tries = 0
+        finish_ends(at)
+        pattern = proposal_of(at)
+        if control.method == AUTO:
+            choose_method(at, h, proposals[pattern & ~(1 << work.state.size)], work.counts[EVALUATIONS] - spent)
+        # of the errors of this step and the one before, the larger: the estimate goes through zero now and then
+        change = min(grow, SAFETY * max(error, expected, 1e-10) ** -0.125)
+        proposals[pattern], expected = h * change, error * change**8
+        kind, joint, taken, dense = meet(at, h, stop)
+        enter(at, taken, windowed, dense)
+        if kind == NOTHING:
+            go_on(at)
+            h, grow = next_length(at, h, proposals[pattern]), GROW
+            spent = work.counts[EVALUATIONS]
+            continue
+        if kind == STOP:
+            if windowed:
+                return OK, events[: work.counts[EVENTS] - earlier]
+            windowed, stop = True, control.end
+            open_window(at)
+        else:
+            events = apply_event(at, kind, joint, windowed, events, earlier, control.keep_events)
+            if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
+                return OK, events[: work.counts[EVENTS] - earlier]
+            if work.counts[EVENTS] >= control.event_budget:
+                return EVENT_BUDGET, events[: work.counts[EVENTS] - earlier]
+        restart(at)
+        h, grow, expected = first_length(at, proposals, proposal_of(at)), GROW, 0.0
+        spent = work.counts[EVALUATIONS]
+    return STEP_BUDGET, events[: work.counts[EVENTS] - earlier]

@@ -1,0 +1,374 @@
+"""The implicit method for stiff stretches: how a step of Radau IIA is solved for, and how stiffness is noticed.
+
+Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed., section IV.8: simplified Newton iteration with
+its start values and its end, when the Jacobian is kept, error estimate (8.19), (8.20); detection of stiffness by the
+explicit pair IV.2 and program DOP853.  Where a contact is stiff, its direction turns along the step, and what is stiff
+with it: the Jacobian is taken at three of the stages and interpolated to the others, and the stages are solved for as
+one system.  It is the exact derivative of the compiled forces and motions (`dual`); it only steers the iteration, the
+solution does not depend on it.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled.family import invoke, kernel
+from .dop853 import END, SCRATCH, dense_component, dense_state
+from .event import EVALUATIONS, EXPLICIT, IMPLICIT, evaluate
+from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
+
+SEEN = np.array([3, 5, 6, 7, 8, 9, 10, 11])  # rows in which observables of the explicit method's stages are looked for
+ITERATIONS = 5  # with the same Jacobians
+CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
+KEEP = 1e-3  # convergence from one iteration to the next that keeps the Jacobians for the next step
+FAILED = 10.0  # error of a step whose iteration did not converge: the step control then takes 0.6 of its length
+STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
+STIFF = 3.5  # h times the largest eigenvalue; the explicit pair is at its limit at 6.1, its error control before
+PATIENCE = 15  # steps in a row at that limit before the method is changed
+TRIAL = 1000  # evaluations after which it is asked whether the implicit method has been worth its price
+PRICE = 0.5  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices
+WAIT = 4  # times longer the explicit method is kept after each time that the other has not been worth its price
+# Places in Implicit.limit, in Implicit.past
+LIMIT, PATIENT, SAVED, SPENT = range(4)
+LENGTH, AFTER, RENEWED, FACTORED, PACE, PAST = range(6)
+
+
+class Implicit(NamedTuple):
+    """What the implicit method works on; n numbers in the state."""
+
+    jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages PLACES
+    newton: np.ndarray  # (STAGES n, STAGES n) factors of the matrix of the iteration
+    pivots: np.ndarray  # (STAGES n,) int64
+    small: np.ndarray  # (n, n) factors of the matrix of the error estimate
+    small_pivots: np.ndarray  # (n,) int64
+    stages: np.ndarray  # (STAGES n,) distances of the stages from the start of the step
+    change: np.ndarray  # (STAGES n,)
+    offset: np.ndarray  # (n,)
+    limit: np.ndarray  # (4,) see `choose_method`
+    #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
+    #: begins where that began; length of the step from here for which the Jacobians were RENEWED (0: none) and of that
+    #: which the matrices are FACTORED for (0: none); PACE: convergence of the last iteration
+    past: np.ndarray
+
+
+def implicit_of(n) -> Implicit:
+    """Return the arrays for a state of `n` numbers."""
+    many = STAGES * n
+    return Implicit(
+        jacobian=np.zeros((PLACES.size, n, n)),
+        newton=np.zeros((many, many)),
+        pivots=np.zeros(many, dtype=np.int64),
+        small=np.zeros((n, n)),
+        small_pivots=np.zeros(n, dtype=np.int64),
+        stages=np.zeros(many),
+        change=np.zeros(many),
+        offset=np.zeros(n),
+        limit=np.array([0.0, PATIENCE, 0.0, 0.0]),
+        past=np.zeros(PAST),
+    )
+
+
+@kernel
+def bring_largest(a, i):
+    """Exchange row `i` of `a` for the one below with the largest entry in column `i`; return which it was."""
+    n, top = a.shape[0], i
+    for row in range(i + 1, n):
+        if abs(a[row, i]) > abs(a[top, i]):
+            top = row
+    if top != i:
+        for column in range(n):
+            a[i, column], a[top, column] = a[top, column], a[i, column]
+    return top
+
+
+@kernel
+def factorise(a, pivots, fixed):
+    """Replace the square matrix `a` by its LU factors; return whether it is regular.
+
+    Pivoting is partial but for the first `fixed` unknowns, whose rows are sparse and stay so.
+    """
+    n = pivots.size
+    for i in range(n):
+        pivots[i] = bring_largest(a, i) if i >= fixed else i
+        if not abs(a[i, i]) > 0.0:
+            return False
+        inverse = 1.0 / a[i, i]
+        for row in range(i + 1, n):
+            a[row, i] *= inverse
+        if i >= fixed:
+            for row in range(i + 1, n):
+                factor = a[row, i]
+                for column in range(i + 1, n):
+                    a[row, column] -= factor * a[i, column]
+            continue
+        for column in range(i + 1, n):
+            if a[i, column] != 0.0:
+                for row in range(i + 1, n):
+                    a[row, column] -= a[row, i] * a[i, column]
+    return True
+
+
+@kernel
+def substitute(a, pivots, b):
+    """Replace `b` by the solution of the system whose factors are in `a`."""
+    n = pivots.size
+    for i in range(n):
+        b[i], b[pivots[i]] = b[pivots[i]], b[i]
+    for i in range(n):
+        for row in range(i + 1, n):
+            b[row] -= a[row, i] * b[i]
+    for i in range(n - 1, -1, -1):
+        for column in range(i + 1, n):
+            b[i] -= a[i, column] * b[column]
+        b[i] /= a[i, i]
+
+
+@kernel
+def differentiate(at, y, place):
+    """Put the derivatives of the rates at `y` into a Jacobian; each column costs and counts as an evaluation."""
+    work = at[0]
+    work.counts[EVALUATIONS] += y.size
+    invoke(work.slopes[0], work.slopes[1], (y, work.state, work.onset, work.implicit.jacobian), place)
+
+
+@kernel
+def renew(at, h):
+    """Renew the Jacobians, at three of the stages as they are now, and with them the factors; return if that went well.
+
+    Contact turns the direction of what is stiff along the step: with one Jacobian for all stages the iteration would
+    fail long before the error asks for shorter steps.
+    """
+    work = at[0]
+    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
+    for place in range(PLACES.size):
+        for i in range(n):
+            work.z[i] = work.y[i] + stages[PLACES[place] * n + i]
+        differentiate(at, work.z, place)
+    past[RENEWED], past[FACTORED], past[PACE] = h, 0.0, KEEP
+    return prepare(at, h)
+
+
+@kernel
+def unknown(stage, i, time):
+    """Return the place of component `i` of a stage among the unknowns of the iteration.
+
+    Coordinates and time come first: their rates depend on no other of them, so that their elimination costs little and
+    leaves a system of half the size.
+    """
+    half = time // 2
+    if i >= half:
+        i = half if i == time else i + 1 if i < time else i
+    return STAGES * i + stage
+
+
+@kernel
+def prepare(at, h):
+    """Make the factors for a step of length `h`, unless they are there; return whether that went well."""
+    work, time = at[0].implicit, at[0].time
+    n, jacobian = work.offset.size, work.jacobian
+    if work.past[FACTORED] == h:
+        return True
+    for row in range(n):
+        for column in range(n):
+            first, second = unknown(0, row, time), unknown(0, column, time)
+            for m in range(STAGES):
+                slope = 0.0
+                for place in range(PLACES.size):
+                    slope += SPREAD[m, place] * jacobian[place, row, column]
+                for s in range(STAGES):
+                    work.newton[first + s, second + m] = -h * A[s, m] * slope
+    for i in range(work.change.size):
+        work.newton[i, i] += 1.0
+    for row in range(n):
+        for column in range(n):
+            work.small[row, column] = -jacobian[0, row, column]
+        work.small[row, row] += GAMMA / h
+    good = factorise(work.newton, work.pivots, STAGES * (time // 2 + 1)) and factorise(work.small, work.small_pivots, 0)
+    work.past[FACTORED] = h if good else 0.0
+    return good
+
+
+@kernel
+def begin_stages(at, h):
+    """Put into the stages what the interpolant of the step before, or of a rejected one from here, says of them."""
+    work = at[0]
+    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
+    for i in range(n):
+        for s in range(STAGES):
+            stages[s * n + i] = 0.0
+        if past[LENGTH] > 0.0:
+            here = dense_component(past[AFTER], i, work.y, work.f)
+            for s in range(STAGES):
+                there = past[AFTER] + C[s] * h / past[LENGTH]
+                stages[s * n + i] = dense_component(there, i, work.y, work.f) - here
+
+
+@kernel
+def correct(at, h):
+    """Do one iteration; return how far the stages moved, over the allowed error."""
+    work = at[0]
+    n, stages, change = work.y.size, work.implicit.stages, work.implicit.change
+    for s in range(STAGES):
+        for i in range(n):
+            work.z[i] = work.y[i] + stages[s * n + i]
+        evaluate(at, work.z, ROWS[s])
+    for s in range(STAGES):
+        for i in range(n):
+            rise = 0.0
+            for m in range(STAGES):
+                rise += A[s, m] * work.k[ROWS[m], i]
+            change[unknown(s, i, work.time)] = h * rise - stages[s * n + i]
+    substitute(work.implicit.newton, work.implicit.pivots, change)
+    size = 0.0
+    for s in range(STAGES):
+        for i in range(n):
+            moved = change[unknown(s, i, work.time)]
+            stages[s * n + i] += moved
+            size += (moved / work.scale[i]) ** 2
+    return math.sqrt(size / (STAGES * n))
+
+
+@kernel
+def iterate(at, h):
+    """Move the stages to where they fulfil their equations; return whether that went well within ITERATIONS.
+
+    It ends where the distance that is left, from the convergence seen last, is CLOSE (IV.8.10).
+    """
+    past = at[0].implicit.past
+    before = 0.0
+    for iteration in range(ITERATIONS):
+        size = correct(at, h)
+        if iteration > 0:
+            past[PACE] = size / before if before > 0.0 else 0.0
+        pace = past[PACE]
+        if pace < 1.0 and size * pace <= CLOSE * (1.0 - pace) and (iteration > 0 or size < 1.0):
+            return True
+        if iteration > 0 and not pace < 1.0:
+            return False
+        before = size
+    return False
+
+
+@kernel
+def solve(at, h):
+    """Find the stages of a step of length `h`; return whether they were found."""
+    past = at[0].implicit.past
+    begin_stages(at, h)
+    kept = past[RENEWED] == h or (past[LENGTH] > 0.0 and past[PACE] <= KEEP)
+    if not (prepare(at, h) if kept else renew(at, h)):
+        return False
+    return iterate(at, h) or (renew(at, h) and iterate(at, h))
+
+
+@kernel
+def filtered_error(at, h, row):
+    """Return the error over the allowed one: (IV.8.19), or (IV.8.20) if `row` holds the rates at what that gave."""
+    work = at[0]
+    n, offset, stages = work.y.size, work.implicit.offset, work.implicit.stages
+    for i in range(n):
+        total = 0.0
+        for s in range(STAGES):
+            total += E[s] * stages[s * n + i]
+        offset[i] = work.k[row, i] + GAMMA / h * total
+    substitute(work.implicit.small, work.implicit.small_pivots, offset)
+    size = 0.0
+    for i in range(n):
+        size += (offset[i] / work.scale[i]) ** 2
+    return math.sqrt(size / n)
+
+
+@kernel
+def implicit_step(at, h):
+    """Put the state after an implicit step into `work.end`, its dense output into `work.f`; return its error.
+
+    The error is raised to the power at which the step control, made for order 8, takes the right root of it.
+    """
+    work = at[0]
+    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
+    if not solve(at, h):
+        past[PACE] = 1.0
+        return FAILED
+    for i in range(n):
+        work.end[i] = work.y[i] + stages[(STAGES - 1) * n + i]
+        for row in range(STAGES):
+            total = 0.0
+            for s in range(STAGES):
+                total += DENSE[row, s] * stages[s * n + i]
+            work.f[row, i] = total
+        for row in range(STAGES, 7):
+            work.f[row, i] = 0.0
+    past[LENGTH], past[AFTER] = h, 0.0
+    error = filtered_error(at, h, 0)
+    if error >= 1.0:
+        for i in range(n):
+            work.z[i] = work.y[i] + work.implicit.offset[i]
+        evaluate(at, work.z, SCRATCH)
+        error = filtered_error(at, h, SCRATCH)
+    look_along(at)
+    return error ** (8.0 / ORDER)
+
+
+@kernel
+def look_along(at):
+    """Put observables where the explicit method has its stages: the polynomial through those of start and stages."""
+    work = at[0]
+    for column in range(work.o.shape[1]):
+        for row in SEEN:
+            total = LOOK[row, 0] * work.o[0, column]
+            for s in range(STAGES):
+                total += LOOK[row, 1 + s] * work.o[ROWS[s], column]
+            work.o[row, column] = total
+
+
+@kernel
+def fall_back(at, share):
+    """Take the end of a step cut to a share of its length, and what is seen on it, from the longer interpolant."""
+    work = at[0]
+    for s in range(STAGES):
+        dense_state(share * C[s], work.y, work.f, work.z)
+        evaluate(at, work.z, ROWS[s])
+    dense_state(share, work.y, work.f, work.end)
+    look_along(at)
+
+
+@kernel
+def steady(at, h, proposal):
+    """Return the length of the step after one of length `h`: the proposal, or `h` again where that saves work."""
+    return h if at[0].mode[0] == IMPLICIT and h <= proposal <= STEADY * h else proposal
+
+
+@kernel
+def choose_method(at, h, explicit, cost):
+    """Change the method where the step just taken, of length `h`, shows that the other one serves better.
+
+    `explicit` : length of the last explicit step with the same joints in contact, 0 where there is none; `cost` :
+    evaluations that this step took, so that what a run is asked beside its motion has no part in the choice.
+
+    It takes effect with the next step.  The explicit method is left when it has been at the limit of its stability,
+    LIMIT long, for PATIENT steps; the implicit one when in a TRIAL, that is when so much was SPENT, it has SAVED too
+    little.
+    """
+    work = at[0]
+    limit = work.implicit.limit
+    if work.mode[0] == IMPLICIT:
+        limit[SAVED] += END * h / max(explicit, limit[LIMIT])
+        limit[SPENT] += cost
+        if limit[SPENT] < TRIAL:
+            return
+        worth = limit[SAVED] > PRICE * work.y.size * limit[SPENT]
+        limit[PATIENT] = PATIENCE if worth else WAIT * limit[PATIENT]
+        if worth:
+            limit[SAVED], limit[SPENT] = 0.0, 0.0
+            return
+    else:
+        rise, run = 0.0, 0.0
+        for i in range(work.y.size):  # work.z is still the state of the last stage, which lies at the end of the step
+            rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
+            run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
+        work.mode[1] = work.mode[1] + 1 if h * math.sqrt(rise) > STIFF * math.sqrt(run) else 0
+        if work.mode[1] < limit[PATIENT]:
+            return
+        limit[LIMIT] = h
+    limit[SAVED], limit[SPENT], work.mode[1] = 0.0, 0.0, 0
+    work.mode[2] = EXPLICIT if work.mode[0] == IMPLICIT else IMPLICIT

@@ -1,0 +1,264 @@
+"""What a sample says about the figures of a run: spread, chance of exceeding a limit, and which variable drives it.
+
+Intervals take the points as independent; for Sobol points and Latin hypercubes, which spread more evenly, they are
+wider than need be.  Nothing here knows how the figures came about.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from ..results import DIFFERENCE
+
+QUANTILES = (0.05, 0.5, 0.95)
+LEVEL = 0.95  # of all confidence intervals
+CHAOTIC = 0.5  # share of chance in a figure's variance from which on no index of it means anything
+BLURRED = 0.3  # scatter over effect from which on an effect is told to be blurred
+MOTION = "energy_residual"  # differs wherever the motion does, if only in rounding
+RESAMPLES = 1000  # of the bootstrap
+_SEED = 1  # of the bootstrap: the same run gives the same intervals
+
+
+class Estimate(NamedTuple):
+    """An estimate and its confidence interval; NaN for an end that the sample is too small to give."""
+
+    value: float
+    low: float
+    high: float
+
+
+class Setting(NamedTuple):
+    """The cases of one sample: those that share the values of all axes that were not drawn."""
+
+    point: dict  # dotted path -> value of the other axes, SI; {} where there are none
+    case_ids: tuple[str, ...]  # one for each row of the design, in its order
+    figures: dict[str, np.ndarray]  # column of the summary -> (rows,) SI; NaN where a case failed
+    failed: tuple[str, ...]  # ids of failed cases, each once
+
+
+class Spread(NamedTuple):
+    """How one figure is distributed; the unit is that of the figure but for `cv`."""
+
+    count: int  # rows of the design with a value
+    mean: Estimate
+    cv: Estimate  # standard deviation over mean
+    quantiles: tuple[Estimate, ...]  # of QUANTILES
+
+
+class Effect(NamedTuple):
+    """What one variable alone does to one figure, from its 5 % to its 95 % quantile."""
+
+    path: str
+    low: float  # the figure at the 5 % quantile, the others in the middle
+    middle: float
+    high: float
+    scatter: float  # spread of the figure under disturbances too small to matter
+    chaotic: bool  # the scatter is as large as the effect: the effect means nothing
+
+    def blurred(self) -> float:
+        """Return the scatter over the effect where that is a share to be told of, NaN elsewhere."""
+        reach = max(self.low, self.middle, self.high) - min(self.low, self.middle, self.high)
+        return self.scatter / reach if not self.chaotic and 0.0 < BLURRED * reach <= self.scatter else np.nan
+
+
+class Index(NamedTuple):
+    """The share of one variable in the variance of a figure, by itself and with all its interactions."""
+
+    path: str
+    first: Estimate
+    total: Estimate
+
+
+class Chance(NamedTuple):
+    """How much of a figure's variance over a design is chance: chaos, or the tolerance."""
+
+    share: float  # 0 to 1; NaN for a figure that does not vary
+    measured: bool  # from cases run again; else the most that the design allows for
+
+    @property
+    def chaotic(self) -> bool:
+        """Whether chance makes up as much of the variance as the variables do, or may do so."""
+        return bool(self.share >= CHAOTIC)
+
+
+def settings(run) -> list[Setting]:
+    """Return the samples of a run (as the store opens it), one for each combination of the other axes; [] without."""
+    sample = run.grid.get("sample")
+    if not sample:
+        return []
+    summary = run.summary
+    paths = list(sample["drawn"])
+    others = [path for path in run.grid.get("units", {}) if path not in paths]
+    rows = list(zip(*sample["drawn"].values(), strict=True))
+    places: dict = {}
+    keys = [_key(summary, others), _key(summary, paths)]
+    for place, (point, drawn) in enumerate(zip(*keys, strict=True)):
+        places.setdefault(point, {})[drawn] = place
+    columns = list(summary.columns[summary.columns.get_loc("message") + 1 :])
+    values = summary[columns].astype("float64").where(summary["status"] == "ok").to_numpy()
+    found = []
+    for point, where in places.items():
+        if any(row not in where for row in rows):
+            lost = sum(row not in where for row in rows)
+            raise InputError(f"{lost} of the sample's {len(rows)} cases are not there; run the grid again to the end")
+        chosen = np.array([where[row] for row in rows])
+        ids = summary["case_id"].to_numpy()[chosen]
+        bad = (summary["status"] != "ok").to_numpy()[chosen]
+        figures = dict(zip(columns, values[chosen].T, strict=True))
+        found.append(
+            Setting(dict(zip(others, point, strict=True)), tuple(ids), figures, tuple(dict.fromkeys(ids[bad])))
+        )
+    return found
+
+
+def _key(summary, paths: list[str]) -> list[tuple]:
+    """Return the values of these columns in every row; a value that is not in use is None."""
+    lists = [summary[path].astype(object).where(summary[path].notna(), None).tolist() for path in paths]
+    return list(zip(*lists, strict=True)) if paths else [()] * len(summary)
+
+
+def spread(values: np.ndarray) -> Spread:
+    """Return how a figure is distributed, `values` (rows,) with NaN for what is not known; at least one is."""
+    known = np.sort(values[np.isfinite(values)])
+    resampled = np.random.default_rng(_SEED)
+    means, ratios = np.empty(RESAMPLES), np.empty(RESAMPLES)
+    for k in range(RESAMPLES):
+        again = known[resampled.integers(0, len(known), len(known))]
+        means[k], ratios[k] = again.mean(), _cv(again)
+    return Spread(
+        len(known),
+        Estimate(float(known.mean()), *_middle(means)),
+        Estimate(_cv(known), *_middle(ratios)),
+        tuple(quantile(known, share) for share in QUANTILES),
+    )
+
+
+def _cv(values: np.ndarray) -> float:
+    """Return standard deviation over mean; exactly 0 where all values are equal, NaN where the mean is 0."""
+    if values.min() == values.max():
+        return 0.0
+    mean = values.mean()
+    return float(values.std(ddof=1) / abs(mean)) if mean != 0.0 else np.nan
+
+
+def _middle(values: np.ndarray) -> tuple[float, float]:
+    low, high = np.quantile(values, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0))
+    return float(low), float(high)
+
+
+def quantile(ordered: np.ndarray, share: float) -> Estimate:
+    """Return a quantile of `ordered` values and its interval between two of them (order statistics).
+
+    The number of values below the quantile is binomial, whatever the distribution: David and Nagaraja 2003, 7.1.
+    """
+    from scipy.stats import binom
+
+    count, tail = len(ordered), (1.0 - LEVEL) / 2.0
+    value = float(np.quantile(ordered, share))
+    if ordered[0] == ordered[-1]:
+        return Estimate(value, value, value)
+    low = int(binom.ppf(tail, count, share)) - 1  # P(below <= low) < tail
+    high = int(binom.ppf(1.0 - tail, count, share))  # P(below > high) <= tail
+    ends = (float(ordered[place]) if 0 <= place < count else np.nan for place in (low, high))
+    return Estimate(value, *ends)
+
+
+def exceedance(values: np.ndarray, limit: float) -> Estimate:
+    """Return the probability that a figure exceeds a limit, with Clopper and Pearson's exact interval."""
+    from scipy.stats import binomtest
+
+    known = values[np.isfinite(values)]
+    test = binomtest(int((known > limit).sum()), len(known))
+    interval = test.proportion_ci(LEVEL, method="exact")
+    return Estimate(float(test.statistic), float(interval.low), float(interval.high))
+
+
+def sobol_indices(setting: Setting, figure: str, paths: list[str]) -> list[Index]:
+    """Return the first-order and total indices of all variables, from a design of method saltelli.
+
+    An InputError names the cases that failed.  A figure that does not vary has no indices: NaN.
+    """
+    values = _complete(setting, figure).reshape(len(paths) + 2, -1)
+    values = values - values[:2].mean()  # the estimators lose digits to a large mean
+    if np.ptp(values[:2]) == 0.0:
+        nothing = Estimate(np.nan, np.nan, np.nan)
+        return [Index(path, nothing, nothing) for path in paths]
+    resampled, count = np.random.default_rng(_SEED), values.shape[1]
+    again = [_indices(values[:, resampled.integers(0, count, count)]) for _ in range(RESAMPLES)]
+    ends = np.nanquantile(again, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0), axis=0)  # (2, 2, variables)
+    found = np.stack([_indices(values), *ends])  # estimate, low, high; first-order, total; variables
+    return [Index(path, *(Estimate(*map(float, three)) for three in found[:, :, k].T)) for k, path in enumerate(paths)]
+
+
+def _indices(values: np.ndarray) -> np.ndarray:
+    """Return first-order and total indices, (2, variables), from the figure on A, B and every AB, (variables + 2, n).
+
+    Saltelli et al. 2010, table 2 (b) and (f), as in scipy.stats.sobol_indices, whose bootstrap takes no seed.
+    """
+    first, second, mixed = values[0], values[1], values[2:]
+    variance = values[:2].var()
+    if variance == 0.0:
+        return np.full((2, len(mixed)), np.nan)
+    return np.array([(second * (mixed - first)).mean(axis=1), 0.5 * ((first - mixed) ** 2).mean(axis=1)]) / variance
+
+
+def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
+    """Return the share of chance in the variance of a figure over a design of method saltelli.
+
+    Cases that part under a disturbance are two draws of the same figure: the mean square of their difference is twice
+    the variance of chance.  Without such differences it is bounded by the smallest total index of the variables that
+    disturb the motion: chance is in all of these.
+    """
+    blocks = (len(indices) + 2, -1)
+    variance, scatter = setting.figures[figure].reshape(blocks)[:2].var(), disturbance(setting, figure)
+    if variance > 0.0 and np.isfinite(scatter):
+        return Chance(float(min(1.0, 0.5 * scatter**2 / variance)), True)
+    first, _, *mixed = setting.figures.get(MOTION, np.arange(setting.figures[figure].size)).reshape(blocks)
+    totals = [index.total.value for index, one in zip(indices, mixed, strict=True) if np.any(one != first)]
+    return Chance(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
+
+
+def disturbance(setting: Setting, figure: str) -> float:
+    """Return the rms over the cases of what a tenth of the tolerance changes in a figure; NaN where none knows."""
+    changes = setting.figures.get(figure + DIFFERENCE, np.empty(0))
+    changes = changes[np.isfinite(changes)]
+    return float(np.sqrt(np.mean(changes**2))) if changes.size else np.nan
+
+
+def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
+    """Return the effect of each variable alone, from a design of method one-at-a-time, the largest first.
+
+    The scatter is that of the design's own disturbed cases, or the `disturbance` where that is larger.  An InputError
+    names the cases that failed.
+    """
+    middle, *rest = _complete(setting, figure).tolist()
+    low, high, disturbed = (rest[start::3] for start in range(3))
+    scatter = float(np.nanmax([max(middle, *disturbed) - min(middle, *disturbed), disturbance(setting, figure)]))
+    found = [
+        Effect(
+            path,
+            at_low,
+            middle,
+            at_high,
+            scatter,
+            0.0 < max(at_low, middle, at_high) - min(at_low, middle, at_high) <= scatter,
+        )
+        for path, at_low, at_high in zip(paths, low, high, strict=True)
+    ]
+    return sorted(found, key=lambda one: -abs(one.high - one.low))
+
+
+def _complete(setting: Setting, figure: str) -> np.ndarray:
+    """Return a figure on every row of the design; an InputError where a case failed."""
+    if setting.failed:
+        named = ", ".join(itertools.islice(setting.failed, 10)) + (", ..." if len(setting.failed) > 10 else "")
+        raise InputError(
+            f"{figure}: a sensitivity needs every case of its design, and {len(setting.failed)} failed: {named}; "
+            "run them again with --retry-failed, or change the ranges"
+        )
+    values = setting.figures[figure]
+    if not np.isfinite(values).all():
+        raise InputError(f"{figure}: is not known in every case of the design; choose another figure")
+    return values

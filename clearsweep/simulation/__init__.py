@@ -1,0 +1,37 @@
+"""One case: from its values to its motion and its figures.
+
+What sweeps and reports ask of mechanics is here, function by function.
+"""
+
+from ..mechanics.joint.laws import elastic_choices, elastic_forces, penetration_limit, restitution
+from ..mechanics.joint.laws import text as laws_text
+from ..results import Trajectory
+from .scene import build, catalogue, derived, load_case, signature, warnings
+from .simulate import compile_for, simulate
+
+__all__ = [
+    "build",
+    "catalogue",
+    "compile_for",
+    "derived",
+    "elastic_choices",
+    "elastic_forces",
+    "laws_text",
+    "load",
+    "load_case",
+    "penetration_limit",
+    "restitution",
+    "signature",
+    "simulate",
+    "solve",
+    "warnings",
+]
+
+
+def load() -> None:
+    """Do nothing: what cases need is loaded with this module, so a process that calls this is ready for them."""
+
+
+def solve(case: dict) -> Trajectory:
+    """Return the result of a resolved case."""
+    return simulate(build(case))

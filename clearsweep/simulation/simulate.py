@@ -1,0 +1,201 @@
+"""From a scene to its trajectory: one integration or more, the figures they come to, the status in words."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from ..errors import InputError
+from ..mechanics.joint import laws
+from ..mechanics.observe.record import Record
+from ..mechanics.solver import event as events
+from ..mechanics.solver import loop
+from ..results import Trajectory, channels, differ, summary_columns
+from ..validity import past_limits
+from .figures import events_of, figures_of, wear_of
+from .run import Run, call, control_of, integrate, integrated, period
+from .scene import Scene, build
+from .until import Until, longest, marks
+from .watch import go_to
+
+_STATUS = {
+    loop.OK: ("ok", ""),
+    loop.STEP_BUDGET: (
+        "step-budget",
+        "took all {budget} steps it may, having got to {time:.6g} s{whole}; simulate.step_budget allows more",
+    ),
+    loop.EVENT_BUDGET: (
+        "event-budget",
+        "met all {events} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
+    ),
+    loop.NOT_FINITE: (
+        "not-finite",
+        "the motion is no longer finite at {time:.6g} s; look for masses, stiffness or clearance far from each other",
+    ),
+    loop.STEP_UNDERFLOW: (
+        "step-underflow",
+        "no step is small enough at {time:.6g} s; a looser tolerance may help, or a force law without jumps",
+    ),
+}
+
+
+def simulate(scene: Scene, times=None, watchers=()) -> Trajectory:
+    """Return the trajectory of a scene.
+
+    Parameters
+    ----------
+    scene : what `load_case` or `scene.build` returned.
+    times : (n,) s, increasing, within the run: where to report.  None: the case's own sampling.
+    watchers : what looks at the run on its way, see `watch.drive`.
+
+    A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
+    InputError for times outside the run.
+    """
+    found = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
+    if scene.layout.error_check:
+        _check_error(scene, found)
+    return found
+
+
+def _simulate(scene: Scene, times, watchers=()) -> Trajectory:
+    """Return the trajectory of a scene whose length is given."""
+    pair = scene.layout.mechanism == "impact-pair"
+    end = math.inf if pair else scene.case["simulate"]["revolutions"] * period(scene)
+    if times is not None:
+        times = checked_times(times, end)
+    elif scene.case["save"]["orbits"] == "none":
+        times = np.empty(0)
+    elif pair:  # its duration is known afterwards
+        last = integrated(scene, np.empty(0), end)
+        times = np.linspace(0.0, last.work.y[last.work.time], int(scene.case["save"]["samples"]) + 1)
+    else:
+        times = sampling_times(scene.case, period(scene), end)
+    return _trajectory(scene, integrated(scene, times, end, watchers), end)
+
+
+def _settle(scene: Scene, times, watchers) -> Trajectory:
+    """Return the trajectory of a scene that is to run until a figure has settled.
+
+    What is reported comes from a second run over that stretch, the same to the last bit, as its times were not known.
+    """
+    settings, turn, orbits = scene.case["simulate"], period(scene), scene.case["save"]["orbits"]
+    whole = _changed(scene, revolutions=longest(settings))
+    end = whole.case["simulate"]["revolutions"] * turn
+    run = Run(scene, marks(settings, turn))
+    watch = Until(scene, run.record.samples)
+    integrate(whole, run, end, orbits != "none" or times is not None, (watch, *watchers))
+    run.record = Record(np.empty(0), np.empty(0))
+    if run.status != loop.OK:
+        return _trajectory(whole, run, end)
+    settled = _changed(scene, revolutions=watch.revolutions)
+    end = watch.revolutions * turn
+    if times is not None or orbits != "none":
+        times = sampling_times(settled.case, turn, end) if times is None else checked_times(times, end)
+        _retrace(settled, run, times, end, watch.starts)
+    found = _trajectory(settled, run, end)
+    found.summary.update(watch.figures())
+    return found
+
+
+def _retrace(scene: Scene, run: "Run", times: np.ndarray, end: float, starts) -> None:
+    """Record the motion of a run at `times`, from the last of its `starts` before them or from the beginning."""
+    again = Run(scene, times)
+    before = [start for start in starts if times.size and start["y"][run.work.time] <= times[0]]
+    if before:
+        go_to(before[-1], again.work)
+    call(again, control_of(scene, end, keep_events=False))
+    run.record = again.record
+    run.spent(again)
+
+
+def _changed(scene: Scene, **settings) -> Scene:
+    """Return a scene with other values in `simulate`."""
+    return dataclasses.replace(scene, case=scene.case | {"simulate": scene.case["simulate"] | settings})
+
+
+def _check_error(scene: Scene, found: Trajectory) -> None:
+    """Enter into the summary how far every figure differs from that of a run at a tenth of the tolerance."""
+    if found.status != "ok":
+        return
+    tighter = {"tolerance": 0.1 * scene.case["simulate"]["tolerance"]}
+    if scene.layout.until:
+        tighter["revolutions"] = found.summary["revolutions_run"]
+    made = dataclasses.replace(_changed(scene, **tighter), layout=scene.layout._replace(error_check=False, until=""))
+    differ(found.summary, _simulate(made, np.empty(0)).summary)
+
+
+def compile_for(case: dict) -> None:
+    """Compile, or load from the cache, the code of a case by running its first moment; stiff motion may take more."""
+    scene = build(case)
+    end = 1e-3 / scene.value.pace
+    bare = case["save"]["orbits"] == "none" and not scene.layout.until
+    integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
+
+
+def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
+    """Return the trajectory that an integration came to."""
+    reached = run.work.y[run.work.time] if run.status != loop.OK else end
+    status, text = _STATUS[run.status]
+    whole = f" of {end:.6g} s" if math.isfinite(end) else ""
+    message = text.format(
+        time=reached,
+        whole=whole,
+        events=run.work.counts[events.EVENTS],
+        budget=control_of(scene, end, False).step_budget,
+    )
+    counts = run.counts
+    summary = dict.fromkeys(column.name for column in summary_columns(scene.layout))
+    if run.status == loop.OK:
+        summary.update(figures_of(scene, run, end) | run.found)
+        message = past_limits(
+            (
+                name,
+                joint["contact"].get("elastic", ""),
+                laws.penetration_limit(joint),
+                summary[f"{part.name}_law_limit_fraction"],
+            )
+            for part, (name, joint) in zip(scene.layout.joints, scene.case["joints"].items(), strict=True)
+        )
+    summary.update(
+        steps=int(counts[events.STEPS]),
+        steps_rejected=int(counts[events.REJECTED]),
+        rhs_evaluations=int(counts[events.EVALUATIONS]),
+        run_time=run.duration,
+    )
+    if run.status != loop.OK:
+        return Trajectory(status, message, summary)
+    names = [channel.name for channel in channels(scene.layout)]
+    histories = (
+        dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
+    )
+    return Trajectory(status, message, summary, histories, events_of(scene, run), wear_of(scene, run))
+
+
+def checked_times(times, end: float) -> np.ndarray:
+    """Return times (s) that a user asks for, as an array; raise InputError unless they lie within a run up to `end`."""
+    times = np.ascontiguousarray(times, dtype=float)
+    if times.ndim != 1 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0.0):
+        raise InputError("times: expected a one-dimensional array of increasing, finite times in s")
+    if times.size and not (times[0] >= 0.0 and times[-1] <= end * (1.0 + 1e-12)):
+        raise InputError(f"times: found {times[0]:.6g} s to {times[-1]:.6g} s; the run lasts from 0 to {end:.6g} s")
+    return np.minimum(times, end)
+
+
+def sampling_times(case: dict, turn: float, end: float) -> np.ndarray:
+    """Return the times (s) of a case's own sampling: k / samples of a `turn` (s), both ends of the stretch included."""
+    save, revolutions = case["save"], case["simulate"]["revolutions"]
+    first = 0 if save["orbits"] == "all" else round((revolutions - save["revolutions"]) * save["samples"])
+    count = np.arange(first, math.floor(revolutions * save["samples"] + 1e-9) + 1)
+    return np.minimum(count / save["samples"] * turn, end)
+
+
+def work_counts(scene: Scene) -> dict[str, int]:
+    """Return what integrating a slider-crank takes: steps, rejected ones, evaluations, those that locate events."""
+    counts = integrated(scene, np.empty(0), scene.case["simulate"]["revolutions"] * period(scene)).work.counts
+    places = {
+        "steps": events.STEPS,
+        "steps_rejected": events.REJECTED,
+        "rhs_evaluations": events.EVALUATIONS,
+        "rhs_evaluations_locating": events.LOCATING,
+    }
+    return {name: int(counts[place]) for name, place in places.items()}

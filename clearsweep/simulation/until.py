@@ -1,0 +1,83 @@
+"""Whether a run is long enough: its figure has settled, or its motion repeats itself."""
+
+import math
+from collections import deque
+
+import numpy as np
+
+from ..results import channels
+from .batch_means import Blocks
+from .watch import mark, moment_of
+
+LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be repeated
+RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
+
+
+def marks(settings: dict, turn: float) -> np.ndarray:
+    """Return the times (s) to pause at once a revolution, always at the same crank angle, within the longest run."""
+    count = math.ceil(longest(settings) - settings["discard"] - 1e-9)
+    return np.array([mark(k, settings["discard"], turn) for k in range(1, count + 1)])
+
+
+class Until:
+    """Ends a run when its figure has settled or its motion repeats itself."""
+
+    parts = 1
+
+    def __init__(self, scene, samples: np.ndarray):
+        """Prepare for a run of `scene` that puts its time histories at the `marks` into `samples`."""
+        settings, save = scene.case["simulate"], scene.case["save"]
+        self.figure, self.relative = settings["until"]["figure"], settings["until"]["relative_ci"]
+        self.blocks = Blocks(scene.layout, (self.figure,))
+        self.discard, self.least = settings["discard"], settings["revolutions"]
+        self.samples, self.places, self.units = samples, *_journals(scene)
+        # moments of the run, oldest first, from which what is saved can be run again
+        self.starts = deque(maxlen=math.ceil(save["revolutions"]) + 1 if save["orbits"] == "last" else 1)
+        self.revolutions, self.period, self.interval, self.settled = 0.0, None, None, False
+
+    def see(self, work) -> bool:
+        """Return whether the run may end with this revolution."""
+        turns = self.blocks.turns
+        self.revolutions = self.discard + turns
+        self.starts.append(moment_of(work))
+        if self.blocks.note(work) or self.interval is None:
+            self.interval = self.blocks.interval(self.figure)
+        self.period = period_of(self.samples[:turns, self.places] / self.units)
+        self.settled = self.period is not None or self.interval.within(self.relative)
+        return turns > 0 and self.settled and self.revolutions >= self.least
+
+    def figures(self) -> dict:
+        """Return what the run came to, as columns of the summary."""
+        width = self.interval.half_width if self.interval and math.isfinite(self.interval.half_width) else None
+        return {
+            "revolutions_run": self.revolutions,
+            "period": self.period,
+            "figure_ci": width,
+            "settled": int(self.settled),
+        }
+
+
+def _journals(scene) -> tuple[list, np.ndarray]:
+    """Return the channels that tell where the journals are and how fast, and what counts as 1 in each."""
+    names = [channel.name for channel in channels(scene.layout)]
+    places, units = [], []
+    for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
+        places += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]
+        units += [joint.clearance] * 2 + [joint.clearance * scene.value.pace] * 2
+    return places, np.array(units)
+
+
+def longest(settings: dict) -> float:
+    """Return the most revolutions that an `until` allows: `discard` and whole ones, as intervals are made of those."""
+    discard = settings["discard"]
+    return discard + math.floor(settings["until"]["max_revolutions"] - discard + 1e-9)
+
+
+def period_of(returns: np.ndarray) -> int | None:
+    """Return after how many rows of (revolutions, columns) the last ones repeat themselves; None: they do not."""
+    for period in range(1, min(LONGEST_PERIOD, len(returns) // (REPEATS + 1)) + 1):
+        last = returns[len(returns) - REPEATS * period :]
+        before = returns[len(returns) - (REPEATS + 1) * period : -period]
+        if np.all(np.abs(last - before) <= RETURN):
+            return period
+    return None

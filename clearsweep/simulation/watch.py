@@ -1,0 +1,60 @@
+"""Runs that are watched on their way, by what tells how fast a disturbance grows or whether they are long enough.
+
+A watched run pauses between two steps and goes on as if it had not: its motion and figures are, to the last bit, those
+of a plain run of the same length.
+"""
+
+import itertools
+
+import numpy as np
+
+from ..mechanics.solver import loop
+
+#: Turns before the end of a revolution at which a run pauses: more than a step spans, so that it can still end there.
+LEAD = 0.025
+
+
+def drive(control, run, discard: float, turn: float, watchers) -> tuple[int, np.ndarray]:
+    """Return the status and the events of an integration that its `watchers` look at on the way.
+
+    discard : revolutions after which they begin, each of which takes `turn` (s).  A watcher has a number of `parts` of
+    a revolution and is called with `work` at the end of each; if it returns True, the run ends with this revolution.
+    """
+    work, logs, parts = run.work, [], max(watcher.parts for watcher in watchers)
+    for k in itertools.count():
+        pause = mark(k / parts, discard, turn)
+        if pause >= control.end:
+            break
+        status, log = run.go(control._replace(pause=pause))
+        logs.append(log)
+        if status != loop.PAUSED:
+            return status, np.concatenate(logs)
+        end = (discard + k // parts) * turn
+        enough = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]
+        if any(enough) and work.y[work.time] < end:
+            control = control._replace(end=end)
+    status, log = run.go(control)
+    return status, np.concatenate([*logs, log])
+
+
+def mark(turns: float, discard: float, turn: float) -> float:
+    """Return the time (s) to pause at, so many turns after the first `discard` ones: LEAD before, save at the start."""
+    return (discard + turns - LEAD if turns else discard) * turn
+
+
+def moment_of(work) -> dict:
+    """Return copies of all arrays of `work` (event.Work) that the motion goes on from."""
+    return {name: array.copy() for name, array in _arrays(work).items() if name not in ("counts", "slopes")}
+
+
+def go_to(moment: dict, work) -> None:
+    """Let `work` go on from what `moment_of` returned of another run of the same scene."""
+    arrays = _arrays(work)
+    for name, array in moment.items():
+        arrays[name][...] = array
+
+
+def _arrays(work) -> dict[str, np.ndarray]:
+    """Return the arrays of `work` (event.Work) by name, those of the implicit method among them."""
+    fields = work._asdict() | work.implicit._asdict()
+    return {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}

@@ -1,0 +1,233 @@
+"""The form of what is stored: columns of the summary, datasets of the orbits, one batch of cases as bytes."""
+
+import io
+import json
+import math
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from .. import results
+
+ID_LENGTH = 16  # hexadecimal characters of a case_id
+CASE, SAMPLE, EVENT = "case", "sample", "event"
+
+
+class Axis(NamedTuple):
+    """One swept path: a column of numbers in `unit`, or of words."""
+
+    path: str
+    unit: str
+    text: bool
+
+
+class Form(NamedTuple):
+    """What decides the columns and datasets of a run; all its cases share it."""
+
+    layout: results.Layout
+    axes: tuple[Axis, ...]
+    histories: bool  # False: neither samples nor events are stored
+
+    @classmethod
+    def of(cls, grid) -> "Form":
+        """Return the form of the results of `grid`."""
+        axes = tuple(
+            Axis(path, grid.unit(path), all(isinstance(value, str) for value in values))
+            for path, values in grid.axes.items()
+        )
+        return cls(grid.layout(), axes, grid.frame().get("save.orbits") != "none")
+
+
+class Row(NamedTuple):
+    """One case's place in the summary: its identity, its swept values and what came out."""
+
+    case_id: str
+    point: dict  # swept path -> value in SI
+    trajectory: results.Trajectory
+
+
+class Dataset(NamedTuple):
+    """One dataset of the orbits: `width` values per `each` (a case, a sample or an event)."""
+
+    path: str
+    dtype: np.dtype
+    unit: str
+    description: str
+    each: str
+    width: int = 1
+
+
+def summary_schema(form: Form) -> pa.Schema:
+    """Return the schema of the summary and of its parts; every field's metadata hold `unit` and `description`."""
+    types = {"float": pa.float64(), "int": pa.int64(), "text": pa.string()}
+    columns = [results.Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
+    columns += [
+        results.Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes
+    ]
+    columns += [
+        results.Column("status", "", "'ok', or the word for how the case failed", "text"),
+        results.Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
+    ]
+    columns += results.summary_columns(form.layout)
+    return pa.schema(
+        [
+            pa.field(column.name, types[column.kind], metadata={"unit": column.unit, "description": column.description})
+            for column in columns
+        ]
+    )
+
+
+def summary_table(form: Form, rows: list[Row]) -> pa.Table:
+    """Return the summary of `rows`; what was not computed is null."""
+    schema = summary_schema(form)
+    values = [
+        {
+            "case_id": row.case_id,
+            **row.point,
+            **row.trajectory.summary,
+            "status": row.trajectory.status,
+            "message": row.trajectory.message,
+        }
+        for row in rows
+    ]
+    arrays = [_column([value.get(field.name) for value in values], field.type) for field in schema]
+    return pa.Table.from_arrays(arrays, schema=schema)
+
+
+def _column(values: list, kind: pa.DataType) -> pa.Array:
+    """Return a column, null where a value is None or not finite; pa.array would load pandas, 0.4 s in every worker."""
+    valid = np.array([value is not None and (isinstance(value, str) or math.isfinite(value)) for value in values], bool)
+    filled = [value if good else None for value, good in zip(values, valid, strict=True)]
+    if kind == pa.string():
+        texts = [(value or "").encode() for value in filled]
+        content = [np.cumsum([0, *map(len, texts)]).astype("i4"), b"".join(texts)]
+    else:
+        content = [np.array([value or 0 for value in filled], kind.to_pandas_dtype())]
+    return array_of([np.packbits(valid, bitorder="little"), *content], kind, len(values))
+
+
+def array_of(buffers: list, kind: pa.DataType, count: int) -> pa.Array:
+    """Return an Arrow array of `count` values made of raw buffers, None for an absent one."""
+    return pa.Array.from_buffers(kind, count, [None if part is None else pa.py_buffer(part) for part in buffers])
+
+
+def datasets(form: Form) -> tuple[Dataset, ...]:
+    """Return the datasets of the orbits beside `case_id` and the offsets."""
+    found = []
+    if form.histories:
+        found += [
+            Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
+            for column in results.channels(form.layout)
+        ]
+        found += _event_datasets(form.layout)
+    for joint in form.layout.joints:
+        if joint.wear_bins:
+            found += [
+                Dataset(
+                    f"wear/{joint.name}/{body}",
+                    np.dtype("f8"),
+                    "m",
+                    f"wear depth of the {body} in angular bins of its own frame",
+                    CASE,
+                    joint.wear_bins,
+                )
+                for body in ("bearing", "journal")
+            ]
+    return tuple(found)
+
+
+def _event_datasets(layout: results.Layout) -> list[Dataset]:
+    joints = h5py.enum_dtype({joint.name: code for code, joint in enumerate(layout.joints)}, basetype="i1")
+    kinds = h5py.enum_dtype({kind: code for code, kind in enumerate(results.EVENT_KINDS)}, basetype="i1")
+    return [
+        Dataset("events/t", np.dtype("f8"), "s", "time of the event", EVENT),
+        Dataset("events/joint", joints, "1", "joint of the event", EVENT),
+        Dataset("events/kind", kinds, "1", "contact begins (on) or ends (off)", EVENT),
+        Dataset("events/rate", np.dtype("f8"), "m/s", "closing rate, closing positive", EVENT),
+        Dataset(
+            "events/force_peak",
+            np.dtype("f8"),
+            "N",
+            "largest normal force of the contact that ends there, 0 at an onset",
+            EVENT,
+        ),
+    ]
+
+
+def offsets_of(form: Form) -> dict[str, Dataset]:
+    """Return the datasets that say where a case begins, by what they count: samples, and events if there are any."""
+    text = "first {} of each case; the last value is their number"
+    found = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
+    if form.histories:
+        found[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
+    return found
+
+
+def put(file: h5py.File, dataset: Dataset, values: np.ndarray, **options) -> None:
+    """Write `values` as one dataset with its unit and description."""
+    describe(file.create_dataset(dataset.path, data=values, **options), dataset)
+
+
+def describe(target: h5py.Dataset, dataset: Dataset) -> None:
+    """Attach unit and description to a dataset of the file."""
+    target.attrs["units"] = dataset.unit
+    target.attrs["description"] = dataset.description
+
+
+CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the case, ascending", CASE)
+
+
+def shard_bytes(form: Form, rows: list[Row]) -> bytes:
+    """Return the HDF5 file of one batch, contiguous and uncompressed, so that a merge reads it by plain offsets."""
+    with h5py.File("batch", "w", driver="core", backing_store=False) as file:
+        put(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
+        for each, dataset in offsets_of(form).items():
+            put(file, dataset, np.cumsum([0, *(_count(form, row.trajectory, each) for row in rows)]).astype("i8"))
+        for dataset in datasets(form):
+            put(file, dataset, _gathered(form, dataset, rows))
+        file.flush()
+        return file.id.get_file_image()
+
+
+def _count(form: Form, trajectory: results.Trajectory, each: str) -> int:
+    if trajectory.status != "ok" or not form.histories:
+        return 0  # a failed case keeps no history
+    return len(trajectory.t) if each == SAMPLE else len(trajectory.events)
+
+
+def _gathered(form: Form, dataset: Dataset, rows: list[Row]) -> np.ndarray:
+    """Return the values of one dataset for all rows, one case after another."""
+    good = [row.trajectory for row in rows if row.trajectory.status == "ok"]
+    if dataset.each == SAMPLE:
+        return np.concatenate([np.empty(0), *(path.channels[dataset.path] for path in good)])
+    if dataset.each == EVENT:
+        name = dataset.path.removeprefix("events/")
+        values = np.concatenate([np.empty(0, results.EVENT_DTYPE), *(path.events for path in good)])[name]
+        codes = h5py.check_enum_dtype(dataset.dtype)
+        return values if codes is None else _coded(values, codes, dataset.dtype)
+    _, joint, body = dataset.path.split("/")
+    depths = np.full((len(rows), dataset.width), np.nan)
+    for place, row in enumerate(rows):
+        if row.trajectory.status == "ok":
+            depths[place] = row.trajectory.wear[joint][body == "journal"]
+    return depths
+
+
+def _coded(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndarray:
+    """Return the codes of words as an enum."""
+    numbers = np.full(len(words), -1, dtype)
+    for word, code in codes.items():
+        numbers[words == word] = code
+    return numbers
+
+
+def part_bytes(form: Form, rows: list[Row], facts: dict) -> bytes:
+    """Return the Parquet file of one batch; `facts` (what the store knows of the batch) go into its metadata."""
+    table = summary_table(form, rows)
+    table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
+    sink = io.BytesIO()
+    pq.write_table(table, sink)
+    return sink.getvalue()

@@ -1,0 +1,1 @@
+"""Many cases: batches, worker processes, shards, resuming, and what a run tells in the end."""

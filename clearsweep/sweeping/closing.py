@@ -1,0 +1,177 @@
+"""The short table that a run ends with: worst cases, failures, where the files are."""
+
+import heapq
+from collections import Counter
+
+from .. import validity, wording
+from .progress import clock
+
+WORST_CASES = 5
+LISTED_FAILURES = 3  # of each status
+FILES = ("summary.parquet", "orbits.h5", "run.json")
+
+
+def of_run(result) -> dict:
+    """Return what `run` tells of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
+    run = result.open()
+    swept = list(run.grid["units"])
+    joints = [joint.name for joint in run.layout.joints]
+    worst, failures, statuses, told = [], [], Counter(), validity.Remarks(joints)
+    peaks = [f"{joint}_force_peak" for joint in joints]
+    for row in run.rows(["status", *swept, *peaks, *validity.columns(joints)]):
+        statuses[row["status"]] += 1
+        known = {"case_id": row["case_id"], "swept": {path: row[path] for path in swept}}
+        if row["status"] != "ok":
+            if statuses[row["status"]] <= LISTED_FAILURES:
+                failures.append(known | {"status": row["status"], "message": row["message"]})
+            continue
+        told.add(row)
+        peak, joint = max(((row[f"{joint}_force_peak"] or 0.0, joint) for joint in joints), default=(0.0, ""))
+        entry = (peak, row["case_id"], known | {"joint": joint, "force_peak": peak})
+        (heapq.heappush if len(worst) < WORST_CASES else heapq.heappushpop)(worst, entry)
+    return {
+        "directory": str(result.directory),
+        "cases": result.cases,
+        "ran": result.ran,
+        "reused": result.reused,
+        "ok": result.ok,
+        "failed": result.failed,
+        "missing": result.missing,
+        "statuses": dict(statuses),
+        "joined": result.joined,
+        "seconds": round(result.seconds, 3),
+        "case_seconds": round(result.case_seconds, 3),
+        "derived": result.derived,
+        "warnings": [*result.warnings, *told.sentences()],
+        "units": run.grid.get("units", {}),
+        "worst": [entry for *_, entry in sorted(worst, reverse=True)],
+        "failures": failures,
+        "files": {name: str(result.directory / name) for name in FILES},
+    }
+
+
+def run_text(facts: dict) -> str:
+    """Return the facts of a run as the lines a person reads."""
+    left = f", {facts['missing']:,} left" if facts["missing"] else ""
+    done = f"{cases(facts['ran'])} ran in {clock(facts['seconds'])} ({facts['reused']:,} were there before)"
+    if facts["joined"]:
+        done = f"{cases(facts['reused'])} of {facts['joined']} directories joined in {clock(facts['seconds'])}"
+    lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
+    lines += derived_lines(facts["derived"])
+    if facts["worst"]:
+        lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]
+    if facts["failures"]:
+        lines += [
+            "",
+            "Failed cases: "
+            + ", ".join(f"{count:,} {status}" for status, count in facts["statuses"].items() if status != "ok"),
+        ]
+        lines += [
+            f"  {entry['case_id']}  {_setting(entry['swept'], facts['units'])}: {entry['status']}: {entry['message']}"
+            for entry in facts["failures"]
+        ]
+        lines += ["  --retry-failed runs them again"]
+    lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
+    lines += [
+        "",
+        f"Results in {facts['directory']}: {', '.join(FILES)}",
+        f"Next: clearsweep report {facts['directory']}",
+    ]
+    return plain("\n".join(lines))
+
+
+def derived_lines(derived: dict) -> list[str]:
+    """Return one line for each derived value or range."""
+    lines = []
+    for name, value in derived.items():
+        low, high = (friendly(value[end], value["unit"]) for end in ("min", "max"))
+        lines.append(f"derived: {name} = {low}" + (f" to {high}" if high != low else ""))
+    return lines
+
+
+def estimate_text(facts: dict) -> str:
+    """Return the facts of a dry run as the lines a person reads."""
+    lines = [
+        f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them there already, "
+        f"{facts['pending']:,} to run",
+        *derived_lines(facts["derived"]),
+    ]
+    if facts["seconds"] is None:
+        lines.append("time: unknown, a timed case did not end within a minute")
+    elif facts["pending"]:
+        lines.append(
+            f"time: about {clock(facts['seconds'])} ({cases(facts['timed'])} timed, "
+            f"{friendly(facts['case_seconds'], 's')} each)"
+        )
+    if facts["pending"]:
+        lines.append(f"storage: about {size(facts['bytes'])}")
+    lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
+    return plain("\n".join(lines))
+
+
+def cases(count: int) -> str:
+    """Return '1 case' or '1,200 cases'."""
+    return f"{count:,} case" + "s" * (count != 1)
+
+
+def size(count: float) -> str:
+    """Return a number of bytes as '12 MB'."""
+    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= factor:
+            return f"{count / factor:.3g} {unit}"
+    return f"{count:.0f} B"
+
+
+def friendly(value: float, unit: str, speed: bool = False) -> str:
+    """Return a value as it could stand in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
+    scale = wording.scale(unit, value, speed=speed)
+    if scale.unit.isascii() or scale.unit.startswith("µ"):
+        return f"{value / scale.factor:.4g} {scale.unit}".rstrip()
+    return f"{value:.4g} {unit}"
+
+
+def plain(text: str) -> str:
+    """Return a text with ordinary spaces, which a terminal can break and search."""
+    return text.replace("\u00a0", " ").replace("\u2009", " ")
+
+
+def _worst_rows(facts: dict) -> list[list[str]]:
+    paths = list(facts["worst"][0]["swept"])
+    head = ["case_id", *(wording.axis_name(path, _joints(paths)) for path in paths), "joint", "force peak"]
+    return [
+        head,
+        *(
+            [
+                entry["case_id"],
+                *(_value(path, entry["swept"][path], facts["units"]) for path in paths),
+                wording.joint_name(entry["joint"]),
+                friendly(entry["force_peak"], "N"),
+            ]
+            for entry in facts["worst"]
+        ),
+    ]
+
+
+def _joints(paths) -> int:
+    return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
+
+
+def _setting(swept: dict, units: dict) -> str:
+    return ", ".join(
+        f"{wording.axis_name(path, _joints(swept))} {_value(path, value, units)}"
+        for path, value in swept.items()
+        if value is not None
+    )
+
+
+def _value(path: str, value, units: dict) -> str:
+    if value is None or isinstance(value, str):
+        return value or "-"
+    return friendly(value, units.get(path, "1"), speed=path.endswith("speed"))
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]

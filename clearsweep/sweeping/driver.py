@@ -1,0 +1,238 @@
+"""The driver of a sweep: it cuts pending cases into batches, keeps the workers supplied, and survives their deaths."""
+
+import contextlib
+import os
+import secrets
+import signal
+import time
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
+
+from .. import store
+from ..errors import ClearsweepError, StorageError
+from . import signals
+from .worker import Batch, Case, Job, Manifest, failure, read_note, run_batch
+
+TARGET = 2.0  # s of work in a batch: commits cost about 20 ms, and this is what a killed worker loses
+LEAST = 0.25  # s of work in a batch near the end, when the rest is dealt out evenly
+MOST_CASES = 2000  # in a batch: its rows are held in memory
+MOST_BYTES = 32e6  # of histories in a batch
+GROWTH = 8  # times the largest batch so far: the first cases may not be typical
+WINDOW = 2  # batches per worker under way: one in hand, one waiting
+TICK = 0.25  # s between two looks at signals and workers
+GRACE = 4.0  # s that workers have to finish their cases after a signal
+PATIENCE = 2.0  # s the pool has to notice a dead worker by itself
+MOST_RESTARTS = 3  # of the pool without a batch finished in between
+
+
+class Batches:
+    """Pending cases, cut into batches of about TARGET seconds; lost ones come first."""
+
+    def __init__(self, pending, ids, jobs: int, bytes_per_case: float):
+        self.pending, self.ids, self.jobs = pending, ids, jobs
+        self.most = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
+        self.taken, self.largest = 0, 1
+        self.done, self.seconds = 0, 0.0
+        self.again: deque[Batch] = deque()
+
+    def learn(self, manifest: Manifest) -> None:
+        """Take the time of a finished batch into account."""
+        if manifest.seconds:
+            self.done += manifest.done
+            self.seconds += manifest.seconds
+            self.largest = max(self.largest, manifest.done)
+
+    def next(self) -> Batch | None:
+        """Return the next batch, None where all is handed out."""
+        if self.again:
+            return self.again.popleft()
+        size = min(self._size(), len(self.pending) - self.taken)
+        if not size:
+            return None
+        indices = self.pending[self.taken : self.taken + size].tolist()
+        self.taken += size
+        return fresh(tuple(Case(f"{self.ids[index]:016x}", index) for index in indices))
+
+    def _size(self) -> int:
+        if not self.done:
+            return 1
+        mean = max(self.seconds / self.done, 1e-6)
+        share = (len(self.pending) - self.taken) / (2.0 * self.jobs)
+        return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most))
+
+
+def fresh(cases: tuple[Case, ...], tried: int = 0) -> Batch:
+    """Return a batch with a name of its own."""
+    return Batch(secrets.token_hex(8), cases, tried)
+
+
+class Driver:
+    """Hands batches to an executor until none is left, a signal comes, or too many cases failed."""
+
+    def __init__(self, executor, held: store.Store, job: Job, batches: Batches, most_failures: int | None, progress):
+        self.executor, self.held, self.job, self.batches = executor, held, job, batches
+        self.most_failures, self.progress = most_failures, progress
+        self.window = {}  # future -> batch
+        self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
+        self.doubtful = {}  # future -> time at which its worker was first seen dead
+
+    def run(self) -> bool:
+        """Run everything; return False where too many cases failed and the rest was left."""
+        with signals.patience():
+            while not signals.requested():
+                if self._too_many():
+                    self._drain()
+                    return False
+                self._hand_out()
+                if not self.window:
+                    return True
+                done, _ = wait(self.window, timeout=TICK, return_when=FIRST_COMPLETED)
+                for future in done or self._orphaned():
+                    self._settle(future)
+            self._drain()
+            raise signals.Stopped(
+                signals.requested(),
+                f"stopped: {self.ran:,} of {len(self.batches.pending):,} "
+                "cases were finished and are kept; run the same command again to go on",
+            )
+
+    def _too_many(self) -> bool:
+        return self.most_failures is not None and self.failed > self.most_failures
+
+    def _hand_out(self) -> None:
+        jobs = self.batches.jobs = self.executor.jobs  # workers of a cluster come and go
+        while len(self.window) < WINDOW * jobs and not signals.requested():
+            batch = self.batches.next()
+            if batch is None:
+                return
+            try:
+                self.window[self.executor.submit(run_batch, self.job, batch)] = batch
+            except RuntimeError:  # the pool broke a moment ago
+                self.batches.again.appendleft(batch)
+                self._restart()
+
+    def _settle(self, future) -> None:
+        """Take in how one batch ended."""
+        if future not in self.window:
+            return None  # lost in a restart that another of these caused
+        batch = self.window.pop(future)
+        if self.doubtful.pop(future, None) and not future.done():
+            future.cancel()
+            return self._lost(batch, None)
+        try:
+            manifest = future.result()
+        except self.executor.deaths as error:
+            self._lost(batch, getattr(error, "exitcode", None))
+        except (BrokenExecutor, CancelledError):
+            self.window[future] = batch
+            self._restart()
+        except StorageError:
+            self._drain()
+            raise
+        else:
+            self._take(batch, manifest)
+        return None
+
+    def _take(self, batch: Batch, manifest: Manifest) -> None:
+        self.job.note(batch).unlink(missing_ok=True)
+        if manifest.part:
+            self.held.adopt(manifest.part)
+            self.restarts = 0
+        self.batches.learn(manifest)
+        self.ran += manifest.done
+        self.failed += manifest.failed
+        self.case_seconds += manifest.seconds
+        self.progress.advance(manifest.done, self.failed)
+        if left := batch.cases[manifest.done :]:
+            self.batches.again.append(fresh(left))  # its worker was told to stop
+
+    def _found(self, batch: Batch) -> bool:
+        """Take in a batch whose worker died after it had committed; return whether it had."""
+        part = self.held.part_of(batch.name)
+        if part is None:
+            return False
+        self._take(batch, Manifest(part, *self.held.counts_of(part), 0.0))
+        return True
+
+    def _lost(self, batch: Batch, exitcode: int | None) -> None:
+        """Deal with a batch whose worker died: the case it was at is tried once more alone, the others go on."""
+        note = read_note(self.job, batch)
+        self.job.note(batch).unlink(missing_ok=True)
+        if self._found(batch):
+            return
+        if note is None:  # it died before the first case
+            self.batches.again.append(fresh(batch.cases, batch.tried + 1))
+            if batch.tried < MOST_RESTARTS:
+                return
+            raise ClearsweepError(
+                f"workers die before their first case ({_cause(exitcode)}); try --executor serial to see why"
+            )
+        culprit, others = batch.cases[note.index], batch.cases[: note.index] + batch.cases[note.index + 1 :]
+        if others:
+            self.batches.again.append(fresh(others))
+        if note.late:
+            self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
+        elif others or not batch.tried:
+            self.batches.again.append(fresh((culprit,), 1))
+        else:
+            self._give_up(culprit, "crashed", f"its worker died twice ({_cause(exitcode)})")
+
+    def _give_up(self, case: Case, status: str, message: str) -> None:
+        """Commit a case that cannot be computed as a failed row."""
+        batch = fresh((case,))
+        row = store.Row(case.case_id, self.job.grid.point(case.index), failure(status, message))
+        part = store.commit(self.job.directory, store.Form.of(self.job.grid), batch.name, [row])
+        self._take(batch, Manifest(part, 1, 1, 0.0))
+
+    def _restart(self) -> None:
+        """Start a new pool in place of a broken one; what was under way is handed out again unless it was committed."""
+        self.restarts += 1
+        if self.restarts > MOST_RESTARTS:
+            raise ClearsweepError("the workers cannot be started or die at once; try --executor serial to see why")
+        window, self.window, self.doubtful = self.window, {}, {}
+        self.executor.restart()
+        for batch in window.values():
+            if not self._found(batch):
+                self.batches.again.append(fresh(batch.cases, batch.tried))
+
+    def _orphaned(self) -> list:
+        """Return futures that will not end: their worker has been dead for a while without the pool saying so.
+
+        A worker on another machine cannot be looked at; what it committed can, where its answer died with it.
+        """
+        now, elsewhere = time.monotonic(), self.executor.elsewhere
+        committed = self.held.batches() if elsewhere else ()
+        for future, batch in self.window.items():
+            note = None if elsewhere else read_note(self.job, batch)
+            if batch.name in committed or (note and not _alive(note.process)):
+                self.doubtful.setdefault(future, now)
+        return [future for future, since in list(self.doubtful.items()) if now - since > PATIENCE]
+
+    def _drain(self) -> None:
+        """Let the workers finish the case they are at, end them, and take in what they have committed."""
+        with contextlib.suppress(OSError):  # a full disk: they are ended without being told
+            self.job.stop.touch()
+        for future in wait(self.window, timeout=GRACE).done:
+            with contextlib.suppress(Exception):
+                self._take(self.window[future], future.result())
+                del self.window[future]
+        self.executor.close()
+        for batch in self.window.values():
+            self._found(batch)
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def _cause(exitcode: int | None) -> str:
+    if exitcode is None:
+        return "unknown cause"
+    if exitcode >= 0:
+        return f"exit code {exitcode}"
+    name = signal.Signals(-exitcode).name
+    return f"{name}, perhaps out of memory" if name == "SIGKILL" else name

@@ -1,0 +1,89 @@
+"""What a sweep would cost: a few of its cases are timed, nothing is stored."""
+
+import time
+from concurrent.futures import TimeoutError as Late
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import results
+from . import executors, signals, sweep
+from .shard import Shard
+from .simulator import SIMULATION
+from .worker import Simulator, time_case
+
+PILOT_CASES, PILOT_TIME = 8, 10.0  # timed: at most so many cases, and no further one after so many seconds
+PILOT_PATIENCE = 60.0  # s waited for one case
+START_UP = 1.0  # s until the workers are ready
+EVENT_BYTES = 26  # of one event in orbits.h5
+
+
+class Estimate(NamedTuple):
+    """What a run of a grid would do and cost."""
+
+    cases: int  # of the grid, or of its shard
+    pending: int  # cases that the directory does not hold yet
+    derived: dict  # name -> {"unit", "min", "max"}
+    warnings: list
+    timed: int  # cases timed
+    case_seconds: float | None  # s a case on average; None where a timed case did not end
+    seconds: float | None  # s of the whole run, compiled code in the cache
+    bytes: int  # in the directory: batches and merged files
+
+
+def estimate(source, out=None, *, jobs=None, shard=None, simulator: Simulator = SIMULATION) -> Estimate:
+    """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
+    shard = None if shard is None else Shard.read(shard)
+    grid = sweep.load(source, simulator)
+    derived, warnings = sweep.facts(grid, simulator)
+    held = sweep.directory(grid, out, shard)
+    held.check(grid)
+    held.look()
+    ids = sweep.case_ids(grid)
+    wanted = shard.ids(ids) if shard else np.unique(ids)
+    pending = sweep.missing(ids, wanted, held.rows(), retry_failed=False)
+    jobs = jobs or executors.cores()
+    times, events = _pilot(grid, pending, simulator) if len(pending) else ([], 0.0)
+    mean = float(np.mean(times)) if times else None
+    seconds = 0.0 if not len(pending) else None if mean is None else START_UP + mean * len(pending) / jobs
+    return Estimate(
+        len(wanted),
+        len(pending),
+        derived,
+        warnings,
+        len(times),
+        mean,
+        seconds,
+        int(len(pending) * _case_bytes(grid, events)),
+    )
+
+
+def _pilot(grid, pending: np.ndarray, simulator) -> tuple[list[float], float]:
+    """Return the times (s) of a few cases spread over the grid and their mean number of events."""
+    chosen = pending[np.unique(np.linspace(0, len(pending) - 1, PILOT_CASES).round().astype(int))].tolist()
+    times, events = [], []
+    with signals.catching():
+        workers = executors.Local(1, load=simulator.load)
+        try:
+            sweep.warm(workers, grid, pending, simulator)
+            begin = time.monotonic()
+            for index in chosen:
+                if time.monotonic() - begin > PILOT_TIME:
+                    break
+                seconds, count = workers.submit(time_case, simulator, grid.case(index)).result(timeout=PILOT_PATIENCE)
+                times.append(seconds)
+                events.append(count)
+        except Late:
+            return [], 0.0
+        finally:
+            workers.close()
+    return times, float(np.mean(events))
+
+
+def _case_bytes(grid, events: float) -> float:
+    """Return the bytes that one case takes in its batch and in the merged files together."""
+    layout = grid.layout()
+    history = sweep.case_bytes(grid)
+    wear = sum(2 * 8 * joint.wear_bins for joint in layout.joints)
+    row = 8 * (len(results.summary_columns(layout)) + len(grid.axes)) + 32
+    return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)

@@ -1,0 +1,234 @@
+"""Executors: where batches run.
+
+Each has `submit(function, *args) -> Future`, `restart()`, `close()`, and says how many workers it has (`jobs`), which
+exceptions tell that one died with its batch (`deaths`), and whether they may be on other machines (`elsewhere`). It is
+made of the number of workers, the address of a scheduler, and a function that its own workers call before all else.
+"""
+
+import contextlib
+import logging
+import math
+import multiprocessing
+import os
+import pickle
+import signal
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from multiprocessing.context import SpawnContext, SpawnProcess
+from types import ModuleType
+
+from pebble import CONSTS, ProcessExpired, ProcessPool
+
+from ..errors import ClearsweepError, InputError
+from . import signals, worker
+
+THREAD_VARIABLES = (
+    "OPENBLAS_NUM_THREADS",
+    "OMP_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
+CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
+COUNTING = 2.0  # s between two looks at how many workers a cluster has
+PATIENCE = 10.0  # s a scheduler has to answer
+CONSTS.channel_lock_timeout = 2.0  # s; a worker killed while it held the lock stalls the others twice as long
+
+
+def cores() -> int:
+    """Return the number of cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class _Process(SpawnProcess):
+    """A worker process that does not import the user's own script again: it may have no `__main__` guard."""
+
+    @staticmethod
+    def _Popen(process_obj):  # noqa: N802 - the name that multiprocessing calls
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            return SpawnProcess._Popen(process_obj)
+        finally:
+            sys.modules["__main__"] = main
+
+
+class _Context(SpawnContext):
+    Process = _Process
+
+
+class Local:
+    """Processes of their own on this machine, one thread each; one that dies takes only its own batch along."""
+
+    deaths, elsewhere = (ProcessExpired,), False
+
+    def __init__(self, jobs: int, _scheduler: None = None, load: Callable[[], None] = int):
+        self.jobs, self._load = jobs, load
+        self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
+        os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
+        self._pool = self._started()
+
+    def _started(self) -> ProcessPool:
+        pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(), self._load), _Context())
+        with signals.shielded():
+            if not pool.active:  # asking starts the workers
+                raise RuntimeError("the worker processes could not be started")
+        return pool
+
+    def submit(self, function, *args) -> Future:
+        """Run `function(*args)` in a worker; RuntimeError where the pool is broken."""
+        return self._pool.schedule(function, args=args)
+
+    def restart(self) -> None:
+        """Replace all workers; what they had in hand is lost."""
+        self.close()
+        os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+        self._pool = self._started()
+
+    def close(self) -> None:
+        """End all workers at once, which harms nothing that is committed."""
+        self._pool.stop()
+        for process in multiprocessing.active_children():
+            if isinstance(process, _Process):
+                process.kill()
+        self._pool.join()
+        for name, value in self._environment.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+class Serial:
+    """This very process, one batch at a time: for looking into a case, not for sweeps."""
+
+    jobs, deaths, elsewhere = 1, (), False
+
+    def __init__(self, _jobs: int = 1, _scheduler: None = None, _load: Callable[[], None] = int):
+        """Take any number of jobs for one."""
+
+    def submit(self, function, *args) -> Future:
+        """Run `function(*args)` and return its outcome."""
+        future = Future()
+        try:
+            future.set_result(function(*args))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def restart(self) -> None:
+        """Do nothing: there is no worker to lose."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class Dask:
+    """The workers of a dask cluster: of the one whose scheduler is named, else of a new one on this machine."""
+
+    elsewhere = True
+
+    def __init__(self, jobs: int, scheduler: str | None = None, _load: Callable[[], None] = int):
+        distributed = _distributed()
+        self.deaths = (distributed.KilledWorker, worker.AbandonedError)
+        self._wanted, self._scheduler = jobs, scheduler
+        self._start()
+
+    def _start(self) -> None:
+        self._cluster = None if self._scheduler else _cluster(self._wanted)
+        self._client = _client(self._scheduler or self._cluster)
+        self._executor = self._client.get_executor(pure=False, retries=0)
+        self._counted = -math.inf
+
+    @property
+    def jobs(self) -> int:
+        """Return the number of workers there are, at least 1; it is asked for now and then."""
+        if time.monotonic() - self._counted > COUNTING:
+            self._jobs, self._counted = max(1, len(self._client.nthreads())), time.monotonic()
+        return self._jobs
+
+    def submit(self, function, *args) -> Future:
+        """Run `function(*args)` on some worker."""
+        return self._executor.submit(worker.run_packed, pickle.dumps((function, args)))
+
+    def restart(self) -> None:
+        """Connect again, to a new cluster where it is our own."""
+        self.close()
+        try:
+            self._start()
+        except InputError as error:
+            raise ClearsweepError(f"{error}\nwhat was finished is kept; run the same command again to go on") from None
+
+    def close(self) -> None:
+        """Take back what is not done; end the workers where they are our own."""
+        self._executor.shutdown(wait=False)
+        if self._cluster is not None:
+            for nanny in self._cluster.workers.values():
+                nanny.auto_restart = False
+                with contextlib.suppress(ProcessLookupError, TypeError):
+                    os.kill(nanny.pid, signal.SIGKILL)  # a case may never end
+        self._client.close(timeout=PATIENCE)
+        if self._cluster is not None:
+            self._cluster.close(timeout=PATIENCE)
+
+
+def reach(scheduler: str | None) -> None:
+    """Raise InputError where dask or the scheduler at this address is not there, or its workers have many threads."""
+    _distributed()
+    if scheduler is None:
+        return
+    client = _client(scheduler)
+    try:
+        several = [address for address, threads in client.nthreads().items() if threads > 1]
+    finally:
+        client.close(timeout=PATIENCE)
+    if several:
+        raise InputError(
+            f"scheduler: {len(several)} workers of {scheduler} have several threads ({several[0]}); start "
+            "them with `dask worker --nthreads 1 --nworkers N`, one case at a time in each"
+        )
+
+
+def _client(address):
+    """Return a client of the scheduler at `address`, or of a cluster."""
+    try:
+        return _distributed().Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:  # ValueError: no address
+        raise InputError(
+            f"scheduler: {address} does not answer ({error}); expected the address that `dask scheduler` "
+            "prints, such as tcp://10.0.0.1:8786"
+        ) from None
+
+
+def _cluster(jobs: int):
+    """Return a cluster of processes on this machine, one thread each."""
+    import dask
+
+    settings = {
+        "distributed.scheduler.allowed-failures": 10,  # of batches that only waited where a worker died
+        "distributed.nanny.pre-spawn-environ": dict.fromkeys(THREAD_VARIABLES, "1"),
+    }
+    with dask.config.set(settings), signals.shielded():
+        return _distributed().LocalCluster(
+            n_workers=jobs,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            memory_limit=0,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+        )
+
+
+def _distributed():
+    try:
+        import distributed
+    except ImportError:
+        raise InputError("executor: dask is not installed; `pip install clearsweep[dask]` installs it") from None
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it warns of deaths that the driver deals with
+    return distributed
+
+
+EXECUTORS = {"local": Local, "serial": Serial, "dask": Dask}

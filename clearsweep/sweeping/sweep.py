@@ -1,0 +1,248 @@
+"""The order of work of a sweep: check, lock, see what is missing, compile once, fan out, merge."""
+
+import time
+from concurrent.futures import BrokenExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .. import grid as grids
+from .. import results, store
+from ..errors import InputError
+from . import executors, progress, signals
+from .driver import Batches, Driver
+from .shard import Shard
+from .simulator import SIMULATION
+from .worker import Job, Simulator, compile_all
+
+SAMPLED_CASES = 200  # cases looked at for derived values and warnings
+MOST_WARNINGS = 5
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run came to; the results themselves are in `directory`.
+
+    Counts of cases: `cases` of the grid, `ran` this time, `reused` from before; `ok`, `failed` and `missing` of the
+    grid's cases as they are now. `seconds` is the run's wall time, `case_seconds` the sum over the cases that ran,
+    `start_up` the part of `seconds` before the first case could begin.
+    """
+
+    directory: Path
+    cases: int
+    ran: int
+    reused: int
+    ok: int
+    failed: int
+    missing: int
+    seconds: float
+    case_seconds: float
+    start_up: float
+    derived: dict  # name -> {"unit", "min", "max"}
+    warnings: tuple[str, ...]
+    joined: int = 0  # directories that were joined; 0 for a run
+
+    @property
+    def exit_code(self) -> int:
+        """Return 3 where cases failed or were left, else 0."""
+        return 3 if self.failed or self.missing else 0
+
+    def open(self):
+        """Return the results as clearsweep.open would."""
+        return store.open(self.directory)
+
+
+def sweep(
+    source,
+    out=None,
+    *,
+    jobs=None,
+    executor="local",
+    scheduler=None,
+    retry_failed=False,
+    case_timeout=None,
+    max_failures=None,
+    shard=None,
+    show_progress=True,
+    simulator: Simulator = SIMULATION,
+) -> RunResult:
+    """Run the cases of a grid (path, dict or Grid) that `out` does not hold yet, merge all of them, return the counts.
+
+    Parameters
+    ----------
+    out : directory; default results/<name of the grid>.
+    jobs : number of worker processes; default the number of cores this process may use.
+    executor : 'local' (processes), 'serial' (this process) or 'dask' (a cluster).
+    scheduler : address of the cluster's scheduler; default a new cluster on this machine.
+    retry_failed : run cases again that failed before.
+    case_timeout : s a case may take; a longer one gets the status 'timeout'.
+    max_failures : int, or text such as '5%' of the cases to run: stop when more than that have failed.
+    shard : text such as '2/8': run only the second of eight parts of the cases; `merge` joins them.
+    show_progress : tell stderr how far it is.
+    """
+    begin = time.monotonic()
+    check(executor, jobs, case_timeout, scheduler)
+    _most(max_failures, 0)
+    grid = load(source, simulator)
+    shard = None if shard is None else Shard.read(shard)
+    ids = case_ids(grid)
+    wanted = shard.ids(ids) if shard else np.unique(ids)
+    derived, warnings = facts(grid, simulator)
+    with signals.catching(), directory(grid, out, shard).open_for(grid) as held:
+        start = store.now()
+        for sentence in held.recover():
+            progress.say(sentence)
+        pending = missing(ids, wanted, held.rows(), retry_failed)
+        ran, case_seconds, ready = 0, 0.0, time.monotonic()
+        if len(pending):
+            job = Job(held.directory.resolve(), grid, simulator, case_timeout)
+            workers = executors.EXECUTORS[executor](
+                min(jobs or executors.cores(), len(pending)), scheduler, simulator.load
+            )
+            try:
+                warm(workers, grid, pending, simulator)
+                ready = time.monotonic()
+                batches = Batches(pending, ids, workers.jobs, case_bytes(grid))
+                with progress.of(len(pending), show_progress) as display:
+                    driver = Driver(workers, held, job, batches, _most(max_failures, len(pending)), display)
+                    driver.run()
+                ran, case_seconds = driver.ran, driver.case_seconds
+            finally:
+                workers.close()
+        counts = conclude(
+            held, grid, wanted, ran=ran, start=start, derived=derived, warnings=warnings, shard=shard and str(shard)
+        )
+    return RunResult(
+        held.directory,
+        **counts,
+        seconds=time.monotonic() - begin,
+        case_seconds=case_seconds,
+        start_up=ready - begin,
+        derived=derived,
+        warnings=tuple(warnings),
+    )
+
+
+def load(source, simulator: Simulator = SIMULATION):
+    """Return the grid in `source`, which may be one already."""
+    return source if isinstance(source, grids.Grid) else grids.load(source, simulator.catalogue())
+
+
+def directory(grid, out=None, shard=None):
+    """Return the store of the results of `grid`, or of one shard of it."""
+    name = f"{grid.name}-shard-{shard.index}-of-{shard.of}" if shard else grid.name
+    return store.Store(Path(out) if out else Path("results") / name)
+
+
+def conclude(held, grid, wanted: np.ndarray, *, ran: int, **known) -> dict[str, int]:
+    """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts."""
+    rows = held.rows()
+    rows = rows[np.isin(rows["id"], wanted)]
+    merged = store.merge(held, store.Form.of(grid), rows)
+    failed = int(np.count_nonzero(rows["failed"]))
+    counts = {
+        "cases": len(wanted),
+        "ran": ran,
+        "reused": max(len(rows) - ran, 0),
+        "ok": len(rows) - failed,
+        "failed": failed,
+        "missing": len(wanted) - len(rows),
+    }
+    held.write_record(grid, end=store.now(), counts=counts, merged=merged, **known)
+    return counts
+
+
+def facts(grid, simulator) -> tuple[dict, list[str]]:
+    """Return the ranges of what is derived (name -> unit, min, max) and the warnings, over a sample of the cases."""
+    ranges, sentences = {}, {}
+    for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
+        case = grid.case(index)
+        for name, (value, unit) in simulator.derived(case).items():
+            same = ranges.get(name, {"unit": unit})["unit"] == unit  # laws give one name different dimensions
+            key = name if same else f"{name} [{unit}]"
+            before = ranges.get(key, {"min": value, "max": value})
+            ranges[key] = {"unit": unit, "min": min(before["min"], value), "max": max(before["max"], value)}
+        sentences.update(dict.fromkeys(simulator.warnings(case)))
+    return ranges, list(sentences)[:MOST_WARNINGS]
+
+
+def case_ids(grid) -> np.ndarray:
+    """Return the identities of all cases as numbers, uint64, by index."""
+    return np.fromiter((int(grid.case_id(index), 16) for index in range(len(grid))), "u8", len(grid))
+
+
+def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, retry_failed: bool) -> np.ndarray:
+    """Return the indices of the wanted cases that are to run, each identity once."""
+    if retry_failed:
+        rows = rows[~rows["failed"]]
+    _, first = np.unique(ids, return_index=True)
+    first.sort()
+    return first[np.isin(ids[first], wanted) & ~np.isin(ids[first], rows["id"])]
+
+
+def case_bytes(grid) -> float:
+    """Return the bytes of history that one case stores, without events."""
+    case = grid.case(0)
+    save, asked = case["save"], case["simulate"]
+    most = asked.get("until", {}).get("max_revolutions", asked.get("revolutions", 1))
+    turns = {"none": 0, "last": save.get("revolutions", 1), "all": most}
+    return 8.0 * turns[save["orbits"]] * save.get("samples", 0) * len(results.channels(grid.layout()))
+
+
+def kinds(grid, pending: np.ndarray, simulator) -> list[dict]:
+    """Return one pending case for each kind of scene; only names of laws can change the kind."""
+    named = [path for path, values in grid.axes.items() if isinstance(values[0], str)]
+    if not named:
+        return [grid.case(int(pending[0]))]
+    firsts = {}
+    for index in pending.tolist():
+        point = grid.point(index)
+        firsts.setdefault(tuple(point[path] for path in named), index)
+    cases = [grid.case(index) for index in firsts.values()]
+    return list({simulator.signature(case): case for case in cases}.values())
+
+
+def warm(workers, grid, pending: np.ndarray, simulator) -> None:
+    """Compile each kind of scene once, in one worker; what fails there fails again as a case, where it is recorded."""
+    cases = kinds(grid, pending, simulator)
+    future = workers.submit(compile_all, simulator, cases)
+    if wait([future], timeout=2.0).not_done:
+        progress.say(f"compiling {len(cases)} kind{'s' if len(cases) > 1 else ''} of scene (kept for later runs)")
+    try:
+        future.result()
+    except BrokenExecutor:
+        workers.restart()
+    except Exception as error:
+        progress.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
+
+
+def check(executor: str, jobs, case_timeout, scheduler) -> None:
+    """Raise InputError for options of `sweep` that do not hold or do not go together."""
+    if executor not in executors.EXECUTORS:
+        raise InputError(f"executor: found {executor!r}; expected one of {', '.join(executors.EXECUTORS)}")
+    if jobs is not None and jobs < 1:
+        raise InputError(f"jobs: found {jobs}; expected a whole number of at least 1")
+    if case_timeout is not None and not case_timeout > 0.0:
+        raise InputError(f"case timeout: found {case_timeout:g} s; expected more than 0 s")
+    if case_timeout and executor == "serial":
+        raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
+    if scheduler and executor != "dask":
+        raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
+    if executor == "dask":
+        executors.reach(scheduler)
+
+
+def _most(max_failures, cases: int) -> int | None:
+    """Return how many cases may fail, from a number or a percentage."""
+    if max_failures is None:
+        return None
+    text = str(max_failures).strip()
+    share = cases / 100.0 if text.endswith("%") else 1.0
+    try:
+        most = int(float(text.removesuffix("%")) * share)
+    except ValueError:
+        most = -1
+    if most < 0:
+        raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")
+    return most

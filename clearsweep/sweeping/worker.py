@@ -1,0 +1,184 @@
+"""What a worker process does: it computes a batch of cases one by one and commits them; a manifest goes back."""
+
+import contextlib
+import ctypes
+import faulthandler
+import os
+import pickle
+import platform
+import signal
+import sys
+import time
+from collections.abc import Callable, Hashable
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+from .. import store
+from ..catalogue import Catalogue
+from ..errors import ClearsweepError
+from ..results import Trajectory
+from ..store import durable
+from . import signals
+
+_PR_SET_PDEATHSIG = 1
+NOTE_LENGTH = 22  # bytes that say who is at which case; after them a watchdog writes where a late case was
+
+
+class Simulator(Protocol):
+    """What a sweep asks of mechanics, functions of resolved cases: `SIMULATION`, or what a test puts in its place.
+
+    It travels to worker processes by pickle.
+    """
+
+    catalogue: Callable[[], Catalogue]  # all laws there are, for reading a grid
+    load: Callable[[], None]  # loads what cases need
+    signature: Callable[[dict], Hashable]  # equal for cases that share their compiled code
+    compile_for: Callable[[dict], None]  # compiles the code of a case, or loads it from the cache
+    solve: Callable[[dict], Trajectory]  # the result of a case
+    derived: Callable[[dict], dict[str, tuple[float, str]]]  # name -> (value, unit) of what follows from other values
+    warnings: Callable[[dict], list[str]]  # sentences about values that may not be what was meant
+
+
+class Case(NamedTuple):
+    """One case on its way to a worker, which makes its values itself: the parent stays light."""
+
+    case_id: str
+    index: int  # in the grid
+
+
+class Batch(NamedTuple):
+    """Cases that are computed and committed together."""
+
+    name: str  # of its shard and part
+    cases: tuple[Case, ...]
+    tried: int = 0  # times it was lost with its worker
+
+
+class Job(NamedTuple):
+    """What all batches of a run share."""
+
+    directory: Path
+    grid: object  # grid.Grid
+    simulator: Simulator
+    case_timeout: float | None  # s
+
+    @property
+    def stop(self) -> Path:
+        """Return the file that tells workers to finish the case they are at and take no other."""
+        return self.directory / "tmp" / "stop"
+
+    def note(self, batch: Batch) -> Path:
+        """Return the file in which a worker says which case it is at."""
+        return self.directory / "tmp" / f"{batch.name}.note"
+
+
+class AbandonedError(Exception):
+    """A batch that another worker had begun and, gone by now, did not finish."""
+
+
+class Manifest(NamedTuple):
+    """What a batch came to; the results themselves are in the store."""
+
+    part: str | None  # None where nothing was committed
+    done: int
+    failed: int
+    seconds: float  # spent on its cases
+
+
+def enter(parent: int, load: Callable[[], None]) -> None:
+    """Prepare a worker process: it dies with its parent, heeds signals between cases, and has its modules loaded."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)  # the parent went before it could be tied to
+    signals.in_worker()
+    store.use_one_thread()
+    with contextlib.suppress(Exception):  # what is wrong with them comes up again in a case, where it is told
+        load()
+
+
+def compile_all(simulator: Simulator, cases: list[dict]) -> None:
+    """Compile what these cases need, so that every other process finds it in the cache."""
+    for case in cases:
+        simulator.compile_for(case)
+
+
+def time_case(simulator: Simulator, case: dict) -> tuple[float, int]:
+    """Return the time (s) that a case takes and the number of its events."""
+    begin = time.perf_counter()
+    trajectory = simulator.solve(case)
+    return time.perf_counter() - begin, len(trajectory.events)
+
+
+def run_packed(content: bytes):
+    """Return the outcome of a pickled (function, arguments): for executors that look into arguments on the way."""
+    store.use_one_thread()
+    function, arguments = pickle.loads(content)
+    return function(*arguments)
+
+
+def run_batch(job: Job, batch: Batch) -> Manifest:
+    """Compute the cases of a batch and commit them; asked to stop, commit the first ones that are done."""
+    signals.leave_if_asked()
+    first = batch.cases[0]
+    if job.grid.case_id(first.index) != first.case_id:
+        raise ClearsweepError(
+            f"the worker on {platform.node()} has another version of clearsweep than the program "
+            "that sends it work; install the same one everywhere"
+        )
+    rows, begin = [], time.perf_counter()
+    with signals.patience():
+        with durable.storing(job.note(batch)):
+            try:
+                note = os.open(job.note(batch), os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+            except FileExistsError:  # a scheduler tries again by itself what killed a worker
+                raise AbandonedError(f"batch {batch.name} was begun before") from None
+        try:
+            for index, case in enumerate(batch.cases):
+                if signals.requested() or job.stop.exists():
+                    break
+                with durable.storing(job.note(batch)):
+                    os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
+                    os.lseek(note, NOTE_LENGTH, os.SEEK_SET)
+                values = job.grid.case(case.index)
+                rows.append(store.Row(case.case_id, job.grid.point(case.index), _solve(job, values, note)))
+            seconds = time.perf_counter() - begin
+            part = store.commit(job.directory, store.Form.of(job.grid), batch.name, rows) if rows else None
+        finally:
+            os.close(note)
+    return Manifest(part, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+
+
+class Note(NamedTuple):
+    """What a worker left about the batch it was at."""
+
+    process: int
+    index: int  # of the case in the batch
+    late: bool  # the case took longer than it may
+
+
+def read_note(job: Job, batch: Batch) -> Note | None:
+    """Return what is noted of a batch, None where no worker has begun it."""
+    try:
+        process, index, *rest = job.note(batch).read_text().split()
+        return Note(int(process), int(index), bool(rest))
+    except (OSError, ValueError):
+        return None
+
+
+def _solve(job: Job, case: dict, note: int) -> Trajectory:
+    """Return the result of one case; whatever goes wrong in it becomes its status."""
+    if job.case_timeout:  # a watchdog ends the process, even inside compiled code, and says so in the note
+        faulthandler.dump_traceback_later(job.case_timeout, exit=True, file=note)
+    try:
+        return job.simulator.solve(case)
+    except Exception as error:
+        return failure("crashed", f"{type(error).__name__}: {error}")
+    finally:
+        if job.case_timeout:
+            faulthandler.cancel_dump_traceback_later()
+
+
+def failure(status: str, message: str) -> Trajectory:
+    """Return the result of a case that has none."""
+    return Trajectory(status, message, {})

@@ -1,0 +1,250 @@
+"""Every method on every problem: how far from the truth it is, and how long it takes, all in one interleaved run."""
+
+import datetime
+import itertools
+import math
+import os
+import platform
+import sys
+import time
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import clearsweep
+
+from ..simulation.simulate import simulate
+from .problems import Verdict, found_by_simulate, problems, scene_of
+from .rivals import Solution, runge_kutta_4, scipy_ivp
+
+TOLERANCES = tuple(10.0**-k for k in range(4, 13))
+QUICK_TOLERANCES = (1e-4, 1e-6, 1e-9, 1e-12)
+FEW, QUICK_FEW = (1e-4, 1e-6, 1e-8), (1e-6,)  # for methods that are slow at tight tolerances
+STEPS = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)  # s
+QUICK_STEPS = (1e-5, 1e-6, 1e-7)  # s
+ROUNDS, QUICK_ROUNDS = 7, 2
+SLOW = 0.2  # s, a run that takes so long has one round: a moment's disturbance hardly shows in it
+ENOUGH = 0.02  # s, a round repeats a short run until it has taken so long
+FLAGSHIP, TOLERANCE = "b_base", 1e-9
+#: ms per revolution of scipy's DOP853 on the flagship when it was first measured, by tolerance (2-core x86-64 machine):
+#: a rival that takes far more or less than this is not the one that a ratio is quoted against.
+RIVAL = {1e-6: 74.0, 1e-9: 127.0}
+
+
+class Method(NamedTuple):
+    """A way to integrate, at some settings."""
+
+    name: str
+    setting: str  # what is varied: tolerance (1) or step (s)
+    settings: tuple[float, ...]
+    solve: object  # (problem, setting) -> Solution at the problem's times
+    repeat: object  # (problem, setting) -> a function that integrates and returns nothing of use, to be timed
+
+
+def _solve_ours(problem, tolerance: float, method: str) -> Solution:
+    times = problem.times if len(problem.times) else [0.0]  # with times, events are kept
+    return found_by_simulate(problem, simulate(scene_of(problem, tolerance, method), times=times))
+
+
+def _repeat_ours(problem, tolerance: float, method: str):
+    scene = scene_of(problem, tolerance, method)
+    return lambda: simulate(scene).summary["run_time"]
+
+
+def _solve_runge_kutta(problem, step: float) -> Solution:
+    return runge_kutta_4(scene_of(problem, TOLERANCE), problem.times, step, problem.separations)
+
+
+def _repeat_runge_kutta(problem, step: float):
+    scene = scene_of(problem, TOLERANCE)
+    return lambda: runge_kutta_4(scene, problem.times, step, problem.separations) and None
+
+
+def _solve_scipy(problem, tolerance: float, method: str) -> Solution:
+    return _repeat_scipy(problem, tolerance, method, problem.times)()
+
+
+def _repeat_scipy(problem, tolerance: float, method: str, times=()):
+    scene = scene_of(problem, tolerance)
+    return lambda: scipy_ivp(scene, times, problem.end, tolerance, problem.separations, method)
+
+
+def methods(quick: bool) -> list[Method]:
+    """Return the methods and their settings: ours first, then the rivals'."""
+    tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, STEPS)
+    few = QUICK_FEW if quick else FEW
+
+    def of(name, settings, solve, repeat, method):
+        return Method(name, "tolerance", settings, partial(solve, method=method), partial(repeat, method=method))
+
+    return [
+        of("event-driven", tolerances, _solve_ours, _repeat_ours, "auto"),
+        of("explicit only", few, _solve_ours, _repeat_ours, "explicit"),
+        of("implicit only", few, _solve_ours, _repeat_ours, "implicit"),
+        of("scipy DOP853", tolerances, _solve_scipy, _repeat_scipy, "DOP853"),
+        of("scipy LSODA", few, _solve_scipy, _repeat_scipy, "LSODA"),
+        of("scipy Radau", few, _solve_scipy, _repeat_scipy, "Radau"),
+        Method("fixed-step RK4", "step", steps, _solve_runge_kutta, _repeat_runge_kutta),
+    ]
+
+
+def measure(quick: bool = False, note=None) -> dict:
+    """Return every figure of every method on every problem, as `results["problems"][i]["rows"]`, and `headline`.
+
+    `note` : called with a sentence on what is being done.  Times are the least of several rounds, in each of which
+    every method has its turn; compilation is over before.  Our time is that of the whole call of `simulate` with every
+    figure of the summary and no history; `integration_ms_per_revolution` is the part of it that the summary calls
+    `run_time`.
+    """
+    found = stamp("clearsweep verify" + (" --quick" if quick else "")) | {
+        "quick": quick,
+        "rounds": QUICK_ROUNDS if quick else ROUNDS,
+        "problems": [],
+    }
+    for problem in problems():
+        if note:
+            note(f"{problem.name}: {problem.title}")
+        found["problems"].append(measure_one(problem, methods(quick), found["rounds"]))
+    found["headline"] = headline(found["problems"])
+    return found
+
+
+def measure_one(problem, chosen: list[Method], rounds: int, slow: float = SLOW, clock=time.perf_counter) -> dict:
+    """Return the figures of all methods on one problem; runs that take `slow` s or more have one round."""
+    rows, runs = [], []
+    for method in chosen:
+        for setting in method.settings:
+            if method.name.startswith("scipy") and setting < problem.tightest:
+                continue
+            solution = method.solve(problem, setting)
+            rows.append(_row(method, setting, problem.judge(solution), solution))
+            runs.append(method.repeat(problem, setting))
+    least, inner = _least_times(runs, rounds, slow, clock)
+    for row, whole, integration in zip(rows, least, inner, strict=True):
+        row["ms_per_revolution"] = 1e3 * whole / problem.revolutions
+        row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
+    return {
+        "name": problem.name,
+        "title": problem.title,
+        "measure": problem.measure,
+        "revolutions": problem.revolutions,
+        "events_expected": len(problem.events),
+        "rows": rows,
+    }
+
+
+def _row(method: Method, setting: float, verdict: Verdict, solution: Solution) -> dict:
+    figures = {name: _number(value) for name, value in verdict._asdict().items()}
+    return {
+        "method": method.name,
+        method.setting: setting,
+        "error_first_half": figures["first_half"],
+        "error_whole": figures["whole"],
+        "events": figures["events"],
+        "events_exact": figures["events_exact"],
+        "peak_error_first_half": figures["peaks"],
+        "peak_error_first_three": figures["first_peaks"],
+        "steps": solution.steps,
+        "steps_rejected": solution.rejected,
+        "rhs_evaluations": solution.evaluations,
+    }
+
+
+def _number(value):
+    """Return a value that JSON has a word for."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _least_times(runs: list, rounds: int, slow: float, clock) -> tuple[np.ndarray, list]:
+    """Return the least time (s) of each of `runs`, and the least time that it reports of itself, if it does."""
+    least, inner = np.full(len(runs), math.inf), [None] * len(runs)
+    for _ in range(rounds):
+        for i, run in enumerate(runs):
+            if math.isfinite(least[i]) and least[i] > slow:
+                continue
+            spent = 0.0
+            while spent < ENOUGH:
+                begin = clock()
+                told = run()
+                taken = clock() - begin
+                spent += taken
+                least[i] = min(least[i], taken)
+                if isinstance(told, float):
+                    inner[i] = min(inner[i] or math.inf, told)
+    return least, inner
+
+
+def row_of(entry: dict, method: str, tolerance: float) -> dict:
+    """Return the row of a problem's entry for a method at a tolerance."""
+    return next(row for row in entry["rows"] if row["method"] == method and row.get("tolerance") == tolerance)
+
+
+def headline(entries: list[dict]) -> dict:
+    """Return the figures on the flagship problem: time and error of ours and of scipy's, and their ratios."""
+    entry = next(entry for entry in entries if entry["name"] == FLAGSHIP)
+    ours, rival = (row_of(entry, name, TOLERANCE) for name in ("event-driven", "scipy DOP853"))
+    equal = time_at_error(entry, "scipy DOP853", ours["error_first_half"])
+    return {
+        "problem": FLAGSHIP,
+        "tolerance": TOLERANCE,
+        "ms_per_revolution": ours["ms_per_revolution"],
+        "integration_ms_per_revolution": ours["integration_ms_per_revolution"],
+        "error_first_half": ours["error_first_half"],
+        "scipy_ms_per_revolution": rival["ms_per_revolution"],
+        "scipy_error_first_half": rival["error_first_half"],
+        "ratio_at_equal_tolerance": rival["ms_per_revolution"] / ours["ms_per_revolution"],
+        "scipy_ms_per_revolution_at_equal_error": equal,
+        "ratio_at_equal_error": equal / ours["ms_per_revolution"] if equal else None,
+        "scipy_over_first_measured": {
+            f"{tolerance:g}": row_of(entry, "scipy DOP853", tolerance)["ms_per_revolution"] / first
+            for tolerance, first in RIVAL.items()
+        },
+    }
+
+
+def time_at_error(entry: dict, method: str, error: float) -> float | None:
+    """Return the time (ms a revolution) at which a method reaches an error, between its settings on a log-log line.
+
+    None where its settings do not span the error.
+    """
+    rows = [row for row in entry["rows"] if row["method"] == method and row["error_first_half"]]
+    points = [(row["error_first_half"], row["ms_per_revolution"]) for row in rows]
+    for (worse, cheap), (better, dear) in itertools.pairwise(points):
+        if worse >= error >= better and worse > better:
+            return cheap * (dear / cheap) ** (math.log(worse / error) / math.log(worse / better))
+    return None
+
+
+def stamp(command: str) -> dict:
+    """Return what was run, when and on what."""
+    return {
+        "command": command,
+        "version": clearsweep.__version__,
+        "model_version": clearsweep.MODEL_VERSION,
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "machine": machine(),
+    }
+
+
+def machine() -> dict:
+    """Return what the figures were measured on."""
+    return {
+        "system": f"{platform.system()} {platform.machine()}",
+        "processor": _processor(),
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "python": sys.version.split()[0],
+        **{name: version(name) for name in ("numpy", "scipy", "numba")},
+    }
+
+
+def _processor() -> str:
+    """Return the processor's name, where the system tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    names = (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    return next(names, platform.processor())

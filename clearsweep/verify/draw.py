@@ -1,0 +1,60 @@
+"""Error against run time, drawn."""
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+
+LOOK = {  # method -> colour (Okabe and Ito 2008), marker
+    "event-driven": ("#0072B2", "o"),
+    "explicit only": ("#56B4E9", "v"),
+    "implicit only": ("#009E73", "D"),
+    "scipy DOP853": ("#E69F00", "s"),
+    "scipy LSODA": ("#CC79A7", "x"),
+    "scipy Radau": ("#666666", "+"),
+    "fixed-step RK4": ("#D55E00", "^"),
+}
+COLUMNS = 3
+FIRST_HALF, RATIO = "error over the first half [1]", "error of the restitution [1]"
+
+
+def draw(results: dict, path) -> Path:
+    """Draw error against run time for every problem of `results`, as `measure` returned them; return the path.
+
+    The ending of `path` chooses the format: .svg, .png or .pdf.
+    """
+    entries = results["problems"]
+    rows = -(-len(entries) // COLUMNS)
+    page = Figure(figsize=(4.0 * COLUMNS, 3.3 * rows + 0.5), layout="constrained")
+    panels = page.subplots(rows, COLUMNS, squeeze=False).ravel()
+    for panel, entry in zip(panels, entries, strict=False):
+        _panel(panel, entry)
+    for panel in panels[len(entries) :]:
+        panel.set_axis_off()
+    handles, names = panels[0].get_legend_handles_labels()
+    page.legend(handles, names, loc="outside upper center", ncols=len(names), frameon=False)
+    path = Path(path)
+    page.savefig(path, dpi=150)
+    return path
+
+
+def _panel(panel, entry: dict) -> None:
+    """Draw one problem on matplotlib axes."""
+    column = "error_whole" if entry["measure"] == "restitution" else "error_first_half"
+    for method, (colour, marker) in LOOK.items():
+        rows = [row for row in entry["rows"] if row["method"] == method and row[column]]
+        cost, error = [row["ms_per_revolution"] for row in rows], [row[column] for row in rows]
+        panel.plot(cost, error, color=colour, marker=marker, markersize=4, linewidth=1.2, label=method)
+    panel.set(
+        xscale="log",
+        yscale="log",
+        ylabel=RATIO if column == "error_whole" else FIRST_HALF,
+        xlabel="run time [ms]" if column == "error_whole" else "run time [ms a revolution]",
+    )
+    panel.set_title(f"{entry['name']}: {entry['title']}", fontsize=9)
+    panel.yaxis.set_major_locator(LogLocator(base=100.0, numticks=12))
+    panel.yaxis.set_minor_locator(NullLocator())
+    panel.grid(color="#dde3e8", linewidth=0.6)
+    panel.set_axisbelow(True)
+    for side in ("top", "right"):
+        panel.spines[side].set_visible(False)

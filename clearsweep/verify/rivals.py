@@ -1,0 +1,269 @@
+"""Integrators to measure ours by, on the right-hand side in time of the same compiled laws and mechanism.
+
+The state here is coordinates, their rates, time; the penetration is that of the coordinates.  One is classical
+Runge-Kutta 4 with a fixed step and no event location, as most papers on clearance joints have it; the others are
+scipy's DOP853, LSODA and Radau, stopped at every contact onset and separation and started anew.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, types
+from numba.extending import overload
+from scipy.integrate import solve_ivp
+
+from ..mechanics.compiled.family import OPTIONS, Entry, entry, flatten, invoke, kernel, shaped
+from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, joint_load
+from ..mechanics.mechanism.dynamics import motion
+from ..mechanics.mechanism.slider_crank import gaps, pose
+from ..mechanics.solver.event import ONSET, SEPARATION
+from ..mechanics.solver.loop import ONSET_FLOOR
+
+ROWS = 4  # of the rates: the stages of Runge-Kutta 4
+DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # what stands after the rates, for every joint
+TINY = 1e-300  # m
+RELATIVE = 2.3e-14  # the least relative tolerance that scipy takes
+BLIND = 1e-9  # turns of the crank after an event during which its joint has no further one
+LONGEST = 0.02  # turns of the crank a step may span: none over a contact from free flight to free flight
+
+
+class Solution(NamedTuple):
+    """What an integration found and what it took."""
+
+    states: np.ndarray  # (samples, coordinates and their rates)
+    events: np.ndarray  # (events, 5) time (s), joint, ONSET or SEPARATION, rate (m/s), force peak (N)
+    steps: int
+    rejected: int | None
+    evaluations: int
+
+
+# ---------------------------------------------------------------------------------------------- right-hand side
+
+
+@kernel
+def load_of(joint, gap, state, onset):
+    """Return the Load of a joint at the penetration of its Gap; a force that would pull is clipped at zero."""
+    depth = math.sqrt(gap.x * gap.x + gap.y * gap.y) - joint.clearance
+    if depth < 0.0:  # a trial step past the separation
+        return joint_load(joint, gap, FREE, 0.0, onset)
+    load = joint_load(joint, gap, state, depth, onset)
+    return joint_load(joint, gap, CLIPPED, depth, onset) if load.raw < 0.0 else load
+
+
+def loads_of(joints, relative, state, onset, j):
+    """Return one Load per joint of the tuple `joints`."""
+    if len(joints) == 0:
+        return ()
+    load = load_of(joints[0], relative[0], state[j], onset[j])
+    return (load, *loads_of(joints[1:], relative[1:], state, onset, j + 1))
+
+
+@overload(loads_of, strict=False, jit_options=dict(OPTIONS))
+def _loads_of(joints, relative, state, onset, j):
+    if len(joints) == 1:
+        return lambda joints, relative, state, onset, j: (load_of(joints[0], relative[0], state[j], onset[j]),)
+
+    def more(joints, relative, state, onset, j):
+        load = load_of(joints[0], relative[0], state[j], onset[j])
+        return (load,) + loads_of(joints[1:], relative[1:], state, onset, j + 1)  # noqa: RUF005 - compiled
+
+    return more
+
+
+@kernel
+def rates_in_time(scene, y, state, onset, k, row):
+    """Put the rates of `y` in time into `k[row]`, then depth, its rate and the normal force of every joint.
+
+    y : (n,) coordinates, rates, time; k : (ROWS, n + JOINT_WIDTH * joints); state, onset : (joints,).
+    """
+    half = len(scene.coordinates)
+    p = pose(scene.mechanism, y)
+    loads = loads_of(scene.joints, gaps(scene.mechanism, p), state, onset, 0)
+    acceleration = motion(scene.mechanism, p, loads)
+    for i in range(half):
+        k[row, i] = y[half + i]
+        k[row, half + i] = acceleration[i]
+    k[row, 2 * half] = 1.0
+    for j in range(len(scene.joints)):
+        load, place = loads[j], 2 * half + 1 + JOINT_WIDTH * j
+        k[row, place + DEPTH], k[row, place + RATE], k[row, place + NORMAL] = load.depth, load.rate, load.normal
+
+
+def rates_entry(scene, y, state, onset, k, row):
+    """Evaluate `rates_in_time` with arrays from bare pointers; `scene` points at the Scene."""
+    here = scene[0]
+    joints, n = len(here.joints), 2 * len(here.coordinates) + 1
+    rates_in_time(
+        here,
+        shaped(y, (n,)),
+        shaped(state, (joints,)),
+        shaped(onset, (joints,)),
+        shaped(k, (ROWS, n + JOINT_WIDTH * joints)),
+        row,
+    )
+
+
+def rates_of(scene, parameters) -> Entry:
+    """Return the Entry that evaluates the right-hand side in time of the compiled `scene`."""
+    number = types.float64
+    return entry(rates_entry, scene, (number, types.int64, number, number), parameters)
+
+
+# ---------------------------------------------------------------------------------------------- Runge-Kutta 4
+
+
+def runge_kutta_4(scene, times, step, separations=0) -> Solution:
+    """Integrate with a fixed step and without event location.
+
+    Parameters
+    ----------
+    scene : as `clearsweep.load_case` returns it; begins out of contact.
+    times : (n,) s, equidistant and ending with the run; empty where `separations` ends it.
+    step : s, shortened a little so that a whole number of steps lies between the times.
+    separations : stop after so many; 0: at the last of the times.
+    """
+    parameters = flatten(scene.value)  # compiled code holds its address
+    n, joints = 2 * len(scene.value.coordinates) + 1, len(scene.value.joints)
+    each = 0
+    if len(times):
+        each = math.ceil(times[0] / step * (1.0 - 1e-9))
+        step = times[0] / each
+    states = np.empty((len(times), n - 1))
+    events, steps, evaluations = _march(
+        rates_of(scene.value, parameters), scene.start[:n].copy(), joints, step, each, states, separations
+    )
+    return Solution(states, events, steps, None, evaluations)
+
+
+@njit(error_model="numpy", cache=True)
+def _march(rates, y, joints, step, each, states, separations):
+    """Return (events, steps, evaluations) of Runge-Kutta 4 from `y`; every `each` steps a row of `states` is filled.
+
+    A contact begins at the first step that finds itself inside, which also sets the onset rate, and ends at the first
+    one that finds itself outside.
+    """
+    n = y.size
+    k = np.zeros((ROWS, n + JOINT_WIDTH * joints))
+    state, onset, peak, z = np.zeros(joints, np.int64), np.ones(joints), np.zeros(joints), np.empty(n)
+    events = []
+    steps, evaluations, ended = 0, 0, 0
+    while (separations > 0 and ended < separations) or steps < each * states.shape[0]:
+        invoke(rates.code, rates.parameters, (y, state, onset, k), 0)
+        evaluations += 4
+        changed = False
+        for j in range(joints):
+            place = n + JOINT_WIDTH * j
+            inside, rate = k[0, place + DEPTH] > 0.0, k[0, place + RATE]
+            if inside and state[j] == FREE:
+                state[j], onset[j], peak[j], changed = PRESSED, max(rate, ONSET_FLOOR), 0.0, True
+                events.append((y[n - 1], float(j), float(ONSET), rate, 0.0))
+            elif not inside and state[j] != FREE:
+                state[j], changed = FREE, True
+                events.append((y[n - 1], float(j), float(SEPARATION), rate, peak[j]))
+                ended += 1
+        if changed:
+            invoke(rates.code, rates.parameters, (y, state, onset, k), 0)
+            evaluations += 1
+        for j in range(joints):
+            peak[j] = max(peak[j], k[0, n + JOINT_WIDTH * j + NORMAL])
+        for row in range(1, ROWS):
+            length = step if row == 3 else 0.5 * step
+            for i in range(n):
+                z[i] = y[i] + length * k[row - 1, i]
+            invoke(rates.code, rates.parameters, (z, state, onset, k), row)
+        for i in range(n):
+            y[i] += step / 6.0 * (k[0, i] + 2.0 * k[1, i] + 2.0 * k[2, i] + k[3, i])
+        steps += 1
+        y[n - 1] = steps * step
+        if each > 0 and steps % each == 0:
+            states[steps // each - 1] = y[: n - 1]
+    log = np.empty((len(events), 5))
+    for row in range(len(events)):
+        log[row] = events[row]
+    return log, steps, evaluations
+
+
+# ---------------------------------------------------------------------------------------------- scipy
+
+
+def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> Solution:
+    """Integrate with `scipy.integrate.solve_ivp` and its `method`, from event to event, each located on dense output.
+
+    `times` : (n,) s, where to report, may be empty; `end` : s, or `separations`, after which to stop.  Errors are
+    measured as ours are, in clearances: a step may err by `tolerance` times clearance, rates by that times crank
+    speed, whatever the size of the coordinates.  Force peaks are not sought.
+    """
+    value = scene.value
+    parameters = flatten(value)
+    rates = rates_of(value, parameters)
+    half, joints, turn = len(value.coordinates), len(value.joints), 2.0 * math.pi / value.pace
+    state, onset = np.full(joints, FREE), np.ones(joints)
+    k, z = np.zeros((ROWS, 2 * half + 1 + JOINT_WIDTH * joints)), np.empty(2 * half + 1)
+    evaluations = 0
+
+    def evaluate(t, y):
+        nonlocal evaluations
+        evaluations += 1
+        return _evaluate(rates, t, y, z, state, onset, k)
+
+    def slope(t, y):
+        return evaluate(t, y)[: 2 * half].copy()
+
+    def depth_of(j):
+        place = 2 * half + 1 + JOINT_WIDTH * j + DEPTH
+
+        def depth(t, y):
+            if at_event == j and t - begin < blind:  # zero but for rounding, whose sign must not hide the next event
+                return -TINY * depth.direction
+            return evaluate(t, y)[place]
+
+        depth.terminal = True
+        return depth
+
+    depths = [depth_of(j) for j in range(joints)]
+    clearance = min(joint.clearance for joint in value.joints)
+    allowed = tolerance * clearance * np.repeat([1.0, value.pace], half)
+    begin, y, at_event = 0.0, scene.start[: 2 * half], -1
+    blind, longest = BLIND * turn, math.inf if separations else LONGEST * turn
+    states, events, steps, ended = [], [], 0, 0
+    while begin < end:
+        for j in range(joints):
+            depths[j].direction = 1.0 if state[j] == FREE else -1.0
+        ahead = times[times > begin] if len(times) else None
+        with np.errstate(all="ignore"):  # a step tried far too long may overflow; it is rejected
+            found = solve_ivp(
+                slope,
+                (begin, end),
+                y,
+                method,
+                ahead,
+                events=depths,
+                rtol=RELATIVE,
+                atol=allowed,
+                max_step=longest,
+                dense_output=ahead is not None,
+            )
+        steps += len(found.t if ahead is None else found.sol.ts) - 1
+        states += list(np.transpose(found.y)) if ahead is not None and len(found.t) else []
+        if found.status != 1:
+            break
+        j = at_event = min((j for j in range(joints) if len(found.t_events[j])), key=lambda j: found.t_events[j][0])
+        begin, y = found.t_events[j][0], found.y_events[j][0]
+        rate = evaluate(begin, y)[2 * half + 1 + JOINT_WIDTH * j + RATE]
+        kind = ONSET if state[j] == FREE else SEPARATION
+        events.append((begin, j, kind, rate, 0.0))
+        state[j], onset[j] = (PRESSED, max(rate, ONSET_FLOOR)) if kind == ONSET else (FREE, 1.0)
+        ended += kind == SEPARATION
+        if 0 < separations <= ended:
+            break
+    return Solution(np.array(states), np.array(events).reshape(-1, 5), steps, None, evaluations)
+
+
+@njit(error_model="numpy", cache=True)
+def _evaluate(rates, t, y, z, state, onset, k):
+    """Return the first row of rates at the time `t` (s) and the coordinates and their rates `y`."""
+    z[: y.size] = y
+    z[y.size] = t
+    invoke(rates.code, rates.parameters, (z, state, onset, k), 0)
+    return k[0]

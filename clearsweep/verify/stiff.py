@@ -1,0 +1,114 @@
+"""What the implicit method saves where the explicit one is limited by stability, and what it costs where that is not.
+
+Equal error: the explicit method at some tolerance against `auto` at the loosest tolerance, by tens, at which its error
+is no larger.  The truth is the explicit method at TIGHT, with which the implicit one has nothing in common but the
+right-hand side; an evaluation of the Jacobian counts as one of the right-hand side for each of its columns.
+"""
+
+import math
+
+import numpy as np
+
+from .. import grid
+from ..simulation import scene
+from ..simulation.simulate import simulate
+from .extremes import Case, contact, crank, tanh, voigt
+from .problems import problems, scene_of
+
+TOLERANCES, QUICK_TOLERANCES = (1e-6, 1e-8), (1e-6,)
+DEFAULT = 1e-8
+TIGHT = 1e-11
+TIGHTER = 3  # tens by which `auto` may be tighter
+SAMPLES = 160  # a revolution, at which the error is taken
+STEPS = 3e6  # budget: the explicit method is given what it needs
+ROUNDS = 3  # of which the least run time counts
+
+
+def cases() -> list[Case]:
+    """Return cases in which stability limits the steps of the explicit method: damping, stiffness, friction."""
+    slow = {"gravity": 9.81, "start": "seated"}
+    steep, soft = tanh(0.3, 1e-5), contact(1e9, 0.1)
+    return [
+        Case("damping/C 1e6 N s/m", crank("C", law=voigt(1e6))),
+        Case("damping/C 1e7 N s/m", crank("C", law=voigt(1e7))),
+        Case("damping/BC 1e6 N s/m", crank("BC", speed=1500, law=voigt(1e6))),
+        Case("damping/ABC 1e6 N s/m", crank("ABC", speed=1500, law=voigt(1e6))),
+        Case("stiffness/C 1e13, restitution 0.01, 300 rpm", crank("C", speed=300, law=contact(1e13, 0.01), **slow)),
+        Case("stiffness/C 1e14, restitution 0.01, 300 rpm", crank("C", speed=300, law=contact(1e14, 0.01), **slow)),
+        Case("friction/C full at 1e-5 m/s, 60 rpm", crank("C", speed=60, law=soft, friction=steep, **slow)),
+        Case("friction/B full at 1e-5 m/s, 60 rpm", crank("B", speed=60, law=soft, friction=steep, **slow)),
+    ]
+
+
+def measure(quick: bool = False, note=None) -> dict:
+    """Return `rows`, one for every stiff case and tolerance, of explicit and automatic at equal error, and `others`."""
+    rows = []
+    for case in cases():
+        if note:
+            note(f"stiffness: {case.name}")
+        rows += compare(case, QUICK_TOLERANCES if quick else TOLERANCES)
+    return {"rows": rows, "others": [other(problem) for problem in problems() if problem.name != "b_damped"]}
+
+
+def other(problem) -> dict:
+    """Return the evaluations of explicit and automatic on a problem that is not stiff, and their ratio."""
+    spent = {
+        method: simulate(scene_of(problem, DEFAULT, method)).summary["rhs_evaluations"]
+        for method in ("explicit", "auto")
+    }
+    return {"name": problem.name} | spent | {"evaluations_ratio": spent["auto"] / spent["explicit"]}
+
+
+def compare(case: Case, tolerances) -> list[dict]:
+    """Return a row for each of the tolerances of the explicit method."""
+    truth = run(case, TIGHT, "explicit")
+    rows = []
+    for tolerance in tolerances:
+        explicit = _figures(case, tolerance, "explicit", truth)
+        for tens in range(TIGHTER + 1):
+            auto = _figures(case, tolerance / 10.0**tens, "auto", truth)
+            if auto["error"] <= explicit["error"]:
+                break
+        equal = auto["error"] <= explicit["error"]
+        rows.append(
+            {
+                "name": case.name,
+                "explicit": explicit,
+                "auto": auto,
+                "evaluations_ratio": explicit["rhs_evaluations"] / auto["rhs_evaluations"] if equal else None,
+                "run_time_ratio": explicit["run_time"] / auto["run_time"] if equal else None,
+            }
+        )
+    return rows
+
+
+def run(case: Case, tolerance: float, method: str):
+    """Return the Trajectory of a case over one revolution."""
+    settings = {
+        "simulate.tolerance": tolerance,
+        "simulate.method": method,
+        "simulate.revolutions": 1,
+        "simulate.step_budget": STEPS,
+    }
+    made = scene.build(grid.load(case.grid, scene.catalogue(), settings).case(0))
+    turn = 2.0 * math.pi / made.value.pace
+    return simulate(made, times=np.arange(1, SAMPLES + 1) / SAMPLES * turn)
+
+
+def error_of(found, truth, case: Case) -> float:
+    """Return the largest error at the samples: angle / 0.05 rad, place / 0.05 m, their rates over those times speed."""
+    speed = case.grid["drive"]["speed"]
+    scales = {"rod/angle": 0.05, "slider/x": 0.05, "rod/rate": speed, "slider/v": 0.05 * speed}
+    return max(float(np.max(np.abs(found[name] - truth[name]))) / scale for name, scale in scales.items())
+
+
+def _figures(case: Case, tolerance: float, method: str, truth) -> dict:
+    """Return the cost and the error of a method at a tolerance."""
+    found = [run(case, tolerance, method) for _ in range(ROUNDS)]
+    return {
+        "tolerance": tolerance,
+        "rhs_evaluations": found[0].summary["rhs_evaluations"],
+        "steps": found[0].summary["steps"],
+        "error": error_of(found[0], truth, case),
+        "run_time": min(one.summary["run_time"] for one in found),
+    }

@@ -1,0 +1,196 @@
+"""What was measured, as text of a fixed width."""
+
+import math
+
+HEAD = (
+    f"  {'method':<16}{'setting':>15}{'error, 1st half':>17}{'error, all':>12}{'events':>11}{'force peaks':>13}"
+    f"{'rhs':>10}{'steps':>9}{'time [ms/rev]':>15}"
+)
+EXPLANATION = (
+    "error: largest deviation at the samples of angle / 0.05 rad, place / 0.05 m, angular rate / crank rate, speed /",
+    "    (crank rate x crank length), over the first half of the run and all of it.  Motion with clearance is chaotic:",
+    "    an error grows a thousandfold and more in a revolution, whatever the method.",
+    "events: contact onsets and separations found; = means that number and order are exact.",
+    "force peaks: largest relative error in the first half; '-' where contacts are missing or no peaks are sought.",
+    "rhs: evaluations of the equations of motion, those for events included.",
+    "time: least of {rounds} interleaved rounds (one for runs of 0.2 s and more), compilation excluded; ours: the",
+    "    whole call of clearsweep.simulate with every figure of the summary.",
+)
+METHODS = (
+    "event-driven    clearsweep.simulate: adaptive order 8, every onset and separation located",
+    "explicit only   the same with simulate.method: explicit; implicit only: implicit (Radau IIA of order 5)",
+    "scipy DOP853    solve_ivp on the same compiled right-hand side, every onset and separation located, restarted",
+    "scipy LSODA     the same with method LSODA; scipy Radau: Radau, its Jacobian by differences",
+    "fixed-step RK4  classical Runge-Kutta 4, compiled, on the same right-hand side, events not located",
+)
+
+
+def text(results: dict) -> str:
+    """Return the tables of all problems, what they mean, and the figures that matter most."""
+    machine = results["machine"]
+    lines = [
+        f"clearsweep {results['version']}, error against run time ({results['command']}, {results['date']})",
+        f"{machine['processor']}, {machine['cores']} cores, {machine['system']}; Python {machine['python']}, "
+        f"numpy {machine['numpy']}, scipy {machine['scipy']}, numba {machine['numba']}",
+        "",
+        *METHODS,
+    ]
+    for entry in results["problems"]:
+        lines += ["", *_problem(entry)]
+    lines += ["", *(line.format(rounds=results["rounds"]) for line in EXPLANATION), "", *_headline(results["headline"])]
+    lines += ["", *convergence(results["convergence"]), "", *stability(results["stability"])]
+    lines += ["", *stiffness(results["stiffness"])]
+    return "\n".join(lines)
+
+
+def markdown(results: dict) -> str:
+    """Return the report as Markdown, with a link to the figure `accuracy/error.svg`."""
+    table = results["stability"]
+    rows = [
+        f"| {row['name']} | {row['status']} | {row['rhs_evaluations']:,} | {_error(row['energy_residual'])} | "
+        f"{_error(row['share_of_bound'])} | {row['failure'] or 'passed'} |"
+        for row in table["rows"]
+    ]
+    return "\n".join(
+        [
+            "# Accuracy and stability",
+            "",
+            f"Written by `{results['command']} --write` on {results['date']}; the machine stands below.",
+            "",
+            "![Error against run time](accuracy/error.svg)",
+            "",
+            "```text",
+            text(results),
+            "```",
+            "",
+            "## Every case of the stability table",
+            "",
+            "| case | status | right-hand sides | energy residual | penetration over bound | |",
+            "| --- | --- | ---: | ---: | ---: | --- |",
+            *rows,
+            "",
+        ]
+    )
+
+
+COLUMNS = {  # heading, and what a unit of the column is in SI
+    "rod_slider_force_rms": ("force rms [N]", 1.0),
+    "rod_slider_force_p99": ("force p99 [N]", 1.0),
+    "rod_slider_impacts_per_rev": ("impacts per rev", 1.0),
+    "rod_slider_wear_rate_max": ("wear rate [nm/s]", 1e-9),
+}
+
+
+def convergence(table: dict) -> list[str]:
+    """Return the lines that tell how statistics settle with tolerance and length of the run."""
+    lines = [
+        f"convergence of statistics: {table['problem']} with wear, after {table['discard']} discarded revolutions; "
+        "95 % intervals from blocks of revolutions",
+        "  revolutions  tolerance" + "".join(f"{COLUMNS[figure][0]:>23}" for figure in table["figures"]),
+    ]
+    for length in dict.fromkeys(row["revolutions"] for row in table["rows"]):
+        for row in table["rows"]:
+            if row["revolutions"] == length:
+                cells = [_with_interval(row[figure], COLUMNS[figure][1]) for figure in table["figures"]]
+                lines.append(f"  {length:>11}{row['tolerance']:>11.0e}" + "".join(f"{cell:>23}" for cell in cells))
+    return [
+        *lines,
+        "  Pointwise errors stand above, for the first revolution only; later, runs at two tolerances are two samples",
+        f"  of one motion.  {100.0 * table['within']:.0f} % of all pairs of tolerances agree within their intervals "
+        f"(95 % expected), in {table['seconds']:.0f} s.",
+    ]
+
+
+def _with_interval(held: dict, unit: float) -> str:
+    """Return a value with its interval, rounded to two figures of the latter."""
+    value, width = held["value"] / unit, held["half_width"] / unit
+    places = max(0, 1 - math.floor(math.log10(width))) if width > 0.0 else 3
+    return f"{value:.{places}f} +- {width:.{places}f}"
+
+
+def stability(table: dict) -> list[str]:
+    """Return the lines that tell what became of the stiff and extreme cases, all failures among them."""
+    lines = [
+        f"stability: {table['passed']} of {table['cases']} stiff, extreme and degenerate cases pass "
+        f"({100.0 * table['share_passed']:.1f} %), in {table['seconds']:.0f} s: two revolutions ended ok with default",
+        "    tolerance and budgets, all finite, energy balanced to 1000 tolerances a revolution, no contact missed,",
+        "    penetration within its bound.  Largest share of the energy bound "
+        f"{table['largest_share_of_energy_bound']:.2g}, of the penetration bound "
+        f"{table['largest_share_of_penetration_bound']:.2g}.",
+    ]
+    for row in table["failures"]:
+        lines += [f"  {row['name']}: {row['rhs_evaluations']:,} rhs", f"    {row['failure']}"]
+    return lines
+
+
+def stiffness(table: dict) -> list[str]:
+    """Return the lines that compare the automatic choice of the method with the explicit one."""
+    lines = [
+        "stiffness: where stability limits the explicit method, against the automatic choice at the loosest tolerance,",
+        "    by tens, at which its error is no larger (one revolution; each column of a Jacobian counts as one rhs)",
+        f"  {'case':<44}{'tolerance':>10}{'rhs':>10}{'error':>9}{'automatic':>11}{'rhs':>10}{'error':>9}"
+        f"{'rhs ratio':>11}{'time':>8}",
+    ]
+    for row in table["rows"]:
+        explicit, auto = row["explicit"], row["auto"]
+        ratios = (row["evaluations_ratio"], row["run_time_ratio"])
+        lines.append(
+            f"  {row['name']:<44}{explicit['tolerance']:>10.0e}{explicit['rhs_evaluations']:>10}"
+            f"{_error(explicit['error']):>9}{auto['tolerance']:>11.0e}{auto['rhs_evaluations']:>10}"
+            f"{_error(auto['error']):>9}"
+            + "".join(f"{'-' if x is None else f'{x:.3g}':>{w}}" for x, w in zip(ratios, (11, 8), strict=True))
+        )
+    lines.append("  where the motion is not stiff, automatic over explicit, at the default tolerance:")
+    lines += [f"    {row['name']:<42}{row['evaluations_ratio']:>8.3f}" for row in table["others"]]
+    return lines
+
+
+def _problem(entry: dict) -> list[str]:
+    """Return the lines of one problem."""
+    if entry["measure"] == "restitution":
+        what = "error of the ratio of rebound to approach speed, closed form; time of the run"
+    else:
+        turns = f"{entry['revolutions']:g} revolution" + ("" if entry["revolutions"] == 1 else "s")
+        what = f"{turns}, {entry['events_expected']} contact events"
+    lines, last = [f"{entry['name']}: {entry['title']} ({what})", HEAD], None
+    for row in entry["rows"]:
+        lines.append(_row(row, "" if row["method"] == last else row["method"]))
+        last = row["method"]
+    return lines
+
+
+def _row(row: dict, method: str) -> str:
+    setting = f"tolerance {row['tolerance']:.0e}" if "tolerance" in row else f"step {row['step']:.0e} s"
+    events = f"{'=' if row['events_exact'] else ''}{row['events']}"
+    return (
+        f"  {method:<16}{setting:>15}{_error(row['error_first_half']):>17}{_error(row['error_whole']):>12}{events:>11}"
+        f"{_error(row['peak_error_first_half']):>13}{row['rhs_evaluations']:>10}{row['steps']:>9}"
+        f"{row['ms_per_revolution']:>15.3g}"
+    )
+
+
+def _error(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e}"
+
+
+def _headline(figures: dict) -> list[str]:
+    """Return the lines that tell the flagship figures."""
+    lines = [
+        f"{figures['problem']} at tolerance {figures['tolerance']:g}: "
+        f"{figures['ms_per_revolution']:.3g} ms a revolution, "
+        f"{figures['integration_ms_per_revolution']:.3g} of it integrating, "
+        f"error {figures['error_first_half']:.1e} over the first half;",
+        f"  scipy DOP853 at the same tolerance {figures['scipy_ms_per_revolution']:.4g} ms, error "
+        f"{figures['scipy_error_first_half']:.1e}: {figures['ratio_at_equal_tolerance']:.0f} times slower;",
+    ]
+    if figures["ratio_at_equal_error"]:
+        lines.append(
+            f"  scipy DOP853 at the same error {figures['scipy_ms_per_revolution_at_equal_error']:.4g} ms: "
+            f"{figures['ratio_at_equal_error']:.0f} times slower (between its tolerances, on a log-log line)."
+        )
+    else:
+        lines.append("  scipy DOP853 does not reach that error at any of its tolerances.")
+    ratios = figures["scipy_over_first_measured"].items()
+    first = ", ".join(f"{ratio:.2f} at {tolerance}" for tolerance, ratio in ratios)
+    lines.append(f"  scipy's time over that of its first measurement, on another machine: {first}.")
+    return lines

@@ -1,0 +1,161 @@
+"""Quantities and names as people read them: SI prefixes, revolutions per minute, three digits, plain words."""
+
+import math
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+_SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·")
+BLANK = "\u00a0"  # number and unit stay on one line
+DASH, TIMES, MINUS = "\u2013", "\u00d7", "\u2212"
+_TURNS = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
+
+#: Per SI unit: (smallest magnitude that takes it, factor, unit shown), the largest first.
+_LADDERS = {
+    "m": ((1.0, 1.0, "m"), (1e-4, 1e-3, "mm"), (1e-7, 1e-6, "µm"), (1e-10, 1e-9, "nm"), (0.0, 1e-12, "pm")),
+    "N": ((1e6, 1e6, "MN"), (1e3, 1e3, "kN"), (0.1, 1.0, "N"), (1e-4, 1e-3, "mN"), (0.0, 1e-6, "µN")),
+    "m/s": (
+        (0.01, 1.0, "m/s"),
+        (1e-4, 1e-3, "mm/s"),
+        (1e-7, 1e-6, "µm/s"),
+        (1e-10, 1e-9, "nm/s"),
+        (0.0, 1e-12, "pm/s"),
+    ),
+    "m/s^2": ((1e4, 1e3, "km/s²"), (0.0, 1.0, "m/s²")),
+    "N*m": ((1e3, 1e3, f"kN{BLANK}m"), (0.1, 1.0, f"N{BLANK}m"), (0.0, 1e-3, f"mN{BLANK}m")),
+    "m^3": ((1e-12, 1e-9, "mm³"), (1e-16, 1e-15, f"10³{BLANK}µm³"), (0.0, 1e-18, "µm³")),
+    "s": ((7200.0, 3600.0, "h"), (120.0, 60.0, "min"), (0.1, 1.0, "s"), (1e-4, 1e-3, "ms"), (0.0, 1e-6, "µs")),
+    "Pa": ((1e8, 1e9, "GPa"), (1e5, 1e6, "MPa"), (0.0, 1.0, "Pa")),
+    "kg": ((0.1, 1.0, "kg"), (0.0, 1e-3, "g")),
+    "rad": ((0.0, math.pi / 180.0, "°"),),
+}
+
+
+class Scale(NamedTuple):
+    """A unit for people: a value in SI divided by `factor` is the number that stands before `unit`."""
+
+    factor: float
+    unit: str  # '' for none
+
+    def number(self, value, digits: int = 3) -> str:
+        """Return an SI value as the number that stands before the unit; a dash where there is none."""
+        return DASH if missing(value) else plain(float(value) / self.factor, digits)
+
+    def text(self, value, digits: int = 3) -> str:
+        """Return an SI value as number and unit."""
+        return self._joined(self.number(value, digits))
+
+    def given(self, value, digits: int = 6) -> str:
+        """Return an SI value that somebody chose as number and unit, with no more digits than it needs."""
+        return self._joined(self.given_number(value, digits))
+
+    def given_number(self, value, digits: int = 6) -> str:
+        """Return the number of an SI value that somebody chose, with no more digits than it needs."""
+        return DASH if missing(value) else short(float(value) / self.factor, digits)
+
+    def _joined(self, number: str) -> str:
+        if number == DASH or not self.unit:
+            return number
+        joint = f"{BLANK}{TIMES}{BLANK}" if self.unit.startswith("10") else "" if self.unit == "°" else BLANK
+        return f"{number}{joint}{self.unit}"
+
+
+def scale(unit: str, values: Iterable[float] | float, speed: bool = False) -> Scale:
+    """Return the scale that suits the largest of `values` (SI, of `unit`); a shaft `speed` is given in rpm."""
+    if speed and unit == "rad/s":
+        return Scale(_TURNS, "rpm")
+    largest = _largest(values)
+    for smallest, factor, name in _LADDERS.get(unit, ()):
+        if largest >= smallest:
+            return Scale(factor, name) if largest > 0.0 else Scale(1.0, pretty(unit))
+    if unit in ("1", "", None) or 1e-3 <= largest < 1e5 or largest == 0.0:
+        return Scale(1.0, pretty(unit))
+    power = 3 * math.floor(math.log10(largest) / 3.0)
+    return Scale(10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{pretty(unit)}")
+
+
+def text(value, unit: str, digits: int = 3) -> str:
+    """Return one SI value as number and unit, in the prefix that suits it."""
+    return DASH if missing(value) else scale(unit, value).text(value, digits)
+
+
+def missing(value) -> bool:
+    """Tell whether there is no value: None or NaN."""
+    return value is None or (isinstance(value, float) and math.isnan(value))
+
+
+def pretty(unit: str | None) -> str:
+    """Return an SI unit as it is printed; '' for a pure number."""
+    raised = re.sub(r"\^(-?[0-9.]+)", lambda power: power[1].translate(_SUPERSCRIPTS), unit or "1")
+    return "" if raised == "1" else raised.replace("*", BLANK)
+
+
+def plain(number: float, digits: int = 3) -> str:
+    """Return a number with `digits` significant digits, never in the form 1e5."""
+    if number == 0.0 or not math.isfinite(number):
+        return "0" if number == 0.0 else "∞" if number > 0 else f"{MINUS}∞"
+    power = math.floor(math.log10(abs(float(f"{number:.{digits - 1}e}"))))
+    if -4 <= power < 6:
+        return _thousands(f"{number:.{max(digits - 1 - power, 0)}f}").replace("-", MINUS)
+    mantissa = f"{number / 10.0**power:.{digits - 1}f}".replace("-", MINUS)
+    return f"{mantissa}{BLANK}{TIMES}{BLANK}10{str(power).translate(_SUPERSCRIPTS)}"
+
+
+def short(number: float, digits: int = 6) -> str:
+    """Return a number with at most `digits` significant digits, zeros at its end left out."""
+    mantissa, cross, power = plain(number, digits).partition(f"{BLANK}{TIMES}")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    return mantissa + cross + power
+
+
+def count(number: int, noun: str, plural: str | None = None) -> str:
+    """Return '1 case' or '12 345 cases'."""
+    return f"{_thousands(str(int(number)))} {noun if number == 1 else plural or noun + 's'}"
+
+
+def sentence_list(words: list[str]) -> str:
+    """Return words as 'a, b and c'."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else ""
+
+
+def axis_name(path: str, joints: int = 1) -> str:
+    """Return a dotted path in words; the joint is named only where there are several."""
+    parts = path.split(".")
+    if path == "drive.speed":
+        return "crank speed"
+    if path.endswith(".contact.elastic"):
+        parts = [*parts[:-2], "elastic", "law"]
+    if parts[-2:-1] == ["masses"]:
+        return f"mass of body {int(parts[-1]) + 1}"
+    if parts[0] == "joints" and len(parts) > 2:
+        words = _leaf(parts[2:])
+        return words if joints == 1 else f"{words} ({joint_name(parts[1])})"
+    return _leaf(parts[1:] if len(parts) > 1 else parts)
+
+
+def joint_name(name: str) -> str:
+    """Return 'rod-slider' for 'rod_slider'."""
+    return name.replace("_", "-")
+
+
+def _leaf(parts: list[str]) -> str:
+    if parts[-1] in _NAMES:
+        return _NAMES[parts[-1]]
+    telling = parts if len(parts) < 2 or parts[-1] not in _SPEAKS_FOR_ITSELF else parts[-1:]
+    return " ".join(telling).replace("_", " ").replace("-", " ")
+
+
+_NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
+_SPEAKS_FOR_ITSELF = {"stiffness", "restitution", "damping", "exponent"}
+
+
+def _largest(values) -> float:
+    values = values if isinstance(values, Iterable) else (values,)
+    sizes = [abs(float(value)) for value in values if not missing(value)]
+    return max((size for size in sizes if math.isfinite(size)), default=0.0)
+
+
+def _thousands(digits: str) -> str:
+    whole, dot, fraction = digits.partition(".")
+    grouped = f"{int(whole):,}".replace(",", "\u2009") if len(whole.lstrip("-")) > 4 else whole
+    return grouped + dot + fraction

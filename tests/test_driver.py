@@ -1,0 +1,98 @@
+"""The driver survives what executors do to it: pools that break, workers that vanish or leave early."""
+
+import subprocess
+from concurrent.futures import BrokenExecutor, Future
+
+import numpy as np
+import pytest
+from fake_physics import CATALOGUE, Fake, grid
+
+from clearsweep import grid as grids
+from clearsweep import store
+from clearsweep.errors import ClearsweepError
+from clearsweep.sweeping import driver as driving
+from clearsweep.sweeping import executors, progress
+from clearsweep.sweeping.driver import Batches, Driver
+from clearsweep.sweeping.worker import Job, Manifest, run_batch
+
+CASES = 12
+
+
+class Unreliable(executors.Serial):
+    """Runs batches here, but first does what `trouble` says, one word per batch."""
+
+    def __init__(self, *trouble):
+        super().__init__()
+        self.trouble = list(trouble)
+        self.restarts = 0
+
+    def restart(self):
+        """Count the restarts."""
+        self.restarts += 1
+
+    def submit(self, function, *args):
+        """Run a batch, or lose it in the way that is due."""
+        word = self.trouble.pop(0) if self.trouble else "well"
+        if word == "refuse":
+            raise RuntimeError("the pool is broken")
+        if word == "well":
+            return super().submit(function, *args)
+        return getattr(self, word)(*args)
+
+    def breaks(self, _job, _batch):
+        """Fail with all that is under way."""
+        future = Future()
+        future.set_exception(BrokenExecutor("all workers are gone"))
+        return future
+
+    def commits_then_breaks(self, job, batch):
+        """Lose the manifest of a batch that was committed."""
+        run_batch(job, batch)
+        return self.breaks(job, batch)
+
+    def vanishes(self, job, batch):
+        """Leave the note of a process that is no more, and never answer."""
+        gone = subprocess.Popen(["true"])
+        gone.wait()
+        job.note(batch).write_text(f"{gone.pid} 0\n")
+        return Future()
+
+    def leaves_early(self, job, batch):
+        """Commit the first case alone, as a worker does that is told to go."""
+        return super().submit(run_batch, job, batch._replace(cases=batch.cases[:1]))
+
+
+@pytest.fixture
+def driven(tmp_path):
+    """Return a function that drives twelve cases with an executor and returns (driver, ids stored, ids wanted)."""
+    held_grid = grids.load(grid(CASES), CATALOGUE)
+    ids = np.array([int(held_grid.case_id(i), 16) for i in range(CASES)], "u8")
+
+    def drive_with(executor):
+        with store.Store(tmp_path / "run").open_for(held_grid) as held:
+            batches = Batches(np.arange(CASES), ids, 1, 0.0)
+            batches.learn(Manifest("x", 4, 0, 1.0))  # four cases have been seen: batches of several
+            job = Job(held.directory, held_grid, Fake, None)
+            driver = Driver(executor, held, job, batches, None, progress.Silent())
+            assert driver.run()
+            rows = held.rows()
+            assert not rows["failed"].any()
+            assert sum(held.counts_of(part.path.name)[0] for part in held.parts) == CASES, "a case ran twice"
+            return driver, rows["id"], np.sort(ids)
+
+    return drive_with
+
+
+@pytest.mark.parametrize("trouble", ["refuse", "breaks", "commits_then_breaks", "vanishes", "leaves_early"])
+def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
+    monkeypatch.setattr(driving, "PATIENCE", 0.1)
+    executor = Unreliable("well", trouble, "well", trouble)
+    driver, stored, wanted = driven(executor)
+    np.testing.assert_array_equal(stored, wanted)
+    assert driver.ran == CASES
+    assert executor.restarts == (2 if trouble in ("refuse", "breaks", "commits_then_breaks") else 0)
+
+
+def test_a_pool_that_breaks_again_and_again_ends_the_run_with_advice(driven):
+    with pytest.raises(ClearsweepError, match="--executor serial"):
+        driven(Unreliable(*["breaks"] * 20))

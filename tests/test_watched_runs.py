@@ -1,0 +1,381 @@
+"""Runs that are watched: as long as they need, how fast disturbances grow, what a tighter tolerance changes."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from mechanism_cases import PAIR, changed, slider_crank
+
+import clearsweep
+from clearsweep import grid, report
+from clearsweep.errors import InputError
+from clearsweep.mechanics.joint import laws
+from clearsweep.simulation import batch_means, lyapunov
+from clearsweep.simulation import run as running
+from clearsweep.simulation.until import period_of
+from clearsweep.verify.problems import problems
+
+COSTS = ("steps", "steps_rejected", "rhs_evaluations", "run_time")
+WORN = {
+    "joints.rod-slider.friction": {"law": "tanh", "coefficient": 0.05, "velocity_scale": 1e-3},
+    "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14},
+}
+REGULAR = {"joints.rod-slider.clearance": 1e-5, "joints.rod-slider.contact.restitution": 0.1}
+LONG = {"simulate.revolutions": 4, "simulate.discard": 1, "simulate.tolerance": 1e-7}
+
+
+def until(figure="rod_slider_force_rms", relative=0.1, most=60):
+    return {"simulate.until": {"figure": figure, "relative_ci": relative, "max_revolutions": most}}
+
+
+def run(*settings, **more):
+    changes = {}
+    for one in (LONG, *settings):
+        changes |= one
+    return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes | more)))
+
+
+def figures(found):
+    return {name: value for name, value in found.summary.items() if name not in COSTS}
+
+
+# ---------------------------------------------------------------------------------------------- length
+
+
+@pytest.mark.parametrize(
+    "orbits", [{"save.orbits": "all"}, {"save.orbits": "last", "save.revolutions": 1.5}], ids=["all", "last"]
+)
+@pytest.mark.parametrize("method", ["auto", "implicit"])
+def test_a_run_that_found_its_length_is_to_the_last_bit_a_run_of_that_length(orbits, method):
+    asked = WORN | orbits | {"simulate.method": method, "save.samples": 90}
+    found = run(until(relative=0.9), asked)
+    length = found.summary["revolutions_run"]
+    assert 8 < length < 20
+    plain = run(asked, {"simulate.revolutions": length})
+    assert {name: found.summary[name] for name in figures(plain)} == figures(plain)
+    assert plain.channels
+    assert all(np.array_equal(found[name], plain[name]) for name in plain.channels)
+    assert np.array_equal(found.events, plain.events)
+    assert all(np.array_equal(*both) for both in zip(found.wear["rod_slider"], plain.wear["rod_slider"], strict=True))
+
+
+def test_a_stiff_run_is_watched_without_a_trace():
+    """Also where the method changes on the way: that is decided by the steps alone."""
+    damped = {"joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}}
+    asked = damped | {"simulate.tolerance": 1e-6, "save.orbits": "last", "save.revolutions": 1, "save.samples": 90}
+    found = run(until(relative=0.9), asked)
+    plain = run(asked, {"simulate.revolutions": found.summary["revolutions_run"]})
+    assert {name: found.summary[name] for name in figures(plain)} == figures(plain)
+    assert all(np.array_equal(found[name], plain[name]) for name in plain.channels)
+    less = {
+        "joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 2e5},
+        "drive.speed": "1500 rpm",
+        "simulate.tolerance": 1e-6,
+    }
+    assert figures(run(less)).items() <= figures(run(less, {"simulate.horizon": True})).items()
+
+
+def test_reported_times_of_ones_own_may_begin_anywhere():
+    case = slider_crank("rod-slider", changes=LONG | until(relative=0.9))
+    found = clearsweep.simulate(clearsweep.load_case(case), times=[0.0, 0.001, 0.05])
+    plain = clearsweep.simulate(
+        clearsweep.load_case(
+            slider_crank("rod-slider", changes=LONG | {"simulate.revolutions": found.summary["revolutions_run"]})
+        ),
+        times=[0.0, 0.001, 0.05],
+    )
+    assert np.array_equal(found["slider/x"], plain["slider/x"])
+    with pytest.raises(InputError, match="the run lasts from 0"):
+        clearsweep.simulate(clearsweep.load_case(case), times=[1.0])
+
+
+def test_a_periodic_motion_ends_early_and_says_its_period():
+    found = run(REGULAR, until(relative=1e-9))
+    assert found.status == "ok"
+    assert found.summary["period"] == 1
+    assert found.summary["settled"] == 1
+    assert found.summary["revolutions_run"] < 12
+    longer = run(REGULAR, {"simulate.revolutions": 10})
+    assert found.summary["rod_slider_force_peak"] == pytest.approx(longer.summary["rod_slider_force_peak"], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "figure",
+    [
+        "rod_slider_force_rms",
+        "rod_slider_force_p99",
+        "rod_slider_impacts_per_rev",
+        "rod_slider_wear_rate_max",
+        "slider_acceleration_rms",
+    ],
+)
+def test_an_irregular_motion_runs_until_its_figure_is_known(figure):
+    found = run(WORN, until(figure, relative=0.15, most=300)).summary
+    assert found["settled"] == 1
+    assert found["period"] is None
+    assert 9 <= found["revolutions_run"] < 300
+    assert 0.0 < found["figure_ci"] <= 0.16 * found[figure]  # the last bit of the last revolution is in the figure only
+    assert math.isclose(found["revolutions_run"] % 1.0, 0.0)
+
+
+def test_a_run_that_does_not_settle_ends_at_its_longest_and_says_so():
+    found = run(until(relative=1e-6, most=12.5), {"simulate.discard": 1})
+    assert found.status == "ok"
+    assert found.summary["settled"] == 0
+    assert found.summary["period"] is None
+    assert found.summary["revolutions_run"] == 12.0  # whole revolutions after `discard`
+    assert found.summary["figure_ci"] > 0.0
+
+
+def test_a_run_that_fails_on_its_way_is_a_failure():
+    found = run(until(), {"simulate.event_budget": 1})
+    assert found.status == "event-budget"
+    assert found.summary["rod_slider_force_rms"] is None
+    assert found.summary["settled"] is None
+
+
+def test_periods_are_found_and_nothing_else_is():
+    turns = np.arange(60.0)
+    three = np.column_stack([np.sin(2.0 * math.pi / 3.0 * turns), turns % 3])
+    assert period_of(three) == 3
+    assert period_of(three[:11]) is None  # three repeats need twelve
+    assert period_of(np.ones((4, 2))) == 1
+    assert period_of(three + 0.01 * np.random.default_rng(1).normal(size=three.shape)) is None
+    assert period_of(np.column_stack([0.1 * turns])) is None
+    assert period_of(np.empty((0, 4))) is None
+
+
+# ---------------------------------------------------------------------------------------------- intervals
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5])
+def test_an_interval_of_blocks_covers_the_mean_as_often_as_it_says(memory):
+    random, hits = np.random.default_rng(5), 0
+    for _ in range(1000):
+        noise = random.normal(size=24 * 4 + 50)
+        for i in range(1, noise.size):
+            noise[i] += memory * noise[i - 1]
+        values = noise[50:].reshape(24, 4).mean(axis=1)
+        hits += abs(values.mean()) <= batch_means.half_width(values)
+    assert 0.92 < hits / 1000 <= 0.99
+
+
+@pytest.mark.slow
+def test_intervals_at_which_chaotic_runs_ended_hold_the_value_of_a_long_run():
+    """Runs that stop when their interval is narrow could stop when it is so by chance: they must hold all the same."""
+    figure, hits = "rod_slider_force_rms", 0
+    truth = run(WORN, {"simulate.revolutions": 1500}).summary[figure]
+    for place in range(40):
+        tolerance = {"simulate.tolerance": 1e-7 * (1 + 0.01 * place)}  # another sample of the same motion
+        found = run(WORN, until(figure, relative=0.1, most=200), tolerance).summary
+        assert found["settled"] == 1
+        hits += abs(found[figure] - truth) <= found["figure_ci"]
+    assert hits >= 32  # 38 expected
+
+
+def test_blocks_that_are_all_alike_leave_no_doubt_and_a_single_one_leaves_all():
+    assert batch_means.half_width(np.full(9, 3.0)) == 0.0
+    assert batch_means.half_width(np.ones(1)) == math.inf
+
+
+class Watch:
+    """Takes down every figure that can be judged, for as long as the run goes."""
+
+    parts = 1
+
+    def __init__(self, layout):
+        from clearsweep.results import settling
+
+        self.names = settling(layout)
+        self.blocks = batch_means.Blocks(layout, self.names)
+
+    def see(self, work):
+        self.blocks.note(work)
+        return False
+
+
+def test_figures_over_the_blocks_are_those_of_the_summary_and_blocks_grow_with_the_run():
+    scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN | {"simulate.revolutions": 71}))
+    watch = Watch(scene.layout)
+    summary = clearsweep.simulate(scene, watchers=(watch,)).summary
+    assert len(watch.names) == 7
+    for name in watch.names:
+        found = watch.blocks.interval(name)
+        assert found.value == pytest.approx(summary[name], rel=0.03, abs=1e-12), name
+        assert found.blocks == 17  # of four revolutions; 32 would be of two
+        assert found.half_width < 0.4 * found.value or summary[name] == 0.0
+
+
+# ---------------------------------------------------------------------------------------------- horizon
+
+
+def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem(monkeypatch):
+    twins = []
+
+    class Seen(lyapunov.Twin):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            twins.append(self)
+
+    monkeypatch.setattr(running, "Twin", Seen)
+    source = next(problem.grid for problem in problems() if problem.name == "b_base")
+    scene = clearsweep.load_case(changed(source, {"simulate.tolerance": 1e-12, "simulate.horizon": True}))
+    found = clearsweep.simulate(scene).summary
+    turn, clearance, pace = 2.0 * math.pi / scene.value.pace, scene.value.joints[0].clearance, scene.value.pace
+    assert 4e3 < math.exp(found["lyapunov_exponent"] * turn) < 1e6
+    expected = math.log(0.01 / 1e-12) / (found["lyapunov_exponent"] * turn)
+    assert found["horizon_revolutions"] == pytest.approx(expected, rel=1e-12)
+
+    unit = clearance * np.array([1.0 / 0.12, 1.0, pace / 0.12, pace])
+    start = scene.start + 0.5e-9 * np.array([*unit, 0.0, 0.0])  # the twin's direction; halves: four of one length
+    paths = [
+        clearsweep.simulate(dataclasses.replace(scene, start=one), times=twins[0].times) for one in (scene.start, start)
+    ]
+    states = [
+        np.column_stack([path[name] for name in ("rod/angle", "slider/x", "rod/rate", "slider/v")]) for path in paths
+    ]
+    grown = np.log(np.linalg.norm((states[1] - states[0]) / unit, axis=1) / 1e-9)
+    assert len(grown) > 15
+    assert max(grown) > 8.0
+    assert twins[0].growths == pytest.approx(grown, abs=0.06)
+
+
+def test_the_exponent_is_reproducible_and_leaves_the_figures_alone():
+    plain, first, second = run(), run({"simulate.horizon": True}), run({"simulate.horizon": True})
+    assert figures(first) == figures(second)
+    assert first.summary["lyapunov_exponent"] > 100.0
+    assert figures(plain).items() <= figures(first).items()
+    assert 1.5 * plain.summary["steps"] < first.summary["steps"] < 2.0 * plain.summary["steps"]  # the twin's too
+
+
+def test_the_exponent_does_not_depend_on_the_size_of_the_disturbance(monkeypatch):
+    found = []
+    for size in (1e-7, 1e-6, 1e-5):
+        monkeypatch.setattr(lyapunov, "SIZE", size)
+        asked = {"simulate.horizon": True, "simulate.revolutions": 30, "simulate.tolerance": 1e-10}
+        found.append(run(asked).summary["lyapunov_exponent"])
+    assert len(set(found)) == 3
+    assert found == pytest.approx([found[1]] * 3, rel=0.03)
+
+
+def test_a_regular_motion_forgets_a_disturbance_and_has_no_horizon():
+    found = run(REGULAR, {"simulate.horizon": True, "simulate.revolutions": 8}).summary
+    assert found["lyapunov_exponent"] < 0.0
+    assert found["horizon_revolutions"] is None
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
+def test_errors_of_steps_are_not_taken_for_a_disturbance_that_grows(tolerance):
+    rolling = {"joints.rod-slider.clearance": 3e-4, "joints.rod-slider.contact.restitution": 0.1, **WORN}
+    length = {"simulate.horizon": True, "simulate.tolerance": tolerance, "simulate.revolutions": 15}
+    assert run(rolling, length).summary["lyapunov_exponent"] < 0.0
+
+
+def test_a_run_that_is_too_short_to_tell_has_no_exponent():
+    found = run({"simulate.revolutions": 0.02, "simulate.discard": 0, "simulate.horizon": True}).summary
+    assert found["lyapunov_exponent"] is None
+    assert found["horizon_revolutions"] is None
+
+
+@pytest.mark.parametrize("joints", [("crank-rod", "rod-slider"), ("ground-crank", "crank-rod", "rod-slider")])
+def test_several_joints_with_friction_have_an_exponent(joints):
+    friction = {f"joints.{name}.friction": WORN["joints.rod-slider.friction"] for name in joints}
+    asked = {"simulate.horizon": True, "drive.speed": "1500 rpm", "mechanism.gravity": 9.81}
+    found = clearsweep.simulate(clearsweep.load_case(slider_crank(*joints, changes=friction | asked)))
+    assert 100.0 < found.summary["lyapunov_exponent"] < 1000.0
+
+
+# ---------------------------------------------------------------------------------------------- error check
+
+
+def test_the_error_check_stores_the_difference_from_a_tenth_of_the_tolerance():
+    plain, tighter = run(WORN).summary, run(WORN, {"simulate.tolerance": 1e-8}).summary
+    found = run(WORN, {"simulate.error_check": True}).summary
+    checked = [name for name in plain if f"{name}_difference" in found]
+    assert {"rod_slider_force_peak", "rod_slider_wear_rate_max", "crank_torque_peak"} <= set(checked)
+    for name in checked:
+        assert found[name] == plain[name]
+        assert found[f"{name}_difference"] == abs(plain[name] - tighter[name])
+    assert found["rod_slider_force_peak_difference"] > 0.0
+    assert not any(f"{name}_difference" in found for name in (*COSTS, "energy_residual"))
+    assert found["rhs_evaluations"] == plain["rhs_evaluations"] + tighter["rhs_evaluations"]
+
+
+def test_the_error_check_of_a_run_that_found_its_length_is_as_long():
+    found = run(until(relative=0.9), {"simulate.error_check": True}).summary
+    tighter = run({"simulate.tolerance": 1e-8, "simulate.revolutions": found["revolutions_run"]}).summary
+    name = "rod_slider_force_p99"
+    assert found[f"{name}_difference"] == abs(found[name] - tighter[name])
+
+
+def test_an_impact_pair_can_be_checked():
+    found = clearsweep.simulate(clearsweep.load_case(changed(PAIR, {"simulate.error_check": True}))).summary
+    assert found["pair_restitution_difference"] < 1e-9
+
+
+# ---------------------------------------------------------------------------------------------- grids and stores
+
+
+def case_id(**changes):
+    source = slider_crank("rod-slider", changes={k.replace("__", "."): v for k, v in changes.items()})
+    return grid.load(source, laws.catalogue()).case_id(0)
+
+
+def test_what_is_not_asked_for_is_not_in_the_identity():
+    assert case_id(simulate__horizon=False, simulate__error_check=False) == case_id()
+    assert len({case_id(), case_id(simulate__horizon=True), case_id(simulate__error_check=True)}) == 3
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ({"simulate.horizon": "yes"}, "simulate.horizon: found 'yes'; expected true or false"),
+        (until("rod_slider_force_rsm"), "simulate.until.figure: unknown word 'rod_slider_force_rsm'; did you mean"),
+        (
+            until("crank_rod_force_rms"),
+            "simulate.until.figure: crank_rod_force_rms is no figure of this grid (known: rod",
+        ),
+        (until("rod_slider_wear_rate_max"), "rod_slider_wear_rate_max is no figure of this grid"),
+        (until("rod_slider_force_peak"), "unknown word 'rod_slider_force_peak'"),
+        (
+            until(most=3),
+            "simulate.until.max_revolutions: found 3; allowed: at least 4, the value of simulate.revolutions",
+        ),
+        (until(relative=0), "simulate.until.relative_ci: found 0, out of range"),
+        ({"simulate.until": {"relative_ci": 0.1}}, "simulate.until.figure: is missing"),
+    ],
+)
+def test_mistakes_are_told(asked, told):
+    with pytest.raises(InputError) as caught:
+        grid.load(slider_crank("rod-slider", changes=LONG | asked), laws.catalogue())
+    assert told in str(caught.value)
+
+
+def test_columns_are_stored_with_their_units_and_can_be_limited(tmp_path):
+    source = slider_crank(
+        "rod-slider",
+        changes=LONG
+        | until(relative=0.9)
+        | {"simulate.horizon": True, "simulate.error_check": True, "limits": {"lyapunov_exponent": 100.0}},
+    )
+    source |= {"sweep": {"joints.rod-slider.clearance": [1e-5, 5e-4]}}
+    clearsweep.sweep(source, out=tmp_path / "run", jobs=1)
+    found = clearsweep.open(tmp_path / "run")
+    assert {
+        "lyapunov_exponent": "1/s",
+        "horizon_revolutions": "1",
+        "figure_ci": "N",
+        "period": "1",
+        "rod_slider_force_rms_difference": "N",
+    }.items() <= found.summary.attrs["units"].items()
+    assert found.layout.until == "rod_slider_force_rms"
+    regular, irregular = (row for _, row in found.summary.sort_values("joints.rod-slider.clearance").iterrows())
+    assert irregular["lyapunov_exponent"] > 100.0
+    assert regular["lyapunov_exponent"] < 0.0
+    assert np.isnan(regular["horizon_revolutions"])  # null in the file
+    files = {file.stem: file for file in report.tables(found, tmp_path / "tables")}
+    head = files["certainty"].read_text(encoding="utf-8").splitlines()[0]
+    assert "period,settled,rod_slider_force_rms [N]," in head
+    assert "error of force p99 [N]" in head
+    assert "How certain the figures are" in report.write(found, tmp_path / "report.html").read_text(encoding="utf-8")
