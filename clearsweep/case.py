@@ -1,0 +1,113 @@
+"""One case of a grid, resolved and in SI: what every room above reads instead of a dict.
+
+The numbers of a mechanism or a law are kept by the name of their key, since each has its own; whoever made the key
+known reads it.  All else has a field.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+
+class Mechanism(NamedTuple):
+    """The bodies: `values` by dotted path below `mechanism`, such as 'crank.length' (m)."""
+
+    type: str
+    values: Mapping[str, float]
+
+
+class Drive(NamedTuple):
+    """What turns the crank."""
+
+    speed: float  # rad/s
+
+
+class Material(NamedTuple):
+    """What both bodies of a joint are made of."""
+
+    young: float  # Pa
+    poisson: float  # 1
+
+
+class Contact(NamedTuple):
+    """The normal force of a joint."""
+
+    law: str
+    elastic: str | None  # None: the law brings its own spring
+    values: Mapping[str, float]  # of both laws, by key
+    material: Material | None = None
+
+
+class Friction(NamedTuple):
+    """The friction of a joint."""
+
+    law: str
+    values: Mapping[str, float]
+
+
+class Wear(NamedTuple):
+    """The wear of a joint."""
+
+    law: str
+    pressure: str
+    bins: int  # of each body
+    values: Mapping[str, float]  # bearing_coefficient, journal_coefficient, and what the laws take besides
+
+
+class Joint(NamedTuple):
+    """A joint with clearance."""
+
+    name: str  # as in the grid: 'rod-slider'
+    clearance: float  # m, radial
+    contact: Contact
+    bearing_radius: float | None = None  # m
+    length: float | None = None  # m, along the pin
+    journal: str | None = None  # the body it sits on; None where there is no choice
+    friction: Friction | None = None
+    wear: Wear | None = None
+
+    @property
+    def column(self) -> str:
+        """Return the name of the joint in columns and channels: 'rod_slider'."""
+        return self.name.replace("-", "_")
+
+
+class Until(NamedTuple):
+    """When a run has settled."""
+
+    figure: str  # column of the summary
+    relative_ci: float  # half-width of its 95 % interval over its value
+    max_revolutions: float
+
+
+class Simulate(NamedTuple):
+    """How long, how exactly and from where."""
+
+    tolerance: float
+    method: str
+    step_budget: int  # per revolution
+    event_budget: int  # per revolution
+    revolutions: float = 0.0  # `discard` included
+    discard: float = 0.0
+    start: str = "centred"
+    impacts: int = 0  # after which a run without a crank ends
+    error_check: bool = False
+    horizon: bool = False
+    until: Until | None = None
+
+
+class Save(NamedTuple):
+    """What is kept."""
+
+    orbits: str
+    samples: int  # per revolution; without a crank in all
+    revolutions: float = 0.0  # the last ones, where `orbits` is 'last'
+
+
+class Case(NamedTuple):
+    """One case."""
+
+    mechanism: Mechanism
+    joints: tuple[Joint, ...]
+    simulate: Simulate
+    save: Save
+    drive: Drive | None = None  # None: nothing turns
