@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .case import Case
+
 #: Approach speed in m/s above which steel may yield: about 1e-5 sqrt(E/rho), E = 207 GPa, rho = 7850 kg/m^3.
 #: Love's criterion for impacts that stay elastic, as Lankarani and Nikravesh 1990 use it.
 ELASTIC_ONSET = 0.05
@@ -28,6 +30,14 @@ class Layout(NamedTuple):
     horizon: bool = False  # simulate.horizon
     error_check: bool = False  # simulate.error_check
     until: str = ""  # simulate.until.figure
+
+    @classmethod
+    def of(cls, case: Case) -> "Layout":
+        """Return the layout of a case, and so of all cases of its grid."""
+        joints = tuple(JointLayout(joint.column, joint.wear.bins if joint.wear else 0) for joint in case.joints)
+        simulate = case.simulate
+        until = simulate.until.figure if simulate.until else ""
+        return cls(case.mechanism.type, joints, simulate.horizon, simulate.error_check, until)
 
 
 class Column(NamedTuple):

@@ -74,7 +74,7 @@ class Fake:
     @staticmethod
     def signature(case):
         """Return the law's name."""
-        return case["joints"]["rod-slider"]["contact"]["law"]
+        return case.joints[0].contact.law
 
     @staticmethod
     def load():
@@ -97,7 +97,7 @@ class Fake:
     @staticmethod
     def solve(case):
         """Return a made-up trajectory, or fail in the way that the case's gravity says."""
-        gravity = case["mechanism"]["gravity"]
+        gravity = case.mechanism.values["gravity"]
         if gravity == RAISES:
             raise ZeroDivisionError("made to fail")
         if gravity == DIES:
@@ -118,11 +118,10 @@ class Fake:
 
 def trajectory(case) -> results.Trajectory:
     """Return histories, events, wear and figures that depend on the slider's mass alone."""
-    mass = case["mechanism"]["slider"]["mass"]
-    joint = case["joints"]["rod-slider"]
-    bins = int(joint["wear"]["bins"]) if "wear" in joint else 0
+    mass = case.mechanism.values["slider.mass"]
+    bins = case.joints[0].wear.bins if case.joints[0].wear else 0
     layout = results.Layout("slider-crank", (results.JointLayout("rod_slider", bins),))
-    count = 0 if case["save"]["orbits"] == "none" else 41
+    count = 0 if case.save.orbits == "none" else 41
     chance = np.random.default_rng(int(1e6 * mass))
     channels = {column.name: mass * np.arange(count) + place for place, column in enumerate(results.channels(layout))}
     events = np.zeros(int(chance.integers(0, 5)) if count else 0, results.EVENT_DTYPE)

@@ -7,6 +7,7 @@ import numba
 import numpy as np
 import pint
 
+from clearsweep.case import Contact, Friction, Joint, Material
 from clearsweep.mechanics.joint import laws
 from clearsweep.mechanics.joint.elastic import elastic_force
 from clearsweep.mechanics.joint.friction import friction_force
@@ -45,12 +46,32 @@ def numbers(law):
 
 
 def joint(law="hertz", elastic="power", friction=None, **changes):
-    """Return a joint section with these laws; `changes` replaces numbers of any of them."""
+    """Return a joint of a case with these laws; `changes` replaces numbers of any of them."""
+    return resolved(written(law, elastic, friction, **changes))
+
+
+def resolved(section):
+    """Return a joint section in SI as a joint of a case."""
+    contact, friction = dict(section["contact"]), dict(section.get("friction", {}))
+    material = contact.pop("material", None)
+    return Joint(
+        "rod-slider",
+        contact=Contact(contact.pop("law"), contact.pop("elastic", None), contact, material and Material(**material)),
+        friction=Friction(friction.pop("law"), friction) if friction else None,
+        **{key: value for key, value in section.items() if key not in ("contact", "friction")},
+    )
+
+
+STEEL = {"young": 207e9, "poisson": 0.3}
+
+
+def written(law="hertz", elastic="power", friction=None, **changes):
+    """Return the same as a grid file writes it, in SI."""
     contact = {"law": law} | numbers(RECIPES["law", law].law)
-    section = dict(REFERENCE)
+    section = {key: getattr(REFERENCE, key) for key in ("clearance", "bearing_radius", "length")}
     if RECIPES["law", law].law.uses_elastic:
         contact |= {"elastic": elastic} | numbers(RECIPES["elastic", elastic].law)
-        contact["material"] = REFERENCE["contact"]["material"]
+        contact["material"] = STEEL
     if friction:
         section["friction"] = {"law": friction} | numbers(RECIPES["friction", friction].law)
     for part in (contact, section, section.get("friction", {})):
@@ -74,7 +95,7 @@ def length_power(unit, exponent=1.5):
 
 
 def in_millimetres(section):
-    """Return a joint section with every number in units in which a length is a thousand times what it is in metres."""
+    """Return the joint of a section in units in which a length is a thousand times what it is in metres."""
     units = {"bearing_radius": "m", "clearance": "m", "length": "m", "young": "Pa", "poisson": "1"}
     for recipe in RECIPES.values():
         units |= {field.name: field.unit for field in recipe.law.fields if recipe.law.family == "friction"}
@@ -94,7 +115,7 @@ def in_millimetres(section):
             for key, value in part.items()
         }
 
-    return scaled(section)
+    return resolved(scaled(section))
 
 
 @numba.njit(error_model="numpy")

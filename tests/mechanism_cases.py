@@ -57,8 +57,8 @@ def changed(case, changes):
 
 
 def resolved(source):
-    """Return the resolved case of a grid dict without sweep."""
-    return grid.load(source, laws.catalogue()).case(0)
+    """Return the resolved case of a grid dict without sweep, in the shape of a grid file."""
+    return grid.load(source, laws.catalogue()).written_case(0)
 
 
 def told_both_ways(program: str) -> list[list[float]]:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from law_cases import RECIPES, compiled_elastic, force, in_millimetres, joint, names
+from law_cases import RECIPES, compiled_elastic, force, in_millimetres, joint, names, resolved, written
 from mechanism_cases import PAIR, changed
 from scipy.integrate import quad
 from scipy.special import lambertw
@@ -20,6 +20,7 @@ from clearsweep.mechanics.joint.elastic import (
     inverse_lambert,
     parity,
 )
+from clearsweep.mechanics.joint.laws.describe import REFERENCE
 from clearsweep.mechanics.joint.laws.elastic import FIT_END, conformal_fit
 
 LAWS = names("elastic")
@@ -83,27 +84,26 @@ def test_compiled_and_plain_code_give_the_same_force(name):
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_does_not_depend_on_the_unit_of_length_or_says_so(name):
-    section = joint(elastic=name)
-    scaled = in_millimetres(section)
+    scaled = in_millimetres(written(elastic=name))
     recipe = RECIPES["elastic", name]
     same = all(
         elastic_force(recipe.make(scaled), 1e3 * pen)
-        == pytest.approx(1e3 * elastic_force(recipe.make(section), pen), rel=1e-9)
+        == pytest.approx(1e3 * elastic_force(recipe.make(joint(elastic=name)), pen), rel=1e-9)
         for pen in (1e-8, 1e-6, 1e-4)
     )
     assert same or "Dimensionally inconsistent" in recipe.law.notes
 
 
 def test_the_sphere_s_stiffness_depends_on_the_unit_of_length_for_other_exponents():
-    section = joint(elastic="lankarani-nikravesh-cylindrical", exponent=1.2)
+    section = written(elastic="lankarani-nikravesh-cylindrical", exponent=1.2)
     make = RECIPES["elastic", "lankarani-nikravesh-cylindrical"].make
-    ratio = elastic_force(make(in_millimetres(section)), 1e-3) / elastic_force(make(section), 1e-6)
+    ratio = elastic_force(make(in_millimetres(section)), 1e-3) / elastic_force(make(resolved(section)), 1e-6)
     assert ratio == pytest.approx(1e3 * 1e3**-0.3, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_free_impact_gives_back_what_the_exact_law_is_asked_for_whatever_the_elastic_law(name):
-    section = joint("exact", name, restitution=0.6)
+    section = written("exact", name, restitution=0.6)
     case = changed(PAIR, {"joints.pair": section, "simulate.impacts": 1, "mechanism.speed": 0.5})
     run = clearsweep.simulate(clearsweep.load_case(case))
     assert run.status == "ok"
@@ -141,9 +141,9 @@ FORCES = {  # N, over DEPTHS in the reference joint; computed from the formulas 
 @pytest.mark.parametrize("name", FORCES)
 def test_reference_forces(name):
     more = {"thickness": 5e-3} if name == "winkler" else {}
-    section = joint(elastic=name, **more)
+    section = written(elastic=name, **more)
     section["contact"].pop("stiffness", None)  # from the material
-    term = RECIPES["elastic", name].make(section)
+    term = RECIPES["elastic", name].make(resolved(section))
     got = [elastic_force(term, pen) for pen in DEPTHS]
     assert got == pytest.approx(FORCES[name], rel=2e-4)
 
@@ -323,8 +323,7 @@ def test_conformal_fit_stays_as_close_to_persson_as_it_says():
 
 
 def test_material_stiffness_has_its_published_value():
-    section = {"bearing_radius": 10e-3, "clearance": 0.5e-3, "contact": {"material": {"young": 207e9, "poisson": 0.3}}}
-    assert laws.material_stiffness(section) == pytest.approx(6.610198e10, rel=1e-7)
+    assert laws.material_stiffness(REFERENCE) == pytest.approx(6.610198e10, rel=1e-7)
 
 
 @pytest.mark.parametrize(("exponent", "kind"), [(1.5, "PowerThreeHalves"), (1.0, "Linear"), (1.3, "Power")])

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names
+from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names, written
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep.case import Friction
 from clearsweep.mechanics.joint import laws
 from clearsweep.mechanics.joint.friction import friction_force
 
@@ -21,7 +22,8 @@ def made(name, **changes):
 
 
 def force(name, slip, normal=100.0, **numbers):
-    return friction_force(RECIPES["friction", name].make({"friction": numbers}), normal, slip)
+    term = RECIPES["friction", name].make(joint()._replace(friction=Friction(name, numbers)))
+    return friction_force(term, normal, slip)
 
 
 # ---------------------------------------------------------------------------------------------- every law
@@ -55,18 +57,17 @@ def test_compiled_and_plain_code_give_the_same_force(name):
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_does_not_depend_on_the_unit_of_length(name):
-    section = joint(friction=name)
-    scaled = laws.friction_term(in_millimetres(section))
+    scaled = laws.friction_term(in_millimetres(written(friction=name)))
     for slip in (1e-4, 1.5e-3, 0.3):
-        expected = friction_force(laws.friction_term(section), 100.0, slip)
+        expected = friction_force(laws.friction_term(joint(friction=name)), 100.0, slip)
         assert friction_force(scaled, 100.0, 1e3 * slip) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_friction_takes_energy_out_of_a_slider_crank(name):
-    written = joint(friction=name)["friction"] | {"velocity_scale": 0.1}
-    written = {key: value for key, value in written.items() if key in joint(friction=name)["friction"]}
-    case = slider_crank("rod-slider", changes={"joints.rod-slider.friction": written, "simulate.revolutions": 0.2})
+    section = written(friction=name)["friction"]
+    section |= {key: 0.1 for key in section if key == "velocity_scale"}
+    case = slider_crank("rod-slider", changes={"joints.rod-slider.friction": section, "simulate.revolutions": 0.2})
     run = clearsweep.simulate(clearsweep.load_case(case))
     assert run.status == "ok"
     assert run.summary["energy_residual"] < 1e-6

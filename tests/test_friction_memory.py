@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names
+from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names, written
 from mechanism_cases import slider_crank, told_both_ways
 from scipy.integrate import solve_ivp
 
@@ -115,14 +115,14 @@ def test_lugre_s_bristles_never_drive_unless_their_damping_lasts():
 
 @pytest.mark.parametrize("name", REMEMBERING)
 def test_bent_bristles_give_the_same_force_compiled_and_in_any_unit(name):
-    section = joint(friction=name)
-    (size,) = memory(laws.friction_term(section))
+    term = laws.friction_term(joint(friction=name))
+    (size,) = memory(term)
     slips = np.linspace(-0.01, 0.01, 21)
     for bend in (-0.7 * size, 0.4 * size):
-        law = recalled(laws.friction_term(section), [bend], 0)
+        law = recalled(term, [bend], 0)
         plain = np.array([friction_force(law, 100.0, slip) for slip in slips])
         np.testing.assert_allclose(compiled_friction(law, 100.0, slips), plain, rtol=1e-13, atol=1e-300)
-        scaled = recalled(laws.friction_term(in_millimetres(section)), [1e3 * bend], 0)
+        scaled = recalled(laws.friction_term(in_millimetres(written(friction=name))), [1e3 * bend], 0)
         in_mm = [friction_force(scaled, 100.0, 1e3 * slip) for slip in slips]
         np.testing.assert_allclose(in_mm, plain, rtol=1e-11)
 

@@ -15,6 +15,7 @@ from grid_fake import CATALOGUE, CONFIGS, CONTACT, JOINT, TEXT, ids, load, sweep
 from hypothesis import given
 from hypothesis import strategies as st
 
+import clearsweep
 from clearsweep import grid
 from clearsweep.results import JointLayout, Layout
 
@@ -41,7 +42,7 @@ def test_a_case_is_in_si_with_every_default_filled_in(at):
     joint["wear"] = wear | {"journal_coefficient": 2e-14}
     words = {"start": "centred", "method": "auto"}
     budgets = {"step_budget": 1_000_000, "event_budget": 100_000}
-    assert demo.case(0) == {
+    assert demo.written_case(0) == {
         "mechanism": {"type": "slider-crank", **body, "slider": {"mass": 0.14}, "gravity": 0.0},
         "drive": {"speed": pytest.approx(5000 * math.pi / 30, rel=3e-16)},
         "joints": {"rod-slider": joint},
@@ -52,7 +53,7 @@ def test_a_case_is_in_si_with_every_default_filled_in(at):
 
 def test_an_impact_pair_has_two_masses_and_no_drive():
     pair = load(CONFIGS / "impact_pair.yaml")
-    case = pair.case(0)
+    case = pair.written_case(0)
     assert case["mechanism"] == {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0}
     assert set(case) == {"mechanism", "joints", "simulate", "save"}
     assert set(case["simulate"]) == {"impacts", "tolerance", "step_budget", "event_budget", "method"}
@@ -65,33 +66,34 @@ def test_the_masses_of_an_impact_pair_can_be_swept_and_overridden():
     pair = load(
         load(CONFIGS / "impact_pair.yaml").resolved() | {"sweep": axes}, {"joints.pair.contact.restitution": 0.5}
     )
-    assert [pair.case(k)["mechanism"]["masses"] for k in range(3)] == [[0.2, 0.1], [0.2, 0.2], [0.2, 0.3]]
+    assert [pair.written_case(k)["mechanism"]["masses"] for k in range(3)] == [[0.2, 0.1], [0.2, 0.2], [0.2, 0.3]]
     assert load(pair.resolved()).frame() == pair.frame()
     one = load(CONFIGS / "impact_pair.yaml", {"mechanism.masses.0": "1 kg", "joints.pair.contact.restitution": 0.5})
-    assert one.case(0)["mechanism"]["masses"] == [1.0, 0.2]
+    assert one.written_case(0)["mechanism"]["masses"] == [1.0, 0.2]
 
 
 def test_what_is_left_out_does_not_appear(at):
-    plain = at(TEXT, {f"{JOINT}.friction": None, f"{JOINT}.wear": None, f"{JOINT}.length": None}).case(0)
+    plain = at(TEXT, {f"{JOINT}.friction": None, f"{JOINT}.wear": None, f"{JOINT}.length": None}).written_case(0)
     assert set(plain["joints"]["rod-slider"]) == {"clearance", "bearing_radius", "journal", "contact"}
 
 
 def test_defaults_that_follow_from_other_values(base):
     cases = load(sweep(base, {"mechanism.crank.length": ["40 mm", "50 mm"]}), {"mechanism.crank.center": None})
-    assert [cases.case(k)["mechanism"]["crank"]["center"] for k in range(2)] == [0.02, 0.025]
-    short = load(base, {"simulate": {"revolutions": 1}, "save": None}).case(0)
+    assert [cases.written_case(k)["mechanism"]["crank"]["center"] for k in range(2)] == [0.02, 0.025]
+    short = load(base, {"simulate": {"revolutions": 1}, "save": None}).written_case(0)
     assert (short["simulate"]["discard"], short["save"]["revolutions"]) == (0.0, 1.0)
 
 
 def test_material_stands_in_for_the_stiffness(base):
     contact = load(base, {f"{CONTACT}.stiffness": None, f"{CONTACT}.material": {"young": "207 GPa", "poisson": 0.3}})
-    contact = contact.case(0)["joints"]["rod-slider"]["contact"]
+    contact = contact.written_case(0)["joints"]["rod-slider"]["contact"]
     assert "stiffness" not in contact
     assert contact["material"] == {"young": 2.07e11, "poisson": 0.3}
 
 
 def test_each_body_may_have_its_own_wear_coefficient(base):
-    both = load(base, {f"{JOINT}.wear": {"law": "archard", "coefficient": 1e-14, "journal_coefficient": 0}}).case(0)
+    wear = {"law": "archard", "coefficient": 1e-14, "journal_coefficient": 0}
+    both = load(base, {f"{JOINT}.wear": wear}).written_case(0)
     assert both["joints"]["rod-slider"]["wear"]["bearing_coefficient"] == 1e-14
     assert both["joints"]["rod-slider"]["wear"]["journal_coefficient"] == 0.0
 
@@ -101,7 +103,7 @@ def test_the_layout_lists_clearance_joints_in_the_order_of_the_mechanism(base):
     del joints["ground-crank"]["wear"], joints["ground-crank"]["journal"]
     two = load(base | {"joints": joints})
     assert two.layout() == Layout("slider-crank", (JointLayout("ground_crank"), JointLayout("rod_slider", 360)))
-    assert two.case(0)["joints"]["ground-crank"]["journal"] == "crank"
+    assert two.written_case(0)["joints"]["ground-crank"]["journal"] == "crank"
 
 
 # ------------------------------------------------------------------------------------------------------ identity
@@ -153,7 +155,7 @@ def test_the_id_depends_on_everything_that_is_computed_with(at, old, new):
 
 def test_the_id_depends_on_the_models_version(at, monkeypatch):
     before = at(TEXT).case_id(0)
-    monkeypatch.setattr(grid, "MODEL_VERSION", "another")
+    monkeypatch.setattr("clearsweep.grid.grid.MODEL_VERSION", "another")
     assert at(TEXT).case_id(0) != before
 
 
@@ -185,8 +187,8 @@ def test_the_cases_are_the_product_of_the_axes(base):
     ]
     assert list(cases.axes) == list(axes)
     for k, point in enumerate(points):
-        assert cases.case(k)["joints"]["rod-slider"]["clearance"] == point[f"{JOINT}.clearance"]
-        assert cases.case(k)["drive"]["speed"] == point["drive.speed"]
+        assert cases.written_case(k)["joints"]["rod-slider"]["clearance"] == point[f"{JOINT}.clearance"]
+        assert cases.written_case(k)["drive"]["speed"] == point["drive.speed"]
     for k in (-1, 6):
         with pytest.raises(IndexError):
             cases.case(k)
@@ -228,7 +230,7 @@ def test_laws_can_be_swept_and_only_keys_in_use_enter_a_case(at):
         "restitution: 0.9", "restitution: 0.9\n      damping: 3 N*s/m"
     )
     cases = at(f"{text}sweep:\n  {CONTACT}.law: [hertz, kelvin-voigt, flores]\n")
-    contacts = [cases.case(k)["joints"]["rod-slider"]["contact"] for k in range(3)]
+    contacts = [cases.written_case(k)["joints"]["rod-slider"]["contact"] for k in range(3)]
     assert contacts[0] == {"law": "hertz", "elastic": "power", "stiffness": 6.61e10, "exponent": 1.5}
     assert contacts[1] == {"law": "kelvin-voigt", "stiffness": 6.61e10, "damping": 3.0}
     assert contacts[2] == contacts[0] | {"law": "flores", "restitution": 0.9}
@@ -254,7 +256,7 @@ def test_friction_laws_can_be_swept(base):
     cases = load(
         sweep(base, {f"{JOINT}.friction.law": ["tanh", "ambrosio"]}), {f"{JOINT}.friction.velocity_scale": 0.1}
     )
-    assert [set(cases.case(k)["joints"]["rod-slider"]["friction"]) for k in range(2)] == [
+    assert [set(cases.written_case(k)["joints"]["rod-slider"]["friction"]) for k in range(2)] == [
         {"law", "coefficient", "velocity_scale"},
         {"law", "coefficient", "v0", "v1"},
     ]
@@ -263,7 +265,7 @@ def test_friction_laws_can_be_swept(base):
 def test_the_stiffness_law_and_its_exponent_can_be_swept(base):
     free = {f"{JOINT}.wear": None}
     cases = load(sweep(base, {f"{CONTACT}.elastic": ["power"], f"{CONTACT}.exponent": [1, 1.5, 2]}), free)
-    assert [cases.case(k)["joints"]["rod-slider"]["contact"]["exponent"] for k in range(3)] == [1.0, 1.5, 2.0]
+    assert [cases.written_case(k)["joints"]["rod-slider"]["contact"]["exponent"] for k in range(3)] == [1.0, 1.5, 2.0]
     axes = {f"{CONTACT}.stiffness": [1e9, 1e10], f"{CONTACT}.exponent": [1, 1.5]}
     assert load(sweep(base, axes), free).unit(f"{CONTACT}.stiffness") == "N/m^exponent"
     assert load(sweep(base, {f"{CONTACT}.stiffness": [1e9, 1e10]})).unit(f"{CONTACT}.stiffness") == "N/m^1.5"
@@ -281,7 +283,7 @@ def test_ten_million_cases_load_in_a_second_and_any_one_in_a_millisecond(base):
     began = time.process_time()
     last = [cases.case(k) for k in range(10**7 - 100, 10**7)][-1]
     assert time.process_time() - began < 0.1
-    assert (last["joints"]["rod-slider"]["clearance"], last["drive"]["speed"]) == (5e-4, 500.0)
+    assert (last.joints[0].clearance, last.drive.speed) == (5e-4, 500.0)
 
 
 # ------------------------------------------------------------------------------------------ which directory fits
@@ -291,7 +293,7 @@ def test_the_frame_holds_what_is_not_swept(at):
     text = TEXT + f"sweep:\n  drive.speed: [1000 rpm]\n  {JOINT}.clearance: [0.1 mm]\n"
     frame = at(text).frame()
     assert frame["swept"] == ["drive.speed", f"{JOINT}.clearance"]
-    assert (frame["model_version"], frame["schema"]) == (grid.MODEL_VERSION, grid.SCHEMA_VERSION)
+    assert (frame["model_version"], frame["schema"]) == (clearsweep.MODEL_VERSION, grid.SCHEMA_VERSION)
     assert frame["save.samples"] == 720
     assert frame["mechanism.rod.center"] == 0.06
     assert "drive.speed" not in frame
@@ -310,8 +312,8 @@ def test_the_frame_holds_what_is_not_swept(at):
 
 def test_an_override_replaces_a_value_or_an_axis_or_takes_a_key_away(at):
     assert (
-        at(TEXT, {"drive.speed": "3000 rpm"}).case(0)["drive"]["speed"]
-        == at(TEXT.replace("5000", "3000")).case(0)["drive"]["speed"]
+        at(TEXT, {"drive.speed": "3000 rpm"}).written_case(0)["drive"]["speed"]
+        == at(TEXT.replace("5000", "3000")).written_case(0)["drive"]["speed"]
     )
     text = TEXT + f"sweep:\n  drive.speed: [1000 rpm]\n  {JOINT}.clearance: [0.1 mm, 0.2 mm]\n"
     assert list(at(text, {"drive.speed": 300.0}).axes) == [f"{JOINT}.clearance"]

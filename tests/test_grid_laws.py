@@ -1,7 +1,7 @@
 """What a grid says of laws that need more of their joint than their own numbers."""
 
 import pytest
-from law_cases import RECIPES, joint, names
+from law_cases import RECIPES, names, written
 from mechanism_cases import PAIR, changed, resolved, slider_crank
 
 import clearsweep
@@ -27,7 +27,7 @@ def problems(source):
 
 @pytest.mark.parametrize("name", names("elastic"))
 def test_every_elastic_law_resolves_builds_and_runs_in_a_slider_crank(name):
-    contact = {key: value for key, value in joint("exact", name, restitution=0.6)["contact"].items() if key != "law"}
+    contact = {key: value for key, value in written("exact", name, restitution=0.6)["contact"].items() if key != "law"}
     case = resolved(cylinders(**{f"contact__{key}": value for key, value in contact.items()}))
     assert case["joints"]["rod-slider"]["contact"]["elastic"] == name
     run = clearsweep.simulate(
@@ -64,7 +64,7 @@ def test_laws_that_need_nothing_and_laws_that_do_can_be_swept_together():
     source = cylinders(contact__stiffness=6.61e10)
     source["sweep"] = {f"{JOINT}.contact.elastic": ["power", "johnson", "persson"]}
     cases = grid.load(source, laws.catalogue())
-    found = [cases.case(k)["joints"]["rod-slider"]["contact"] for k in range(len(cases))]
+    found = [cases.written_case(k)["joints"]["rod-slider"]["contact"] for k in range(len(cases))]
     assert ["stiffness" in contact for contact in found] == [True, False, False]
     assert len({cases.case_id(k) for k in range(3)}) == 3
     del source["joints"]["rod-slider"]["length"]
@@ -103,17 +103,17 @@ def test_an_impact_pair_takes_the_sizes_that_cylinders_need():
 def test_an_impact_pair_can_take_its_stiffness_from_the_material():
     contact = {"law": "hertz", "material": MATERIAL}
     pair = {"clearance": 0.5e-3, "bearing_radius": 0.01, "contact": contact}
-    section = resolved(changed(PAIR, {"joints.pair": pair}))["joints"]["pair"]
-    assert laws.contact_terms(section)[1].stiffness == pytest.approx(6.610198e10, rel=1e-7)
+    joint = clearsweep.load_case(changed(PAIR, {"joints.pair": pair})).case.joints[0]
+    assert laws.contact_terms(joint)[1].stiffness == pytest.approx(6.610198e10, rel=1e-7)
     del pair["bearing_radius"]
     assert "bearing_radius: is missing" in problems(changed(PAIR, {"joints.pair": pair}))[0]
 
 
 @pytest.mark.parametrize("name", names("friction"))
 def test_every_friction_law_resolves_with_its_own_numbers(name):
-    written = joint(friction=name)["friction"]
-    case = resolved(slider_crank("rod-slider", changes={f"{JOINT}.friction": written}))
-    assert case["joints"]["rod-slider"]["friction"] == pytest.approx(written)
+    section = written(friction=name)["friction"]
+    case = resolved(slider_crank("rod-slider", changes={f"{JOINT}.friction": section}))
+    assert case["joints"]["rod-slider"]["friction"] == pytest.approx(section)
 
 
 def test_stribeck_s_shape_and_viscous_part_have_defaults():

@@ -53,7 +53,7 @@ OVER = {
 def test_axes_in_step_give_case_after_case(at):
     cases = at(f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm, 0.2 mm]\n  {SPEED}: {{linspace: [10, 30, 3]}}\n")
     assert points(cases, CLEARANCE, SPEED) == [(1e-4, 10.0), (2e-4, 20.0), (2e-4, 30.0)]
-    assert cases.case(1)["drive"]["speed"] == 20.0
+    assert cases.written_case(1)["drive"]["speed"] == 20.0
     assert cases.frame()["swept"] == [SPEED, CLEARANCE]
 
 
@@ -70,7 +70,7 @@ def test_what_goes_in_step_is_one_factor_of_the_product(at):
 
 def test_law_names_go_in_step_with_what_they_use(at):
     cases = at(f"zip:\n  {CONTACT}.law: [flores, exact]\n  {RESTITUTION}: [0.8, 0.9]\n")
-    contacts = [cases.case(k)["joints"]["rod-slider"]["contact"] for k in range(2)]
+    contacts = [cases.written_case(k)["joints"]["rod-slider"]["contact"] for k in range(2)]
     assert [(contact["law"], contact["restitution"]) for contact in contacts] == [("flores", 0.8), ("exact", 0.9)]
 
 

@@ -12,7 +12,7 @@ from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.stick import held, rate_under, surfaces_of, swings
 from clearsweep.mechanics.mechanism.dynamics import motion
 from clearsweep.mechanics.mechanism.slider_crank import gaps, pose
-from clearsweep.simulation import simulate as simulating
+from clearsweep.simulation import trajectory as simulating
 from clearsweep.simulation.run import integrated
 
 KARNOPP = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 1e-2, "band": 1e-3}

@@ -17,6 +17,7 @@ from law_cases import (
     in_millimetres,
     joint,
     names,
+    written,
 )
 from mechanism_cases import PAIR, changed, resolved, slider_crank
 from scipy.integrate import solve_ivp
@@ -181,10 +182,9 @@ def test_simulated_restitution_is_the_closed_form(law):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_law_does_not_depend_on_the_unit_of_length(law):
-    section = joint(law)
-    scaled = in_millimetres(section)
+    scaled = in_millimetres(written(law))
     for pen, rate in ((1e-6, 0.3), (1e-4, -0.2)):
-        plain = contact_force(*laws.contact_terms(section), pen, rate, 0.5)
+        plain = contact_force(*laws.contact_terms(joint(law)), pen, rate, 0.5)
         in_mm = contact_force(*laws.contact_terms(scaled), 1e3 * pen, 1e3 * rate, 500.0)
         assert in_mm == pytest.approx([1e3 * part for part in plain], rel=1e-9)
 
@@ -341,7 +341,7 @@ def test_all_laws_can_be_swept_in_one_grid():
         },
     )
     cases = grid.load(case, laws.catalogue())
-    kinds = {type(laws.contact_terms(cases.case(k)["joints"]["pair"])[0]).__name__ for k in range(len(cases))}
+    kinds = {type(laws.contact_terms(cases.case(k).joints[0])[0]).__name__ for k in range(len(cases))}
     assert len(cases) > 10
     assert kinds == {"Hysteresis", "ApproachHysteresis", "RootDamper", "ApproachRootDamper", "Plastic"}
 

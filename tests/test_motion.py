@@ -40,18 +40,18 @@ def test_energy_balances_with_gravity_friction_and_impacts_in_any_opening(joints
 
 
 def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeypatch):
-    from clearsweep.mechanics import rates
+    from clearsweep.mechanics.joint import loads
 
     case = slider_crank("rod-slider", changes={"simulate.tolerance": 1e-6, "simulate.revolutions": 0.05})
     scene = clearsweep.load_case(case)
     good = plain(scene)
-    true = rates.joint_load
+    true = loads.joint_load
 
     def wrong(*arguments):  # the bodies feel a normal force that the joint does not account for
         load = true(*arguments)
         return load._replace(fx=1.001 * load.fx)
 
-    monkeypatch.setattr(rates, "joint_load", wrong)
+    monkeypatch.setattr(loads, "joint_load", wrong)
     bad = plain(scene)
     assert good < 1e-7
     assert bad > 100 * good
@@ -100,7 +100,7 @@ def test_ideal_mechanism_has_its_closed_form_values():
     assert a.max() == pytest.approx(9695.856, rel=1e-6)
     assert np.gradient(x, angles)[1:-1] * speed == pytest.approx(v[1:-1], abs=1e-3)
     assert np.gradient(v, angles)[1:-1] * speed == pytest.approx(a[1:-1], abs=1)
-    mechanism = clearsweep.load_case(slider_crank("rod-slider")).case["mechanism"]
+    mechanism = clearsweep.load_case(slider_crank("rod-slider")).case.mechanism.values
     assert ideal.reactions(mechanism, speed, 0.0).rod_slider[0] == pytest.approx(-2718.71, rel=1e-6)
 
 

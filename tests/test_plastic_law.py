@@ -13,7 +13,7 @@ from clearsweep.mechanics.joint.internal_state import recalled
 from clearsweep.mechanics.joint.normal import contact_force
 from clearsweep.mechanics.observe import tally
 from clearsweep.results import ELASTIC_ONSET
-from clearsweep.simulation import simulate as simulating
+from clearsweep.simulation import trajectory as simulating
 from clearsweep.simulation.run import integrated
 
 LAW = "lankarani-nikravesh-plastic"

@@ -309,9 +309,9 @@ def test_one_case_is_simulated_again_and_drawn(monkeypatch, tmp_path, ending):
     assert out.stat().st_size > 10_000
     row = run.summary.set_index("case_id").loc[case_id]
     (case,) = asked
-    assert case["joints"]["rod-slider"]["clearance"] == row["joints.rod-slider.clearance"]
-    assert case["joints"]["rod-slider"]["contact"]["stiffness"] == row["joints.rod-slider.contact.stiffness"]
-    assert case["save"]["orbits"] == "last"
+    assert case.joints[0].clearance == row["joints.rod-slider.clearance"]
+    assert case.joints[0].contact.values["stiffness"] == row["joints.rod-slider.contact.stiffness"]
+    assert case.save.orbits == "last"
     assert "sweep" not in case
     if ending != "png":
         assert "Contact onsets" in out.read_text(encoding="utf-8")

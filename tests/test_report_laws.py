@@ -10,6 +10,7 @@ from report_fake import RPM, Run
 from test_report import Page
 
 from clearsweep import grid, report, simulation
+from clearsweep.case import Contact, Joint, Material
 from clearsweep.report import laws, stiffness, study
 from clearsweep.sweeping import sweep
 from clearsweep.sweeping.simulator import SIMULATION
@@ -142,24 +143,14 @@ def test_a_material_shows_what_other_elastic_laws_would_give(tmp_path):
 
 
 def test_the_other_elastic_laws_are_those_that_a_grid_with_this_joint_may_name():
-    joint = {
-        "bearing_radius": 0.01,
-        "clearance": 2e-6,
-        "contact": {
-            "law": "exact",
-            "elastic": "power",
-            "exponent": 1.5,
-            "restitution": 0.7,
-            "material": STEEL["material"],
-        },
-    }
+    contact = Contact("exact", "power", {"exponent": 1.5, "restitution": 0.7}, Material(207e9, 0.3))
+    joint = Joint("rod-slider", clearance=2e-6, contact=contact, bearing_radius=0.01)
     assert set(simulation.elastic_choices(joint)) == {"power", "lankarani-nikravesh-cylindrical"}  # no length
-    allowed = set(simulation.elastic_choices(joint | {"length": 0.02}))
+    allowed = set(simulation.elastic_choices(joint._replace(length=0.02)))
     assert "johnson" in allowed
     assert "pereira" not in allowed  # fitted to clearances from 5 µm on
-    assert (
-        simulation.elastic_choices(joint | {"contact": {"law": "kelvin-voigt", "stiffness": 1e9, "damping": 1.0}}) == {}
-    )
+    spring = Contact("kelvin-voigt", None, {"stiffness": 1e9, "damping": 1.0})
+    assert simulation.elastic_choices(joint._replace(contact=spring)) == {}
 
 
 def test_laws_of_another_version_leave_the_rest_of_the_page(tmp_path):
@@ -197,9 +188,9 @@ def test_a_case_is_resolved_again_with_the_keys_that_it_uses():
     given = study.prepare(run)
     for case_id in given.cases.index[::10]:
         (case,) = study.resolved(given, [case_id])
-        uses = case["joints"]["rod-slider"]["contact"]["elastic"]
+        uses = case.joints[0].contact.elastic
         assert uses == given.value(case_id, ELASTIC)
-        assert ("thickness" in case["joints"]["rod-slider"]["contact"]) == (uses == "winkler")
+        assert ("thickness" in case.joints[0].contact.values) == (uses == "winkler")
 
 
 def test_ranges_of_what_is_derived_hold_one_unit_each():

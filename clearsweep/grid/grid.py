@@ -11,20 +11,20 @@ from os import PathLike, fspath
 from pathlib import Path
 
 from .. import MODEL_VERSION, quantity
+from ..case import Case
 from ..catalogue import Catalogue
 from ..errors import InputError, shown
 from . import checks, variations
 from .document import Entry, Problems, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step
-from .key_table import JOINTS
 from .keys import Flag, Number, Section, Shape, Word
+from .resolve import case_of
 from .values import draft as read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 1
 
-UNTIL = "simulate.until.figure"
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
 
@@ -131,17 +131,21 @@ class Grid:
             index = index * factor.size + place
         return index
 
-    def case(self, index: int) -> dict:
-        """Return the case at `index`: a nested dict of SI numbers and words, defaults filled in, only keys in use."""
+    def case(self, index: int) -> Case:
+        """Return the case at `index`, defaults filled in, with the keys that are in use."""
+        return case_of(self.written_case(index))
+
+    def case_id(self, index: int) -> str:
+        """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
+        return identity(self.written_case(index))
+
+    def written_case(self, index: int) -> dict:
+        """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
         point = {path: value for path, value in self.point(index).items() if value is not None}
         words = tuple((path, value) for path, value in point.items() if isinstance(value, str))
         if words not in self._used:
             self._used[words] = self._in_use(dict(words))
         return self._nested(_derived({path: point.get(path, value) for path, value in self._used[words].items()}))
-
-    def case_id(self, index: int) -> str:
-        """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
-        return identity(self.case(index))
 
     def frame(self) -> dict:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
@@ -162,17 +166,9 @@ class Grid:
 
     def layout(self):
         """Return the results.Layout that all cases share."""
-        from ..results import JointLayout, Layout
+        from ..results import Layout  # with it comes numpy
 
-        joints = []
-        for joint in (*JOINTS, "pair"):
-            if f"joints.{joint}" in self._shape:
-                worn = f"joints.{joint}.wear" in self._shape
-                joints.append(
-                    JointLayout(joint.replace("-", "_"), self._base[f"joints.{joint}.wear.bins"] if worn else 0)
-                )
-        asked = ("simulate.horizon" in self._values, "simulate.error_check" in self._values)
-        return Layout(self._values["mechanism.type"], tuple(joints), *asked, self._values.get(UNTIL, ""))
+        return Layout.of(self.case(0))
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""

@@ -10,7 +10,7 @@ from .. import simulation, wording
 from ..errors import InputError
 from . import draw, findings, stiffness
 from .figures import Canvas, Picture
-from .study import Axis, Joint, Study, dig, resolved
+from .study import Axis, Joint, Study, dig, joint_of, resolved
 from .table import Column, Quantity, Table
 
 CHOICES = (".contact.law", ".contact.elastic", ".friction.law")  # paths within a joint that name a law
@@ -242,13 +242,13 @@ def _restitution(study: Study, axis: Axis, joint: Joint) -> tuple[list[str], lis
     firsts = points.drop_duplicates()
     firsts = firsts[firsts["asked"].isna() | firsts["asked"].isin(told)]
     try:
-        contacts = [case["joints"][joint.title] for case in resolved(study, firsts.index)]
+        contacts = [joint_of(case, joint) for case in resolved(study, firsts.index)]
     except InputError:
         return [stiffness.UNKNOWN], [], []
     measured = study.has("pair_restitution")
     rows = []
     for (law, value), section in zip(firsts.itertuples(index=False), contacts, strict=True):
-        wanted, got = section["contact"].get("restitution", np.nan), simulation.restitution(section)
+        wanted, got = section.contact.values.get("restitution", np.nan), simulation.restitution(section)
         got = np.nan if got is None else got
         same = (points["law"] == law) & (points["asked"].isna() if np.isnan(value) else points["asked"] == value)
         rows.append(

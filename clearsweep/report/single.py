@@ -7,6 +7,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from .. import simulation, wording
+from ..case import Case
 from ..errors import InputError
 from . import cases, figures, page
 from .study import Study, prepare, resolved
@@ -34,14 +35,11 @@ def show(run, case_id: str, out: Path) -> Path:
     return _sheet(panels, f"{title}\n{study.setting(case_id)}".strip(), out)
 
 
-def to_draw(study: Study, case_id: str) -> dict:
+def to_draw(study: Study, case_id: str) -> Case:
     """Return a case of a run in SI, its history to be saved finely."""
     case = resolved(study, [case_id])[0]
-    save = case["save"]
-    save["samples"] = max(int(save.get("samples", 0)), SAMPLES)
-    if save["orbits"] == "none":
-        save["orbits"] = "last"
-    return case
+    orbits = "last" if case.save.orbits == "none" else case.save.orbits
+    return case._replace(save=case.save._replace(orbits=orbits, samples=max(case.save.samples, SAMPLES)))
 
 
 def drawn(study: Study, case_id: str, result) -> list[cases.Panel]:

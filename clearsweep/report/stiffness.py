@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .. import simulation, wording
+from .. import case, simulation, wording
 from ..errors import InputError
 from . import draw
 from .figures import Canvas, Picture
-from .study import Axis, Joint, Study, dig, resolved
+from .study import Axis, Joint, Study, dig, joint_of, resolved
 from .table import Column, Table
 
 UNKNOWN = "This version does not know every law of this run: what each by itself would do is not told."
@@ -27,7 +27,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Told:
     there = [law for law in axis.values if (study.cases[axis.path] == law).any()]
     closest = [alike[study.cases[axis.path] == law].idxmax() for law in there]
     try:
-        sections = [case["joints"][joint.title] for case in resolved(study, closest)]
+        sections = [joint_of(one, joint) for one in resolved(study, closest)]
     except InputError:
         return [UNKNOWN], [], []
     return _beside(joint, dict(zip(there, sections, strict=True)), there)
@@ -40,14 +40,14 @@ def of_material(study: Study, joint: Joint) -> Told | None:
         return None
     hardest = study.cases[joint.column(study.lead.figure)].idxmax()
     try:
-        section = resolved(study, [hardest])[0]["joints"][joint.title]
+        section = joint_of(resolved(study, [hardest])[0], joint)
     except InputError:  # laws of another version
         return None
     sections = simulation.elastic_choices(section)
-    return _beside(joint, sections, [section["contact"]["elastic"]]) if len(sections) > 1 else None
+    return _beside(joint, sections, [section.contact.elastic]) if len(sections) > 1 else None
 
 
-def _beside(joint: Joint, sections: dict[str, dict], used: list[str]) -> Told:
+def _beside(joint: Joint, sections: dict[str, case.Joint], used: list[str]) -> Told:
     """Return sentence, table and drawing of elastic laws; `sections`: name -> section of the joint with that law."""
     forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
     ordered = sorted(forces, key=lambda law: forces[law][TOLD])
@@ -72,7 +72,7 @@ def _told(forces: dict[str, np.ndarray], ordered: list[str], swept: bool) -> lis
     ]
 
 
-def _table(joint: Joint, sections: dict[str, dict], forces: dict, ordered: list[str], used: list[str]) -> Table:
+def _table(joint: Joint, sections: dict[str, case.Joint], forces: dict, ordered: list[str], used: list[str]) -> Table:
     rows = []
     for law in ordered:
         limit = simulation.penetration_limit(sections[law])
@@ -98,19 +98,19 @@ def _table(joint: Joint, sections: dict[str, dict], forces: dict, ordered: list[
     return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
 
 
-def _joint_told(section: dict) -> str:
+def _joint_told(section: case.Joint) -> str:
     """Return the joint that the forces are of."""
     named = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
-    sizes = [(word, section[key]) for word, key in named if key in section]
+    sizes = [(word, getattr(section, key)) for word, key in named if getattr(section, key) is not None]
     said = [f"{word} {wording.scale('m', size).given(size, 4)}" for word, size in sizes]
-    material = section["contact"].get("material")
+    material = section.contact.material
     if material:
-        young = wording.scale("Pa", material["young"]).given(material["young"], 4)
-        said.append(f"Young's modulus {young}, Poisson's ratio {material['poisson']:.4g}")
+        young = wording.scale("Pa", material.young).given(material.young, 4)
+        said.append(f"Young's modulus {young}, Poisson's ratio {material.poisson:.4g}")
     return f"In the joint of the hardest case: {', '.join(said)}"
 
 
-def _curves(sections: dict[str, dict], ordered: list[str], used: list[str]) -> Callable[[Canvas], Picture]:
+def _curves(sections: dict[str, case.Joint], ordered: list[str], used: list[str]) -> Callable[[Canvas], Picture]:
     curves = {law: np.array(simulation.elastic_forces(sections[law], CURVE)) for law in ordered}
     drawn = [(law, curves[law], law in used) for law in sorted(ordered, key=lambda law: -curves[law][-1])]
     alt = f"From {ordered[0]}, the softest at 1 µm, to {ordered[-1]}, the stiffest there."

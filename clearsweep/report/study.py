@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 
 from .. import grid, simulation, wording
+from ..case import Case
+from ..case import Joint as CaseJoint
 from ..wording import Scale
 
 BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json keeps the values that make a case
@@ -154,7 +156,12 @@ def prepare(run) -> Study:
     return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base)
 
 
-def resolved(study: Study, case_ids: Iterable[str]) -> list[dict]:
+def joint_of(case: Case, joint: Joint) -> CaseJoint:
+    """Return the joint of a case that a column speaks of."""
+    return next(one for one in case.joints if one.column == joint.name)
+
+
+def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
     """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
     record = study.run.grid
     loaded = grid.load({key: record[key] for key in (*BASE, *WAYS) if key in record}, simulation.catalogue())

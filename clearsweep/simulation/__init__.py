@@ -3,11 +3,12 @@
 What sweeps and reports ask of mechanics is here, function by function.
 """
 
+from ..case import Case
 from ..mechanics.joint.laws import elastic_choices, elastic_forces, penetration_limit, restitution
 from ..mechanics.joint.laws import text as laws_text
 from ..results import Trajectory
 from .scene import build, catalogue, derived, load_case, signature, warnings
-from .simulate import compile_for, simulate
+from .trajectory import compile_for, simulate
 
 __all__ = [
     "build",
@@ -32,6 +33,6 @@ def load() -> None:
     """Do nothing: what cases need is loaded with this module, so a process that calls this is ready for them."""
 
 
-def solve(case: dict) -> Trajectory:
+def solve(case: Case) -> Trajectory:
     """Return the result of a resolved case."""
     return simulate(build(case))

@@ -35,9 +35,9 @@ def wear_of(scene: Scene, run: Run) -> dict:
 def figures_of(scene: Scene, run: Run, end: float) -> dict:
     """Return the figures of merit of an integration that went through."""
     pair = scene.layout.mechanism == "impact-pair"
-    whole, settings = run.tally.whole, scene.case["simulate"]
-    duration = run.work.y[run.work.time] if pair else end - settings["discard"] * period(scene)
-    turns = 1.0 if pair else settings["revolutions"] - settings["discard"]
+    whole, settings = run.tally.whole, scene.case.simulate
+    duration = run.work.y[run.work.time] if pair else end - settings.discard * period(scene)
+    turns = 1.0 if pair else settings.revolutions - settings.discard
     figures = {"energy_residual": float(whole[tallies.RESIDUAL] / whole[tallies.KINETIC_MAX])}
     for place, (part, joint) in enumerate(zip(scene.layout.joints, scene.value.joints, strict=True)):
         row = run.tally.joint[place]
@@ -63,7 +63,7 @@ def figures_of(scene: Scene, run: Run, end: float) -> dict:
         counted = joint[tallies.REBOUNDS]
         figures["pair_restitution"] = float(joint[tallies.RESTITUTION] / counted) if counted else None
         return figures
-    for name, value in ideal.largest_reactions(scene.case["mechanism"], scene.value.pace).items():
+    for name, value in ideal.largest_reactions(scene.case.mechanism.values, scene.value.pace).items():
         if f"{name}_force_peak" in figures:
             figures[f"{name}_force_peak_ideal"] = value
     figures["slider_acceleration_peak"] = float(whole[tallies.ACCELERATION_MAX])

@@ -79,7 +79,7 @@ class Run:
             band=np.array([getattr(joint.friction, "band", 0.0) for joint in joints]),
             deepest=_places(value, Plastic),
             owner=np.repeat(np.arange(len(joints)), [width(joint) for joint in joints]),
-            limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case["joints"].values()]),
+            limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case.joints]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             mode=np.zeros(3, dtype=np.int64),
             proposals=np.zeros(2 << len(joints)),
@@ -117,7 +117,7 @@ def _arm(scene: Scene) -> np.ndarray:
     """Return what makes a place (m) of each coordinate."""
     arm = np.ones(len(scene.value.coordinates))
     if scene.layout.mechanism == "slider-crank":
-        arm[0] = scene.case["mechanism"]["rod"]["length"]  # the first coordinate is an angle
+        arm[0] = scene.case.mechanism.values["rod.length"]  # the first coordinate is an angle
     return arm
 
 
@@ -136,12 +136,12 @@ def _places(value, law) -> np.ndarray:
 
 def _scale(scene: Scene) -> np.ndarray:
     """Return the error (n,) that one step may make in each component of the state."""
-    value, tolerance = scene.value, scene.case["simulate"]["tolerance"]
+    value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, arm = min(joint.clearance for joint in value.joints), _arm(scene)
     size = clearance
     if scene.layout.mechanism == "slider-crank":
-        mechanism = scene.case["mechanism"]
-        size = mechanism["crank"]["length"] + mechanism["rod"]["length"]
+        values = scene.case.mechanism.values
+        size = values["crank.length"] + values["rod.length"]
     place = np.maximum(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size) / arm
     rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.pace / arm
     moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.pace
@@ -152,7 +152,7 @@ def _scale(scene: Scene) -> np.ndarray:
 def integrated(scene: Scene, times: np.ndarray, end: float, watchers=()) -> Run:
     """Return the integration of a scene up to `end` (s), reported at `times` (s)."""
     run = Run(scene, times)
-    integrate(scene, run, end, scene.case["save"]["orbits"] != "none" or times.size > 0, watchers)
+    integrate(scene, run, end, scene.case.save.orbits != "none" or times.size > 0, watchers)
     return run
 
 
@@ -163,7 +163,7 @@ def integrate(scene: Scene, run: Run, end: float, keep_events: bool, watchers=()
         call(run, control, scene, watchers)
         return
     twin = Run(scene, np.empty(0))
-    twin_watch = Twin(control, twin, _unit(scene), scene.case["simulate"]["tolerance"])
+    twin_watch = Twin(control, twin, _unit(scene), scene.case.simulate.tolerance)
     call(run, control, scene, (*watchers, twin_watch))
     run.found = twin_watch.figures(period(scene))
     twin.counts += twin.work.counts
@@ -172,17 +172,17 @@ def integrate(scene: Scene, run: Run, end: float, keep_events: bool, watchers=()
 
 def control_of(scene: Scene, end: float, keep_events: bool) -> loop.Control:
     """Return how to integrate a scene up to `end` (s)."""
-    settings = scene.case["simulate"]
+    settings = scene.case.simulate
     pair = scene.layout.mechanism == "impact-pair"
-    window = 0.0 if pair else settings["discard"] * period(scene)
-    turns = settings["impacts"] if pair else max(settings["revolutions"], 1.0)
+    window = 0.0 if pair else settings.discard * period(scene)
+    turns = settings.impacts if pair else max(settings.revolutions, 1.0)
     return loop.Control(
         window=window,
         end=end,
-        separations=int(settings["impacts"]) if pair else 0,
-        step_budget=int(settings["step_budget"] * turns),
-        event_budget=int(settings["event_budget"] * turns),
-        method=_METHODS[settings["method"]],
+        separations=int(settings.impacts) if pair else 0,
+        step_budget=int(settings.step_budget * turns),
+        event_budget=int(settings.event_budget * turns),
+        method=_METHODS[settings.method],
         keep_events=keep_events,
     )
 
@@ -192,7 +192,7 @@ def call(run: Run, control: loop.Control, scene: Scene | None = None, watchers=(
     if control.method == events.IMPLICIT and run.work.ahead[0] == 0.0:
         run.work.mode[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     if watchers:
-        discard, turn = scene.case["simulate"]["discard"], period(scene)
+        discard, turn = scene.case.simulate.discard, period(scene)
         run.status, run.events = watch.drive(control, run, discard, turn, watchers)
     else:
         run.status, run.events = run.go(control)

@@ -6,17 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import grid
+from ..case import Case, Joint
 from ..errors import InputError
 from ..mechanics import rates
-from ..mechanics.joint import laws
-from ..mechanics.joint.dry import Joint
+from ..mechanics.joint import dry, laws
 from ..mechanics.joint.elastic import elastic_force
 from ..mechanics.joint.internal_state import memory
 from ..mechanics.mechanism import ideal
 from ..mechanics.mechanism import slider_crank as mechanisms
 from ..mechanics.mechanism.slider_crank import COORDINATES, Links, Pair
-from ..mechanics.solver.loop import ONSET_FLOOR
-from ..results import JointLayout, Layout
+from ..results import Layout
 
 JOINTS = {"ground-crank": "A", "crank-rod": "B", "rod-slider": "C"}
 _DISTAL = {"ground-crank": "crank", "crank-rod": "rod", "rod-slider": "slider"}
@@ -27,7 +26,7 @@ _WEAR_WARNING = 1e-2  # of coefficient times hardness
 class Scene:
     """A case made ready: its compiled form and where it starts."""
 
-    case: dict
+    case: Case
     value: rates.Scene
     layout: Layout
     start: np.ndarray  # (n,) initial state, see mechanics.rates
@@ -53,28 +52,27 @@ def load_case(source, overrides: dict | None = None) -> Scene:
     return build(loaded.case(0))
 
 
-def build(case: dict) -> Scene:
+def build(case: Case) -> Scene:
     """Return the scene of a resolved case.  Raises InputError where it cannot start as asked."""
-    layout = _layout(case)
-    joints = tuple(_joint(name, joint) for name, joint in case["joints"].items())
-    if case["mechanism"]["type"] == "impact-pair":
+    layout = Layout.of(case)
+    joints = tuple(map(_joint, case.joints))
+    if case.mechanism.type == "impact-pair":
         return _pair_scene(case, layout, joints)
-    open_joints = "".join(JOINTS[name] for name in case["joints"])
+    open_joints = "".join(JOINTS[joint.name] for joint in case.joints)
     mechanism = getattr(mechanisms, f"Open{open_joints}")(_links(case))
     sigma = math.sqrt(min(joint.clearance for joint in joints))
     memories = _memories(joints)
-    value = rates.Scene(
-        mechanism, joints, (0.0,) * COORDINATES[type(mechanism)], case["drive"]["speed"], sigma, memories
-    )
+    value = rates.Scene(mechanism, joints, (0.0,) * COORDINATES[type(mechanism)], case.drive.speed, sigma, memories)
     offsets, roots = _offsets(case, joints)
     start = np.append(_start(case, open_joints, offsets, roots), np.zeros(len(memories)))
     return Scene(case, value, layout, start, bool(np.any(roots)))
 
 
-def _pair_scene(case: dict, layout: Layout, joints: tuple) -> Scene:
+def _pair_scene(case: Case, layout: Layout, joints: tuple) -> Scene:
     """Return the scene of an impact pair: centred, approaching."""
-    first, second = case["mechanism"]["masses"]
-    speed, clearance = case["mechanism"]["speed"], joints[0].clearance
+    values = case.mechanism.values
+    first, second, speed = values["masses.0"], values["masses.1"], values["speed"]
+    clearance = joints[0].clearance
     memories = _memories(joints)
     value = rates.Scene(
         Pair(first * second / (first + second)), joints, (0.0,), speed / clearance, math.sqrt(clearance), memories
@@ -87,25 +85,15 @@ def _memories(joints: tuple) -> tuple:
     return tuple(size for joint in joints for law in (joint.law, joint.friction) for size in memory(law))
 
 
-def _layout(case: dict) -> Layout:
-    joints = case["joints"].items()
-    parts = tuple(
-        JointLayout(name.replace("-", "_"), int(joint.get("wear", {}).get("bins", 0))) for name, joint in joints
-    )
-    asked = case["simulate"]
-    until = asked.get("until", {}).get("figure", "")
-    return Layout(case["mechanism"]["type"], parts, "horizon" in asked, "error_check" in asked, until)
-
-
-def _joint(name: str, joint: dict) -> Joint:
-    """Return the compiled form of a joint section of a case."""
+def _joint(joint: Joint) -> dry.Joint:
+    """Return the compiled form of a joint."""
     law, elastic = laws.contact_terms(joint)
-    side = 1.0 if joint.get("journal") == _DISTAL.get(name) or name == "pair" else -1.0
-    radius = joint.get("bearing_radius", 2.0 * joint["clearance"])  # of no meaning in an impact pair
-    return Joint(
-        joint["clearance"],
+    side = 1.0 if joint.journal == _DISTAL.get(joint.name) or joint.name == "pair" else -1.0
+    radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning in an impact pair
+    return dry.Joint(
+        joint.clearance,
         radius,
-        radius - joint["clearance"],
+        radius - joint.clearance,
         side,
         law,
         elastic,
@@ -114,41 +102,42 @@ def _joint(name: str, joint: dict) -> Joint:
     )
 
 
-def _links(case: dict) -> Links:
-    mechanism = case["mechanism"]
-    crank, rod = mechanism["crank"], mechanism["rod"]
+def _links(case: Case) -> Links:
+    values = case.mechanism.values
     return Links(
-        crank["length"],
-        crank["center"],
-        crank["mass"],
-        crank["inertia"],
-        rod["length"],
-        rod["center"],
-        rod["mass"],
-        rod["inertia"],
-        mechanism["slider"]["mass"],
-        mechanism["gravity"],
-        case["drive"]["speed"],
+        values["crank.length"],
+        values["crank.center"],
+        values["crank.mass"],
+        values["crank.inertia"],
+        values["rod.length"],
+        values["rod.center"],
+        values["rod.mass"],
+        values["rod.inertia"],
+        values["slider.mass"],
+        values["gravity"],
+        case.drive.speed,
     )
 
 
-def _offsets(case: dict, joints: tuple) -> tuple[dict, np.ndarray]:
+def _offsets(case: Case, joints: tuple) -> tuple[dict, np.ndarray]:
     """Return where the distal pin of each open joint starts relative to the proximal one, and the penetrations' roots.
 
     Seated: displaced along the load of the ideal mechanism to static penetration.
     """
     offsets, roots = {}, np.zeros(len(joints))
-    if case["simulate"]["start"] == "centred":
+    if case.simulate.start == "centred":
         return offsets, roots
-    loads = ideal.reactions(case["mechanism"], case["drive"]["speed"], 0.0)._asdict()
-    for place, (name, joint) in enumerate(zip(case["joints"], joints, strict=True)):
-        force = loads[name.replace("-", "_")]
+    loads = ideal.reactions(case.mechanism.values, case.drive.speed, 0.0)._asdict()
+    for place, (joint, term) in enumerate(zip(case.joints, joints, strict=True)):
+        force = loads[joint.column]
         load = float(np.hypot(*force))
         if load == 0.0:
-            raise InputError(f"simulate.start: seated needs a load, but {name} carries none at t = 0; use centred")
-        depth = static_penetration(joint.elastic, load)
+            raise InputError(
+                f"simulate.start: seated needs a load, but {joint.name} carries none at t = 0; use centred"
+            )
+        depth = static_penetration(term.elastic, load)
         roots[place] = math.sqrt(depth)
-        offsets[JOINTS[name]] = -(joint.clearance + depth) * force / load
+        offsets[JOINTS[joint.name]] = -(joint.clearance + depth) * force / load
     return offsets, roots
 
 
@@ -165,10 +154,10 @@ def static_penetration(elastic, load: float) -> float:
     return high
 
 
-def _start(case: dict, open_joints: str, offsets: dict, roots: np.ndarray) -> np.ndarray:
+def _start(case: Case, open_joints: str, offsets: dict, roots: np.ndarray) -> np.ndarray:
     """Return the state at crank angle 0 with the pins apart by `offsets` and at rest relative to each other."""
-    mechanism, speed = case["mechanism"], case["drive"]["speed"]
-    radius, length, center = mechanism["crank"]["length"], mechanism["rod"]["length"], mechanism["rod"]["center"]
+    values, speed = case.mechanism.values, case.drive.speed
+    radius, length, center = values["crank.length"], values["rod.length"], values["rod.center"]
     a, b, c = (np.asarray(offsets.get(joint, (0.0, 0.0))) for joint in "ABC")
     crank_pin = a + np.array([radius, 0.0]) + b
     sin2 = -(crank_pin[1] + c[1]) / length
@@ -187,54 +176,43 @@ def _start(case: dict, open_joints: str, offsets: dict, roots: np.ndarray) -> np
     return np.concatenate([*places, *rates, [0.0], roots]).astype(float)
 
 
-def onset_floor() -> float:
-    """Return the least onset rate (m/s) that a law divides by."""
-    return ONSET_FLOOR
-
-
-def signature(case: dict) -> tuple:
+def signature(case: Case) -> tuple:
     """Return what decides the compiled code of a case: the types in its scene."""
     joints = tuple(
         (
-            name,
-            *_types(laws.contact_terms(joint)),
+            joint.name,
+            *(type(term).__name__ for term in laws.contact_terms(joint)),
             type(laws.friction_term(joint)).__name__,
             type(laws.wear_term(joint)).__name__,
         )
-        for name, joint in case["joints"].items()
+        for joint in case.joints
     )
-    return case["mechanism"]["type"], joints
+    return case.mechanism.type, joints
 
 
-def _types(terms: tuple) -> tuple:
-    return tuple(type(term).__name__ for term in terms)
-
-
-def derived(case: dict) -> dict[str, tuple[float, str]]:
+def derived(case: Case) -> dict[str, tuple[float, str]]:
     """Return what follows from other values of a case: dotted path -> (value, unit)."""
-    found = {}
-    for name, joint in case["joints"].items():
-        found |= {f"joints.{name}.{key}": value for key, value in laws.derived(joint).items()}
-    return found
+    return {f"joints.{joint.name}.{key}": value for joint in case.joints for key, value in laws.derived(joint).items()}
 
 
-def warnings(case: dict) -> list[str]:
+def warnings(case: Case) -> list[str]:
     """Return sentences about values of a case that may not be what was meant."""
-    found = []
-    for name, joint in case["joints"].items():
-        law = laws.RECIPES["law", joint["contact"]["law"]].law
+    sentences = []
+    for joint in case.joints:
+        law = laws.RECIPES["law", joint.contact.law].law
         if law.pulls:
-            found.append(
-                f"joints.{name}.contact.law: {law.name} pulls before the surfaces part, as published; its normal force "
-                "can be negative and is not clipped"
+            sentences.append(
+                f"joints.{joint.name}.contact.law: {law.name} pulls before the surfaces part, as published; its normal "
+                "force can be negative and is not clipped"
             )
-        wear = joint.get("wear", {})
-        if "hardness" in wear:
-            for body in ("bearing", "journal"):
-                ratio = wear[f"{body}_coefficient"] * wear["hardness"]
-                if ratio > _WEAR_WARNING:
-                    found.append(
-                        f"joints.{name}.wear: {body} coefficient times hardness is {ratio:.2g}; it is the share of "
-                        f"contacts that shed a particle and should be far below 1"
-                    )
-    return found
+        hardness = joint.wear.values.get("hardness") if joint.wear else None
+        if hardness is None:
+            continue
+        for body in ("bearing", "journal"):
+            ratio = joint.wear.values[f"{body}_coefficient"] * hardness
+            if ratio > _WEAR_WARNING:
+                sentences.append(
+                    f"joints.{joint.name}.wear: {body} coefficient times hardness is {ratio:.2g}; it is the share of "
+                    f"contacts that shed a particle and should be far below 1"
+                )
+    return sentences

@@ -5,6 +5,7 @@ from collections import deque
 
 import numpy as np
 
+from ..case import Simulate
 from ..results import channels
 from .batch_means import Blocks
 from .watch import mark, moment_of
@@ -13,10 +14,10 @@ LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be re
 RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
 
 
-def marks(settings: dict, turn: float) -> np.ndarray:
+def marks(settings: Simulate, turn: float) -> np.ndarray:
     """Return the times (s) to pause at once a revolution, always at the same crank angle, within the longest run."""
-    count = math.ceil(longest(settings) - settings["discard"] - 1e-9)
-    return np.array([mark(k, settings["discard"], turn) for k in range(1, count + 1)])
+    count = math.ceil(longest(settings) - settings.discard - 1e-9)
+    return np.array([mark(k, settings.discard, turn) for k in range(1, count + 1)])
 
 
 class Until:
@@ -26,13 +27,13 @@ class Until:
 
     def __init__(self, scene, samples: np.ndarray):
         """Prepare for a run of `scene` that puts its time histories at the `marks` into `samples`."""
-        settings, save = scene.case["simulate"], scene.case["save"]
-        self.figure, self.relative = settings["until"]["figure"], settings["until"]["relative_ci"]
+        settings, save = scene.case.simulate, scene.case.save
+        self.figure, self.relative = settings.until.figure, settings.until.relative_ci
         self.blocks = Blocks(scene.layout, (self.figure,))
-        self.discard, self.least = settings["discard"], settings["revolutions"]
+        self.discard, self.least = settings.discard, settings.revolutions
         self.samples, self.places, self.units = samples, *_journals(scene)
         # moments of the run, oldest first, from which what is saved can be run again
-        self.starts = deque(maxlen=math.ceil(save["revolutions"]) + 1 if save["orbits"] == "last" else 1)
+        self.starts = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
         self.revolutions, self.period, self.interval, self.settled = 0.0, None, None, False
 
     def see(self, work) -> bool:
@@ -67,10 +68,10 @@ def _journals(scene) -> tuple[list, np.ndarray]:
     return places, np.array(units)
 
 
-def longest(settings: dict) -> float:
+def longest(settings: Simulate) -> float:
     """Return the most revolutions that an `until` allows: `discard` and whole ones, as intervals are made of those."""
-    discard = settings["discard"]
-    return discard + math.floor(settings["until"]["max_revolutions"] - discard + 1e-9)
+    discard = settings.discard
+    return discard + math.floor(settings.until.max_revolutions - discard + 1e-9)
 
 
 def period_of(returns: np.ndarray) -> int | None:

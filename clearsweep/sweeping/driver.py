@@ -11,7 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from .. import store
 from ..errors import ClearsweepError, StorageError
 from . import signals
-from .worker import Batch, Case, Job, Manifest, failure, read_note, run_batch
+from .worker import Batch, Job, Manifest, Task, failure, read_note, run_batch
 
 TARGET = 2.0  # s of work in a batch: commits cost about 20 ms, and this is what a killed worker loses
 LEAST = 0.25  # s of work in a batch near the end, when the rest is dealt out evenly
@@ -51,7 +51,7 @@ class Batches:
             return None
         indices = self.pending[self.taken : self.taken + size].tolist()
         self.taken += size
-        return fresh(tuple(Case(f"{self.ids[index]:016x}", index) for index in indices))
+        return fresh(tuple(Task(f"{self.ids[index]:016x}", index) for index in indices))
 
     def _size(self) -> int:
         if not self.done:
@@ -61,7 +61,7 @@ class Batches:
         return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most))
 
 
-def fresh(cases: tuple[Case, ...], tried: int = 0) -> Batch:
+def fresh(cases: tuple[Task, ...], tried: int = 0) -> Batch:
     """Return a batch with a name of its own."""
     return Batch(secrets.token_hex(8), cases, tried)
 
@@ -177,7 +177,7 @@ class Driver:
         else:
             self._give_up(culprit, "crashed", f"its worker died twice ({_cause(exitcode)})")
 
-    def _give_up(self, case: Case, status: str, message: str) -> None:
+    def _give_up(self, case: Task, status: str, message: str) -> None:
         """Commit a case that cannot be computed as a failed row."""
         batch = fresh((case,))
         row = store.Row(case.case_id, self.job.grid.point(case.index), failure(status, message))

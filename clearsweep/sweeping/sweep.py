@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import grid as grids
 from .. import results, store
+from ..case import Case
 from ..errors import InputError
 from . import executors, progress, signals
 from .driver import Batches, Driver
@@ -184,13 +185,15 @@ def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, retry_failed:
 def case_bytes(grid) -> float:
     """Return the bytes of history that one case stores, without events."""
     case = grid.case(0)
-    save, asked = case["save"], case["simulate"]
-    most = asked.get("until", {}).get("max_revolutions", asked.get("revolutions", 1))
-    turns = {"none": 0, "last": save.get("revolutions", 1), "all": most}
-    return 8.0 * turns[save["orbits"]] * save.get("samples", 0) * len(results.channels(grid.layout()))
+    save, simulate = case.save, case.simulate
+    most = simulate.until.max_revolutions if simulate.until else simulate.revolutions
+    turns = {"none": 0.0, "last": save.revolutions, "all": most}[save.orbits]
+    if case.drive is None and save.orbits != "none":
+        turns = 1.0  # samples are counted in all
+    return 8.0 * turns * save.samples * len(results.channels(grid.layout()))
 
 
-def kinds(grid, pending: np.ndarray, simulator) -> list[dict]:
+def kinds(grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
     """Return one pending case for each kind of scene; only names of laws can change the kind."""
     named = [path for path, values in grid.axes.items() if isinstance(values[0], str)]
     if not named:

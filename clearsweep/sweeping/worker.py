@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 from .. import store
+from ..case import Case
 from ..catalogue import Catalogue
 from ..errors import ClearsweepError
 from ..results import Trajectory
@@ -32,14 +33,14 @@ class Simulator(Protocol):
 
     catalogue: Callable[[], Catalogue]  # all laws there are, for reading a grid
     load: Callable[[], None]  # loads what cases need
-    signature: Callable[[dict], Hashable]  # equal for cases that share their compiled code
-    compile_for: Callable[[dict], None]  # compiles the code of a case, or loads it from the cache
-    solve: Callable[[dict], Trajectory]  # the result of a case
-    derived: Callable[[dict], dict[str, tuple[float, str]]]  # name -> (value, unit) of what follows from other values
-    warnings: Callable[[dict], list[str]]  # sentences about values that may not be what was meant
+    signature: Callable[[Case], Hashable]  # equal for cases that share their compiled code
+    compile_for: Callable[[Case], None]  # compiles the code of a case, or loads it from the cache
+    solve: Callable[[Case], Trajectory]  # the result of a case
+    derived: Callable[[Case], dict[str, tuple[float, str]]]  # name -> (value, unit) of what follows from other values
+    warnings: Callable[[Case], list[str]]  # sentences about values that may not be what was meant
 
 
-class Case(NamedTuple):
+class Task(NamedTuple):
     """One case on its way to a worker, which makes its values itself: the parent stays light."""
 
     case_id: str
@@ -50,7 +51,7 @@ class Batch(NamedTuple):
     """Cases that are computed and committed together."""
 
     name: str  # of its shard and part
-    cases: tuple[Case, ...]
+    cases: tuple[Task, ...]
     tried: int = 0  # times it was lost with its worker
 
 
@@ -97,13 +98,13 @@ def enter(parent: int, load: Callable[[], None]) -> None:
         load()
 
 
-def compile_all(simulator: Simulator, cases: list[dict]) -> None:
+def compile_all(simulator: Simulator, cases: list[Case]) -> None:
     """Compile what these cases need, so that every other process finds it in the cache."""
     for case in cases:
         simulator.compile_for(case)
 
 
-def time_case(simulator: Simulator, case: dict) -> tuple[float, int]:
+def time_case(simulator: Simulator, case: Case) -> tuple[float, int]:
     """Return the time (s) that a case takes and the number of its events."""
     begin = time.perf_counter()
     trajectory = simulator.solve(case)
@@ -166,7 +167,7 @@ def read_note(job: Job, batch: Batch) -> Note | None:
         return None
 
 
-def _solve(job: Job, case: dict, note: int) -> Trajectory:
+def _solve(job: Job, case: Case, note: int) -> Trajectory:
     """Return the result of one case; whatever goes wrong in it becomes its status."""
     if job.case_timeout:  # a watchdog ends the process, even inside compiled code, and says so in the note
         faulthandler.dump_traceback_later(job.case_timeout, exit=True, file=note)

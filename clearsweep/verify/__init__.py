@@ -36,11 +36,11 @@ def measure(quick: bool = False, note=None) -> dict:
 
 def write(results: dict, directory) -> Path:
     """Write `accuracy.md` and its figure, `accuracy/error.svg`, below `directory`; return the path of the former."""
-    from . import draw, text
+    from . import figure, text
 
     directory = Path(directory)
     (directory / "accuracy").mkdir(parents=True, exist_ok=True)
-    draw.draw(results, directory / "accuracy" / "error.svg")
+    figure.draw(results, directory / "accuracy" / "error.svg")
     page = directory / "accuracy.md"
     page.write_text(text.markdown(results), encoding="utf-8")
     return page
@@ -48,6 +48,6 @@ def write(results: dict, directory) -> Path:
 
 def draw(results: dict, path) -> Path:
     """Draw error against run time, a panel a problem, as SVG or PNG by the ending of `path`; return the path."""
-    from . import draw
+    from . import figure
 
-    return draw.draw(results, path)
+    return figure.draw(results, path)

@@ -16,7 +16,7 @@ import numpy as np
 
 import clearsweep
 
-from ..simulation.simulate import simulate
+from ..simulation.trajectory import simulate
 from .problems import Verdict, found_by_simulate, problems, scene_of
 from .rivals import Solution, runge_kutta_4, scipy_ivp
 

@@ -13,7 +13,7 @@ import time
 from .. import grid
 from ..simulation import scene
 from ..simulation.batch_means import Blocks
-from ..simulation.simulate import simulate
+from ..simulation.trajectory import simulate
 from .problems import problems
 
 PROBLEM, DISCARD = "b_base", 2  # and its revolutions before statistics begin

@@ -16,7 +16,7 @@ from scipy.special import lambertw
 from .. import grid
 from ..mechanics.solver.event import ONSET, SEPARATION
 from ..simulation import scene
-from ..simulation.simulate import simulate
+from ..simulation.trajectory import simulate
 from .rivals import Solution
 
 CRANK, ROD = 0.05, 0.12  # m
@@ -141,7 +141,7 @@ def _stiff() -> Trajectory:
     (joint,) = source["joints"]
     source["joints"][joint]["contact"] = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}
     source["simulate"]["revolutions"] = STIFF_TURNS
-    speed = grid.load(source, scene.catalogue()).case(0)["drive"]["speed"]
+    speed = grid.load(source, scene.catalogue()).case(0).drive.speed
     times = np.arange(1, 41) / 40 * STIFF_TURNS * 2.0 * math.pi / speed
     scales = np.array([0.05, 0.05, speed, speed * CRANK])
     title = "rod-slider, damped by 1e6 N s/m; reference: ours at 1e-12"

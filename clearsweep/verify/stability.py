@@ -27,10 +27,11 @@ import time
 import numpy as np
 
 from .. import grid
+from ..case import Case as ResolvedCase
 from ..mechanics.mechanism import ideal
 from ..mechanics.solver.loop import ONSET_FLOOR
 from ..simulation import scene
-from ..simulation.simulate import simulate
+from ..simulation.trajectory import simulate
 from .extremes import Case, cases
 from .tuning import tuned
 
@@ -79,7 +80,7 @@ def run(case: Case) -> dict:
     """Return the row of a case; `failure` is empty where it passes."""
     made, note = scene_of(case)
     pair = made.layout.mechanism == "impact-pair"
-    turns = 1.0 if pair else made.case["simulate"]["revolutions"]
+    turns = 1.0 if pair else made.case.simulate.revolutions
     times = np.empty(0) if pair else np.linspace(0.0, turns * 2.0 * math.pi / made.value.pace, SAMPLES + 1)
     found = simulate(made, times=times)
     summary = found.summary
@@ -97,7 +98,7 @@ def run(case: Case) -> dict:
     }
     if found.status != "ok":
         return row | {"failure": f"{found.status}: {found.message}"}
-    allowed = ENERGY * made.case["simulate"]["tolerance"] * turns
+    allowed = ENERGY * made.case.simulate.tolerance * turns
     row["share_of_energy"] = summary["energy_residual"] / allowed
     row["share_of_bound"] = share_of_bound(made, summary)
     return row | {"failure": _failure(made, found, row)}
@@ -171,33 +172,35 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
     return mass * rate**2 * (factor - math.log1p(factor)) / factor**2
 
 
-def _largest_load(case: dict, name: str) -> float:
+def _largest_load(case: ResolvedCase, name: str) -> float:
     """Return LOAD times the largest load (N) of a joint in the ideal mechanism."""
-    if case["mechanism"]["type"] == "impact-pair":
+    if case.drive is None:
         return 0.0
-    return LOAD * ideal.largest_reactions(case["mechanism"], case["drive"]["speed"])[name]
+    return LOAD * ideal.largest_reactions(case.mechanism.values, case.drive.speed)[name]
 
 
-def _reduced_mass(case: dict, name: str) -> float:
+def _reduced_mass(case: ResolvedCase, name: str) -> float:
     """Return the largest reduced mass (kg) of a joint, the others closed, over crank angles and directions."""
-    mechanism = case["mechanism"]
-    if mechanism["type"] == "impact-pair":
-        first, second = mechanism["masses"]
+    values = case.mechanism.values
+    if case.drive is None:
+        first, second = values["masses.0"], values["masses.1"]
         return first * second / (first + second)
-    rod, length, center = mechanism["rod"], mechanism["rod"]["length"], mechanism["rod"]["center"]
+    length, center = values["rod.length"], values["rod.center"]
+    rod_mass, rod_inertia = values["rod.mass"], values["rod.inertia"]
+    slider_mass, crank_mass = values["slider.mass"], values["crank.mass"]
     largest = 0.0
     for angle in ANGLES:
-        sin = -mechanism["crank"]["length"] * math.sin(angle) / length
+        sin = -values["crank.length"] * math.sin(angle) / length
         cos = math.sqrt(1.0 - sin**2)
         gap = np.array([[length * sin, 1.0], [-length * cos, 0.0]])  # its rate, from those of rod angle and slider
         if name == "rod_slider":
-            mass = np.diag([rod["inertia"] + rod["mass"] * center**2, mechanism["slider"]["mass"]])
+            mass = np.diag([rod_inertia + rod_mass * center**2, slider_mass])
         else:
             arm = length - center
             heart = np.array([[arm * sin, 1.0], [-arm * cos, 0.0]])
-            mass = rod["mass"] * heart.T @ heart + np.diag([rod["inertia"], mechanism["slider"]["mass"]])
+            mass = rod_mass * heart.T @ heart + np.diag([rod_inertia, slider_mass])
         if name == "ground_crank":
-            mass = mass + mechanism["crank"]["mass"] * gap.T @ gap
+            mass = mass + crank_mass * gap.T @ gap
         inverse = np.linalg.inv(gap)
         largest = max(largest, np.linalg.eigvalsh(inverse.T @ mass @ inverse)[-1])
     return float(largest)

@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import grid
 from ..simulation import scene
-from ..simulation.simulate import simulate
+from ..simulation.trajectory import simulate
 from .extremes import Case, contact, crank, tanh, voigt
 from .problems import problems, scene_of
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import grid
 from ..simulation import scene
-from ..simulation.simulate import simulate
+from ..simulation.trajectory import simulate
 from .extremes import Case
 
 HORIZON = 0.25  # revolutions, within which it shall happen

@@ -53,21 +53,22 @@ RECORD = np.dtype(
 
 def parameters(scene) -> np.ndarray:
     """Return the (1,) RECORD of a clearsweep Scene whose joints are alike, under Lankarani and Nikravesh's law."""
-    mechanism, joints = scene.case["mechanism"], list(scene.case["joints"].values())
-    rod, joint = mechanism["rod"], joints[0]
-    rate, clearance = scene.case["drive"]["speed"], joint["clearance"]
-    friction = joint.get("friction", {})
-    bearing = joint["bearing_radius"]
+    values, joints = scene.case.mechanism.values, scene.case.joints
+    joint, rate = joints[0], scene.case.drive.speed
+    clearance, bearing, contact = joint.clearance, joint.bearing_radius, joint.contact.values
+    friction = joint.friction.values if joint.friction else {}
     p = np.zeros(1, RECORD)
-    p["crank"], p["rate"], p["rod"], p["center"] = mechanism["crank"]["length"], rate, rod["length"], rod["center"]
-    p["rod_mass"], p["rod_inertia"], p["slider_mass"] = rod["mass"], rod["inertia"], mechanism["slider"]["mass"]
-    p["gravity"], p["clearance"] = mechanism["gravity"], clearance
-    p["stiffness"], p["loss"] = joint["contact"]["stiffness"], 0.75 * (1.0 - joint["contact"]["restitution"] ** 2)
+    p["crank"], p["rate"], p["rod"] = values["crank.length"], rate, values["rod.length"]
+    p["center"] = values["rod.center"]
+    p["rod_mass"], p["rod_inertia"] = values["rod.mass"], values["rod.inertia"]
+    p["slider_mass"] = values["slider.mass"]
+    p["gravity"], p["clearance"] = values["gravity"], clearance
+    p["stiffness"], p["loss"] = contact["stiffness"], 0.75 * (1.0 - contact["restitution"] ** 2)
     p["friction"], p["v0"], p["v1"] = friction.get("coefficient", 0.0), friction.get("v0", 0.0), friction.get("v1", 1.0)
     # the journal sits on the nearer body: it touches the bearing's wall on the side from which the farther pin comes
     p["reach_near"], p["reach_far"] = clearance - bearing, -bearing
     p["place"], p["speed"] = clearance, clearance * rate
-    p["angle"], p["spin"] = clearance / rod["length"], clearance * rate / rod["length"]
+    p["angle"], p["spin"] = clearance / values["rod.length"], clearance * rate / values["rod.length"]
     p["onset"], p["latest"], p["joints"] = 1.0, -1.0, len(joints)
     return p
 

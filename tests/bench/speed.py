@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from clearsweep.simulation.simulate import work_counts
+from clearsweep.simulation.trajectory import work_counts
 from clearsweep.verify import accuracy
 from clearsweep.verify.accuracy import FLAGSHIP, ROUNDS, TOLERANCE, Method, row_of, time_at_error
 from clearsweep.verify.problems import problems, scene_of

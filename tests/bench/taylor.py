@@ -51,19 +51,21 @@ def prepared(problem, tolerance):
     """Return a function that integrates the problem and returns (events, state at every time asked for, steps)."""
     scene = scene_of(problem, tolerance)
     case = scene.case
-    mechanism, joint = case["mechanism"], next(iter(case["joints"].values()))
-    crank, rod, rate = mechanism["crank"]["length"], mechanism["rod"], case["drive"]["speed"]
-    loss = 0.75 * (1.0 - joint["contact"]["restitution"] ** 2)
-    links = (crank, rod["length"], rod["center"], rod["mass"], rod["inertia"], mechanism["slider"]["mass"])
-    both = integrators(tolerance, links, (joint["clearance"], joint["contact"]["stiffness"], loss), rate)
+    joint, rate = case.joints[0], case.drive.speed
+    contact = joint.contact.values
+    crank, rod_length = case.mechanism.values["crank.length"], case.mechanism.values["rod.length"]
+    loss = 0.75 * (1.0 - contact["restitution"] ** 2)
+    names = ("crank.length", "rod.length", "rod.center", "rod.mass", "rod.inertia", "slider.mass")
+    links = tuple(case.mechanism.values[name] for name in names)
+    both = integrators(tolerance, links, (joint.clearance, contact["stiffness"], loss), rate)
 
     def depth_and_rate(t, y):
         c, s, c1, s1 = math.cos(y[0]), math.sin(y[0]), math.cos(rate * t), math.sin(rate * t)
-        dx, dy = y[1] - crank * c1 - rod["length"] * c, -crank * s1 - rod["length"] * s
-        vx = y[3] + rate * crank * s1 + rod["length"] * y[2] * s
-        vy = -rate * crank * c1 - rod["length"] * y[2] * c
+        dx, dy = y[1] - crank * c1 - rod_length * c, -crank * s1 - rod_length * s
+        vx = y[3] + rate * crank * s1 + rod_length * y[2] * s
+        vy = -rate * crank * c1 - rod_length * y[2] * c
         away = math.hypot(dx, dy)
-        return away - joint["clearance"], (dx * vx + dy * vy) / away
+        return away - joint.clearance, (dx * vx + dy * vy) / away
 
     def integrate(times):
         state, t, y, steps, events, states = FREE, 0.0, scene.start[:4], 0, [], []

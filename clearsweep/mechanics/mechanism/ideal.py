@@ -1,7 +1,7 @@
 """The slider-crank without clearance, in closed form: what every comparison is with.  Imports numpy alone."""
 
 import functools
-import json
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -36,14 +36,13 @@ class Reactions(NamedTuple):
     rod_slider: np.ndarray
 
 
-def reactions(mechanism: dict, speed: float, crank_angle) -> Reactions:
+def reactions(values: Mapping[str, float], speed: float, crank_angle) -> Reactions:
     """Return the joint reactions of the ideal mechanism at `crank_angle` (rad, array of any shape).
 
-    `mechanism` : a case's section of that name, SI; `speed` : rad/s.  Newton-Euler for rod, slider and crank.
+    `values` : those of the case's mechanism, SI; `speed` : rad/s.  Newton-Euler for rod, slider and crank.
     """
-    crank, rod = mechanism["crank"], mechanism["rod"]
     angle = np.asarray(crank_angle, dtype=float)
-    radius, length, center = crank["length"], rod["length"], rod["center"]
+    radius, length, center = values["crank.length"], values["rod.length"], values["rod.center"]
     u1 = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     sin2 = -radius * u1[..., 1] / length
     cos2 = np.sqrt(1.0 - sin2**2)
@@ -52,33 +51,33 @@ def reactions(mechanism: dict, speed: float, crank_angle) -> Reactions:
     rate = -radius * speed * u1[..., 0] / (length * cos2)
     alpha = (radius * speed**2 * u1[..., 1] + length * rate**2 * sin2) / (length * cos2)
     _, _, acceleration = slider(radius, length, angle, speed)
-    weight = np.array([0.0, mechanism["gravity"]])  # minus the acceleration of gravity
+    weight = np.array([0.0, values["gravity"]])  # minus the acceleration of gravity
     rod_acceleration = -(speed**2) * radius * u1 + center * (alpha[..., None] * n2 - rate[..., None] ** 2 * u2)
-    inertial = rod["mass"] * (rod_acceleration + weight)
-    on_rod_x = -mechanism["slider"]["mass"] * acceleration
-    turning = rod["inertia"] * alpha + center * _cross(u2, inertial)  # about the crank pin
+    inertial = values["rod.mass"] * (rod_acceleration + weight)
+    on_rod_x = -values["slider.mass"] * acceleration
+    turning = values["rod.inertia"] * alpha + center * _cross(u2, inertial)  # about the crank pin
     on_rod_y = (turning / length + sin2 * on_rod_x) / cos2
     at_slider = np.stack([on_rod_x, on_rod_y], axis=-1)
     at_crank = inertial - at_slider
-    crank_acceleration = -(speed**2) * crank["center"] * u1
-    return Reactions(crank["mass"] * (crank_acceleration + weight) + at_crank, at_crank, -at_slider)
+    crank_acceleration = -(speed**2) * values["crank.center"] * u1
+    return Reactions(values["crank.mass"] * (crank_acceleration + weight) + at_crank, at_crank, -at_slider)
 
 
 def _cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def largest_reactions(mechanism: dict, speed: float) -> dict[str, float]:
+def largest_reactions(values: Mapping[str, float], speed: float) -> dict[str, float]:
     """Return the largest reaction (N) of each joint of the ideal mechanism over a turn of the crank."""
-    return _largest_reactions(json.dumps(mechanism), speed)
+    return _largest_reactions(tuple(sorted(values.items())), speed)
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
-def _largest_reactions(mechanism: str, speed: float) -> dict[str, float]:
+def _largest_reactions(values: tuple, speed: float) -> dict[str, float]:
     count = 720  # with the parabola, exact to about 1e-9
     angles = 2.0 * np.pi * np.arange(count) / count
     result = {}
-    for name, forces in reactions(json.loads(mechanism), speed, angles)._asdict().items():
+    for name, forces in reactions(dict(values), speed, angles)._asdict().items():
         size = np.hypot(forces[:, 0], forces[:, 1])
         top = int(np.argmax(size))
         before, here, after = size[top - 1], size[top], size[(top + 1) % count]

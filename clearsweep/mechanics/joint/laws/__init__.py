@@ -6,6 +6,7 @@ needs a type and a body in its family beside them.
 
 import math
 
+from ....case import Joint
 from ....catalogue import Catalogue
 from ..elastic import Linear, elastic_force
 from ..friction import Frictionless
@@ -38,68 +39,68 @@ def catalogue() -> Catalogue:
     return Catalogue(tuple(recipe.law for recipe in RECIPES.values()))
 
 
-def _elastic(joint: dict) -> Recipe | None:
-    """Return the elastic law of a joint section of a case, None where the contact law brings its own spring."""
-    contact = joint["contact"]
-    uses_elastic = RECIPES["law", contact["law"]].law.uses_elastic
-    return RECIPES["elastic", contact["elastic"]] if uses_elastic else None
+def _elastic(joint: Joint) -> Recipe | None:
+    """Return the elastic law of a joint, None where the contact law brings its own spring."""
+    uses_elastic = RECIPES["law", joint.contact.law].law.uses_elastic
+    return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
 
-def contact_terms(joint: dict) -> tuple:
-    """Return the compiled form of (law, elastic) of a joint section of a case."""
-    law, elastic_law = RECIPES["law", joint["contact"]["law"]], _elastic(joint)
-    return law.make(joint), elastic_law.make(joint) if elastic_law else Linear(joint["contact"]["stiffness"])
+def contact_terms(joint: Joint) -> tuple:
+    """Return the compiled form of (law, elastic) of a joint."""
+    law, elastic_law = RECIPES["law", joint.contact.law], _elastic(joint)
+    return law.make(joint), elastic_law.make(joint) if elastic_law else Linear(joint.contact.values["stiffness"])
 
 
-def penetration_limit(joint: dict) -> float:
-    """Return the largest penetration (m) that the elastic law of a joint section of a case holds for, inf if any."""
+def penetration_limit(joint: Joint) -> float:
+    """Return the largest penetration (m) that the elastic law of a joint holds for, inf if any."""
     elastic_law = _elastic(joint)
     return elastic_law.limit(joint) if elastic_law else math.inf
 
 
-def elastic_forces(joint: dict, depths) -> list[float]:
-    """Return the elastic force (N) in a joint section of a case at each of some penetrations (m)."""
+def elastic_forces(joint: Joint, depths) -> list[float]:
+    """Return the elastic force (N) in a joint at each of some penetrations (m)."""
     term = contact_terms(joint)[1]
     return [float(elastic_force(term, depth)) for depth in depths]
 
 
-def elastic_choices(joint: dict) -> dict[str, dict]:
-    """Return, by name, a joint section of a case with each elastic law that its radii, length and material allow."""
-    contact, found = joint["contact"], {}
-    if _elastic(joint) is None or "material" not in contact:
-        return found
+def elastic_choices(joint: Joint) -> dict[str, Joint]:
+    """Return, by name, a joint with each elastic law that its radii, length and material allow."""
+    contact, choices = joint.contact, {}
+    if _elastic(joint) is None or contact.material is None:
+        return choices
+    sizes = {key: value for key, value in joint._asdict().items() if isinstance(value, float)}
+    material = {f"contact.material.{key}": value for key, value in contact.material._asdict().items()}
+    there = {*sizes, "material"}
     for law in catalogue().of("elastic"):
         defaults = {field.name: field.default for field in law.fields if field.default is not None}
-        section = joint | {"contact": defaults | contact | {"elastic": law.name}}
-        follows = {*section["contact"], "stiffness"}  # from the material
-        known = {field.name for field in law.fields} <= follows and set(law.needs) <= {*joint, *contact}
-        values = {**joint, **{f"contact.material.{key}": value for key, value in contact["material"].items()}}
-        if known and all(limit.low <= values[limit.path] <= limit.high for limit in law.ranges):
-            found[law.name] = section
-    return found
+        values = defaults | contact.values
+        follows = {*values, "stiffness"}  # from the material
+        known = {field.name for field in law.fields} <= follows and set(law.needs) <= there
+        within = all(limit.low <= (sizes | material)[limit.path] <= limit.high for limit in law.ranges)
+        if known and within:
+            choices[law.name] = joint._replace(contact=contact._replace(elastic=law.name, values=values))
+    return choices
 
 
-def restitution(joint: dict) -> float | None:
-    """Return what a free impact in a joint section of a case gives back, None where mass and speed decide that."""
-    contact, returned = joint["contact"], RECIPES["law", joint["contact"]["law"]].returned
+def restitution(joint: Joint) -> float | None:
+    """Return what a free impact in a joint gives back, None where mass and speed decide that."""
+    returned = RECIPES["law", joint.contact.law].returned
     if returned:
-        return float(returned(contact["restitution"]))
+        return float(returned(joint.contact.values["restitution"]))
     return 1.0 if isinstance(contact_terms(joint)[0], Lossless) else None
 
 
-def derived(joint: dict) -> dict[str, tuple[float, str]]:
-    """Return what the contact of a joint section of a case derives: path within the joint -> (value, unit)."""
+def derived(joint: Joint) -> dict[str, tuple[float, str]]:
+    """Return what the contact of a joint derives: path within the joint -> (value, unit)."""
     elastic_law = _elastic(joint)
     return elastic_law.derived(joint) if elastic_law else {}
 
 
-def friction_term(joint: dict):
-    """Return the compiled form of the friction of a joint section of a case."""
-    friction_law = joint.get("friction")
-    return RECIPES["friction", friction_law["law"]].make(joint) if friction_law else Frictionless()
+def friction_term(joint: Joint):
+    """Return the compiled form of the friction of a joint."""
+    return RECIPES["friction", joint.friction.law].make(joint) if joint.friction else Frictionless()
 
 
-def wear_term(joint: dict):
-    """Return the compiled form of the wear of a joint section of a case."""
-    wear_law = joint.get("wear")
-    return RECIPES["wear", wear_law["law"]].make(joint) if wear_law else NoWear()
+def wear_term(joint: Joint):
+    """Return the compiled form of the wear of a joint."""
+    return RECIPES["wear", joint.wear.law].make(joint) if joint.wear else NoWear()

@@ -3,6 +3,7 @@
 import math
 import textwrap
 
+from ....case import Contact, Joint, Material
 from ....catalogue import Field, Law
 from ....errors import InputError, nearest
 from ..elastic import elastic_force
@@ -12,12 +13,13 @@ WIDTH = 100  # characters of a line
 ASKED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m
 #: The joint for which forces are shown: a steel pin in a steel bearing.
-REFERENCE = {
-    "bearing_radius": 10e-3,
-    "clearance": 0.5e-3,
-    "length": 20e-3,
-    "contact": {"material": {"young": 207e9, "poisson": 0.3}, "thickness": 5e-3},
-}
+REFERENCE = Joint(
+    "rod-slider",
+    clearance=0.5e-3,
+    contact=Contact("hertz", "power", {"thickness": 5e-3}, Material(207e9, 0.3)),
+    bearing_radius=10e-3,
+    length=20e-3,
+)
 _REFERENCE_TEXT = "steel, 207 GPa, 0.3; bearing radius 10 mm, clearance 0.5 mm, length 20 mm"
 _KEYS = {
     "mechanism": "mechanism.type",
@@ -95,10 +97,11 @@ def _restitutions(recipe: Recipe) -> str:
     return _table("restitution of a free impact", ("asked for", "returned"), rows)
 
 
-def reference_joint(law: Law) -> dict:
+def reference_joint(law: Law) -> Joint:
     """Return the joint section for which the forces of an elastic law are shown."""
     defaults = {field.name: field.default for field in law.fields if field.default is not None}
-    return REFERENCE | {"contact": REFERENCE["contact"] | defaults}
+    contact = REFERENCE.contact
+    return REFERENCE._replace(contact=contact._replace(elastic=law.name, values=contact.values | defaults))
 
 
 def _forces(law: Law, recipe: Recipe) -> str:

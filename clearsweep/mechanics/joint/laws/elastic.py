@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from ....case import Joint
 from ....catalogue import Field, Range
 from ....errors import InputError
 from ..elastic import (
@@ -47,8 +48,8 @@ def _derived_power(term: Power) -> dict:
 
 
 def _given_stiffness(joint):
-    contact = joint["contact"]
-    return contact["stiffness"] if "stiffness" in contact else material_stiffness(joint)
+    stiffness = joint.contact.values.get("stiffness")
+    return material_stiffness(joint) if stiffness is None else stiffness
 
 
 enter(
@@ -57,13 +58,13 @@ enter(
     "a power of the penetration",
     "F_elastic = K pen^n",
     "Hertz 1881 for n = 1.5",
-    lambda joint: power(_given_stiffness(joint), joint["contact"]["exponent"]),
+    lambda joint: power(_given_stiffness(joint), joint.contact.values["exponent"]),
     Field("stiffness", "N/m^exponent", "K; follows from `material` where that is given instead and n = 1.5"),
     Field("exponent", "1", "n", default=1.5),
     derived=lambda joint: (
         {}
-        if "stiffness" in joint["contact"]
-        else _derived_stiffness(material_stiffness(joint), joint["contact"]["exponent"])
+        if "stiffness" in joint.contact.values
+        else _derived_stiffness(material_stiffness(joint), joint.contact.values["exponent"])
     ),
     notes="With `material`, K = (4/3) E* sqrt(R_b R_j / (R_b - R_j)): a ball in a socket, whatever the length of "
     "the pin; it grows without bound as the clearance shrinks.  Papers that write h = (1 - nu^2) / (pi E) "
@@ -77,10 +78,10 @@ enter(
     "the sphere's stiffness with another exponent",
     "F_elastic = (4/3) E* sqrt(R_b R_j / (R_b - R_j)) pen^n",
     "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
-    lambda joint: power(material_stiffness(joint), joint["contact"]["exponent"]),
+    lambda joint: power(material_stiffness(joint), joint.contact.values["exponent"]),
     Field("exponent", "1", "n", 1.0, 1.5, False, False, default=1.5),
     needs=("material",),
-    derived=lambda joint: _derived_stiffness(material_stiffness(joint), joint["contact"]["exponent"]),
+    derived=lambda joint: _derived_stiffness(material_stiffness(joint), joint.contact.values["exponent"]),
     notes="Dimensionally inconsistent unless n = 1.5: the penetration is in metres.  It knows no length.",
 )
 
@@ -117,17 +118,17 @@ def _logarithmic(joint, depth):
 
 
 def _johnson(joint, constant=-1.0):
-    return _logarithmic(joint, 4.0 * joint["clearance"] * math.exp(constant))
+    return _logarithmic(joint, 4.0 * joint.clearance * math.exp(constant))
 
 
 def _radzimovsky(joint):
     # b^2 = 1.6^2 f 2 R / E* with R = R_b R_j / c leaves ln(4 R_b / b) + ln(4 R_j / b) = ln(16 E* c / (5.12 f))
-    return _logarithmic(joint, 16.0 / 5.12 / math.pi * joint["clearance"] * math.exp(2.0 / 3.0))
+    return _logarithmic(joint, 16.0 / 5.12 / math.pi * joint.clearance * math.exp(2.0 / 3.0))
 
 
 def _dubowsky_freudenstein(joint, power_of_length=3.0):
-    radii = joint["bearing_radius"] * (joint["bearing_radius"] - joint["clearance"])
-    return _logarithmic(joint, joint["length"] ** (power_of_length - 1.0) * joint["clearance"] / radii * math.e)
+    radii = joint.bearing_radius * (joint.bearing_radius - joint.clearance)
+    return _logarithmic(joint, joint.length ** (power_of_length - 1.0) * joint.clearance / radii * math.e)
 
 
 _line_law(
@@ -181,7 +182,7 @@ _ARC = "The contact arc is that of rigid circles, cos theta = c / (c + pen)."
 
 
 def _liu(joint):
-    return Liu(0.5 * math.pi * line_modulus(joint), joint["clearance"])
+    return Liu(0.5 * math.pi * line_modulus(joint), joint.clearance)
 
 
 enter(
@@ -219,15 +220,15 @@ enter(
 )
 
 
-def foundation_modulus(joint: dict) -> float:
+def foundation_modulus(joint: Joint) -> float:
     """Return (1 - nu) E / ((1 + nu) (1 - 2 nu) t) in Pa/m, the modulus of a thin layer held at its back."""
-    material = joint["contact"]["material"]
-    young, poisson = material["young"], material["poisson"]
+    material = joint.contact.material
+    young, poisson = material.young, material.poisson
     if poisson >= 0.5:
         raise InputError(
             f"contact.material.poisson: found {poisson:g}; winkler allows below 0.5: its layer would not give way"
         )
-    return (1.0 - poisson) * young / ((1.0 + poisson) * (1.0 - 2.0 * poisson) * joint["contact"]["thickness"])
+    return (1.0 - poisson) * young / ((1.0 + poisson) * (1.0 - 2.0 * poisson) * joint.contact.values["thickness"])
 
 
 enter(
@@ -237,14 +238,14 @@ enter(
     "F_elastic = k R_b L ((c + pen) theta - c sin theta), cos theta = c / (c + pen), k = (1 - nu) E / ((1 + nu) (1 "
     "- 2 nu) t)",
     "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; integrated over p = k ((c + pen) cos phi - c)",
-    lambda joint: Foundation(foundation_modulus(joint) * joint["bearing_radius"] * joint["length"], joint["clearance"]),
+    lambda joint: Foundation(foundation_modulus(joint) * joint.bearing_radius * joint.length, joint.clearance),
     Field("thickness", "m", "t, of the layer that gives way"),
     needs=NEEDS,
     ranges=(Range("contact.material.poisson", -1.0, 0.499, "1", "an incompressible layer does not give way"),),
-    limit=lambda joint: 0.1 * joint["contact"]["thickness"],
+    limit=lambda joint: 0.1 * joint.contact.values["thickness"],
     derived=lambda joint: {
         "contact.foundation_modulus": (foundation_modulus(joint), "Pa/m"),
-        "contact.penetration_limit": (0.1 * joint["contact"]["thickness"], "m"),
+        "contact.penetration_limit": (0.1 * joint.contact.values["thickness"], "m"),
     },
     notes="The thickness is a guess where there is no layer.  Held to be good up to a tenth of the thickness; the same "
     "formula goes on beyond.",
@@ -252,7 +253,7 @@ enter(
 
 
 def _pereira(joint):
-    clearance = joint["clearance"] * 1e3  # mm, as all lengths of the fit; moduli in MPa
+    clearance = joint.clearance * 1e3  # mm, as all lengths of the fit; moduli in MPa
     y = 1.51 * math.log(1e3 * clearance) ** -0.151 if clearance < 0.34954 else 0.0151 * clearance + 1.151
     exponent = y * clearance**-0.005
     stiffness = (0.965 * clearance + 0.0965) * line_modulus(joint) * 1e-3 / clearance  # N/mm^n
@@ -276,7 +277,7 @@ enter(
 
 
 def _persson(joint):
-    return Conformal(2.0 * math.pi * line_modulus(joint) * joint["clearance"], joint["clearance"])
+    return Conformal(2.0 * math.pi * line_modulus(joint) * joint.clearance, joint.clearance)
 
 
 enter(
@@ -288,8 +289,8 @@ enter(
     "materials; the scale from Hertz's limit, the arc over penetration an assumption made here",
     _persson,
     needs=NEEDS,
-    limit=lambda joint: CONFORMAL_END * joint["clearance"],
-    derived=lambda joint: {"contact.penetration_limit": (CONFORMAL_END * joint["clearance"], "m")},
+    limit=lambda joint: CONFORMAL_END * joint.clearance,
+    derived=lambda joint: {"contact.penetration_limit": (CONFORMAL_END * joint.clearance, "m")},
     notes=f"Load over half-angle theta is the theory's; it knows no penetration.  {_ARC}  It makes the force linear "
     "at small penetration, (pi/2) E* L pen, above the laws of line contact: elastic bodies touch over less "
     "than the rigid arc.  The half-angle cannot pass 84.83 degrees; beyond 80.41, where the tangent "
@@ -315,7 +316,7 @@ def conformal_fit() -> tuple[float, float, float]:
 
 def _conformal_power(joint):
     factor, exponent, _ = conformal_fit()
-    return Power(factor * line_modulus(joint) * joint["clearance"] ** (1.0 - exponent), exponent)
+    return Power(factor * line_modulus(joint) * joint.clearance ** (1.0 - exponent), exponent)
 
 
 enter(
@@ -328,12 +329,12 @@ enter(
     "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
     _conformal_power,
     needs=NEEDS,
-    limit=lambda joint: FIT_END * joint["clearance"],
+    limit=lambda joint: FIT_END * joint.clearance,
     derived=lambda joint: (
         _derived_power(_conformal_power(joint))
         | {
             "contact.fit_residual": (conformal_fit()[2], "1"),
-            "contact.penetration_limit": (FIT_END * joint["clearance"], "m"),
+            "contact.penetration_limit": (FIT_END * joint.clearance, "m"),
         }
     ),
     notes="Shares the contact arc of persson, and its stiffness at small penetration.  Goes on as the power beyond "

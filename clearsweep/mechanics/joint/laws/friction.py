@@ -1,6 +1,7 @@
 """Friction laws: the tangential force over sliding speed, and over bristles that remember how far they are bent."""
 
 import math
+from collections.abc import Mapping
 
 from ....catalogue import Field
 from ..friction import Ambrosio, BengisuAkay, Dahl, Karnopp, LuGre, Stribeck, Tanh, Threlfall
@@ -12,7 +13,7 @@ SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the frict
 
 
 def _maker(form, *names):
-    return lambda joint: form(*(joint["friction"][name] for name in names))
+    return lambda joint: form(*(joint.friction.values[name] for name in names))
 
 
 def _enter(name, summary, formula, source, form, *fields, notes):
@@ -133,7 +134,7 @@ _enter(
 )
 
 
-def passive_velocity(friction: dict) -> float:
+def passive_velocity(friction: Mapping[str, float]) -> float:
     """Return the largest damping_velocity (m/s) with which LuGre's bristles never drive.
 
     They do not while sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
@@ -145,7 +146,7 @@ def passive_velocity(friction: dict) -> float:
 
 
 def _lugre(joint):
-    friction = joint["friction"]
+    friction = joint.friction.values
     names = (name for name in LuGre._fields if name not in ("damping_velocity", "bend"))
     velocity = friction.get("damping_velocity", passive_velocity(friction))
     return LuGre(*(friction[name] for name in names), velocity)

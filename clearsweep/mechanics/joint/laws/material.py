@@ -2,26 +2,28 @@
 
 import math
 
+from ....case import Joint, Material
 
-def plane_strain_modulus(material: dict) -> float:
+
+def plane_strain_modulus(material: Material) -> float:
     """Return E* (Pa) of two bodies of one material: 1/E* = 2 (1 - nu^2) / E (Johnson 1985, 4.24)."""
-    return material["young"] / (2.0 * (1.0 - material["poisson"] ** 2))
+    return material.young / (2.0 * (1.0 - material.poisson**2))
 
 
-def relative_radius(joint: dict) -> float:
+def relative_radius(joint: Joint) -> float:
     """Return R_b R_j / (R_b - R_j) in m."""
-    bearing = joint["bearing_radius"]
-    return bearing * (bearing - joint["clearance"]) / joint["clearance"]
+    bearing = joint.bearing_radius
+    return bearing * (bearing - joint.clearance) / joint.clearance
 
 
-def material_stiffness(joint: dict) -> float:
+def material_stiffness(joint: Joint) -> float:
     """Return (4/3) E* sqrt(R) in N/m^1.5, the sphere-in-socket stiffness of a joint from its material and radii.
 
     Flores, Ambrosio, Claro & Lankarani 2008, Kinematics and Dynamics of Multibody Systems with Imperfect Joints, (3.4).
     """
-    return 4.0 / 3.0 * plane_strain_modulus(joint["contact"]["material"]) * math.sqrt(relative_radius(joint))
+    return 4.0 / 3.0 * plane_strain_modulus(joint.contact.material) * math.sqrt(relative_radius(joint))
 
 
-def line_modulus(joint: dict) -> float:
+def line_modulus(joint: Joint) -> float:
     """Return E* times the length of the joint, N/m."""
-    return plane_strain_modulus(joint["contact"]["material"]) * joint["length"]
+    return plane_strain_modulus(joint.contact.material) * joint.length

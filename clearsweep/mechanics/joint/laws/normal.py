@@ -1,6 +1,7 @@
 """Laws of the normal force: what loss they add to the elastic force."""
 
 import math
+from collections.abc import Mapping
 
 from ....catalogue import Field
 from ..normal import (
@@ -41,7 +42,7 @@ def factor_law(name, summary, chi_text, source, chi, *, zero=False, notes=""):
         summary,
         f"F = F_elastic (1 + chi rate / onset_rate), chi = {chi_text}",
         source,
-        lambda joint: Hysteresis(float(chi(joint["contact"]["restitution"]))),
+        lambda joint: Hysteresis(float(chi(joint.contact.values["restitution"]))),
         restitution(zero=zero),
         returned=lambda e: hysteresis_rebound(chi(e)),
         notes=notes,
@@ -182,7 +183,7 @@ enter(
     "a loss on the approach alone, made for a linear spring",
     "F = F_elastic (1 + chi rate / onset_rate) while rate > 0, else F_elastic; chi = 3 (1 - e^2) / (2 e^2)",
     "after Pant & Wijeyewickrema 2012, Earthq. Eng. Struct. Dyn. 41:1709",
-    lambda joint: ApproachHysteresis(approach_only_factor(joint["contact"]["restitution"])),
+    lambda joint: ApproachHysteresis(approach_only_factor(joint.contact.values["restitution"])),
     restitution(zero=False),
     returned=lambda e: approach_hysteresis_rebound(approach_only_factor(e)),
     notes="Damped while the bodies approach only: damped in both phases, as also found, it would give back 0.22 "
@@ -199,7 +200,7 @@ enter(
     "F = F_elastic((pen - pen_p) / e^2), pen_p = (1 - e^2) pen_m, 0 below pen_p; for a power n that is "
     "F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, F_m = K pen_m^n",
     "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; pen_p such that a free impact loses (1 - e^2) m v0^2 / 2",
-    lambda joint: Plastic(joint["contact"]["restitution"] ** 2, joint["contact"]["yield_rate"]),
+    lambda joint: Plastic(joint.contact.values["restitution"] ** 2, joint.contact.values["yield_rate"]),
     restitution(zero=False),
     Field("yield_rate", "m/s", "onset rate up to which the contact is elastic", low_open=False, default=0.0),
     returned=lambda e: e,
@@ -213,13 +214,13 @@ enter(
 # ---------------------------------------------------------------------------------------------- with a mass
 
 
-def exponent_of(contact: dict) -> float:
+def exponent_of(contact: Mapping[str, float]) -> float:
     """Return the exponent of a contact's elastic force, Hertz's where it is no power."""
     return contact.get("exponent", 1.5)
 
 
 def _make_tsuji(joint):
-    contact = joint["contact"]
+    contact = joint.contact.values
     alpha = math.sqrt(2.0 * (exponent_of(contact) + 1.0)) * damping_ratio(contact["restitution"])
     return RootDamper(alpha * math.sqrt(contact["mass"]))
 
@@ -230,12 +231,12 @@ def jankowski_ratio(e: float) -> float:
 
 
 def _make_jankowski(joint):
-    contact = joint["contact"]
+    contact = joint.contact.values
     return ApproachRootDamper(2.0 * jankowski_ratio(contact["restitution"]) * math.sqrt(contact["mass"]))
 
 
 def _make_anagnostopoulos(joint):
-    contact = joint["contact"]
+    contact = joint.contact.values
     zeta = damping_ratio(contact["restitution"])
     return PullingSpring(2.0 * zeta * math.sqrt(contact["stiffness"] * contact["mass"]))
 
@@ -296,7 +297,7 @@ enter(
     "linear spring and damper, clipped",
     "F = max(0, k pen + c rate)",
     "Kelvin-Voigt; clipped at zero",
-    lambda joint: ViscousSpring(joint["contact"]["damping"]),
+    lambda joint: ViscousSpring(joint.contact.values["damping"]),
     SPRING,
     DAMPER,
     uses_elastic=False,
@@ -310,7 +311,7 @@ enter(
     "linear spring and damper that pulls until the surfaces part",
     "F = k pen + c rate",
     "Kelvin-Voigt",
-    lambda joint: PullingSpring(joint["contact"]["damping"]),
+    lambda joint: PullingSpring(joint.contact.values["damping"]),
     SPRING,
     DAMPER,
     uses_elastic=False,
@@ -325,7 +326,7 @@ enter(
     "elastic force and a constant damper, clipped",
     "F = max(0, F_elastic + damping rate)",
     "after Ristow 1992, J. Phys. I France 2:649",
-    lambda joint: ViscousSpring(joint["contact"]["damping"]),
+    lambda joint: ViscousSpring(joint.contact.values["damping"]),
     DAMPER,
     notes="What it gives back depends on the speed.  The force jumps to damping times the onset rate at contact.",
 )
@@ -335,7 +336,7 @@ enter(
     "viscoelastic spheres, clipped",
     "F = max(0, F_elastic + damping sqrt(pen) rate)",
     "Kuwabara & Kono 1987, Jpn. J. Appl. Phys. 26:1230",
-    lambda joint: RootViscous(joint["contact"]["damping"]),
+    lambda joint: RootViscous(joint.contact.values["damping"]),
     Field("damping", "N*s/m^1.5", "of the damper, over the root of the penetration", low_open=False),
     notes="What it gives back depends on the speed: all of it as the speed goes to zero.  Made for an exponent of 1.5.",
 )
@@ -345,7 +346,7 @@ enter(
     "the IMPACT function of MSC Adams",
     "F = max(0, F_elastic + damping step(pen) rate), step = 3 x^2 - 2 x^3 of x = min(1, pen / depth)",
     "MSC Adams/Solver, functions IMPACT and STEP",
-    lambda joint: SteppedDamper(joint["contact"]["damping"], joint["contact"]["depth"]),
+    lambda joint: SteppedDamper(joint.contact.values["damping"], joint.contact.values["depth"]),
     DAMPER,
     Field("depth", "m", "penetration from which on all damping acts"),
     notes="With elastic: power its K and e are `stiffness` and `exponent`, c_max is `damping`, d is `depth`.  What "

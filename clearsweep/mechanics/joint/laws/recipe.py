@@ -4,15 +4,16 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+from ....case import Joint
 from ....catalogue import Field, Law
 
 
-def unlimited(joint: dict) -> float:
+def unlimited(joint: Joint) -> float:
     """Return the largest penetration (m) that a law holds for where it has none."""
     return math.inf
 
 
-def nothing(joint: dict) -> dict:
+def nothing(joint: Joint) -> dict:
     """Return what follows from other values of a joint for a law that derives nothing."""
     return {}
 

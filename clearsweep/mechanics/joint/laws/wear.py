@@ -8,17 +8,17 @@ from .recipe import enter
 
 
 def _archard(joint):
-    wear, contact = joint["wear"], joint["contact"]
+    wear, contact = joint.wear, joint.contact
     radius = relative_radius(joint)
-    if "material" in contact:
-        modulus = plane_strain_modulus(contact["material"])
+    if contact.material:
+        modulus = plane_strain_modulus(contact.material)
     else:
-        modulus = 3.0 * contact["stiffness"] / (4.0 * math.sqrt(radius))
+        modulus = 3.0 * contact.values["stiffness"] / (4.0 * math.sqrt(radius))
     return Archard(
-        wear["bearing_coefficient"],
-        wear["journal_coefficient"],
-        float(wear["bins"]),
-        joint["length"],
+        wear.values["bearing_coefficient"],
+        wear.values["journal_coefficient"],
+        float(wear.bins),
+        joint.length,
         modulus,
         radius,
     )

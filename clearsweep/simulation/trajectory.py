@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from ..case import Case
 from ..errors import InputError
 from ..mechanics.joint import laws
 from ..mechanics.observe.record import Record
@@ -60,14 +61,14 @@ def simulate(scene: Scene, times=None, watchers=()) -> Trajectory:
 def _simulate(scene: Scene, times, watchers=()) -> Trajectory:
     """Return the trajectory of a scene whose length is given."""
     pair = scene.layout.mechanism == "impact-pair"
-    end = math.inf if pair else scene.case["simulate"]["revolutions"] * period(scene)
+    end = math.inf if pair else scene.case.simulate.revolutions * period(scene)
     if times is not None:
         times = checked_times(times, end)
-    elif scene.case["save"]["orbits"] == "none":
+    elif scene.case.save.orbits == "none":
         times = np.empty(0)
     elif pair:  # its duration is known afterwards
         last = integrated(scene, np.empty(0), end)
-        times = np.linspace(0.0, last.work.y[last.work.time], int(scene.case["save"]["samples"]) + 1)
+        times = np.linspace(0.0, last.work.y[last.work.time], scene.case.save.samples + 1)
     else:
         times = sampling_times(scene.case, period(scene), end)
     return _trajectory(scene, integrated(scene, times, end, watchers), end)
@@ -78,9 +79,9 @@ def _settle(scene: Scene, times, watchers) -> Trajectory:
 
     What is reported comes from a second run over that stretch, the same to the last bit, as its times were not known.
     """
-    settings, turn, orbits = scene.case["simulate"], period(scene), scene.case["save"]["orbits"]
+    settings, turn, orbits = scene.case.simulate, period(scene), scene.case.save.orbits
     whole = _changed(scene, revolutions=longest(settings))
-    end = whole.case["simulate"]["revolutions"] * turn
+    end = whole.case.simulate.revolutions * turn
     run = Run(scene, marks(settings, turn))
     watch = Until(scene, run.record.samples)
     integrate(whole, run, end, orbits != "none" or times is not None, (watch, *watchers))
@@ -110,25 +111,26 @@ def _retrace(scene: Scene, run: "Run", times: np.ndarray, end: float, starts) ->
 
 def _changed(scene: Scene, **settings) -> Scene:
     """Return a scene with other values in `simulate`."""
-    return dataclasses.replace(scene, case=scene.case | {"simulate": scene.case["simulate"] | settings})
+    simulate = scene.case.simulate._replace(**settings)
+    return dataclasses.replace(scene, case=scene.case._replace(simulate=simulate))
 
 
 def _check_error(scene: Scene, found: Trajectory) -> None:
     """Enter into the summary how far every figure differs from that of a run at a tenth of the tolerance."""
     if found.status != "ok":
         return
-    tighter = {"tolerance": 0.1 * scene.case["simulate"]["tolerance"]}
+    tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter["revolutions"] = found.summary["revolutions_run"]
     made = dataclasses.replace(_changed(scene, **tighter), layout=scene.layout._replace(error_check=False, until=""))
     differ(found.summary, _simulate(made, np.empty(0)).summary)
 
 
-def compile_for(case: dict) -> None:
+def compile_for(case: Case) -> None:
     """Compile, or load from the cache, the code of a case by running its first moment; stiff motion may take more."""
     scene = build(case)
     end = 1e-3 / scene.value.pace
-    bare = case["save"]["orbits"] == "none" and not scene.layout.until
+    bare = case.save.orbits == "none" and not scene.layout.until
     integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
 
 
@@ -149,12 +151,12 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
         summary.update(figures_of(scene, run, end) | run.found)
         message = past_limits(
             (
-                name,
-                joint["contact"].get("elastic", ""),
+                joint.name,
+                joint.contact.elastic or "",
                 laws.penetration_limit(joint),
-                summary[f"{part.name}_law_limit_fraction"],
+                summary[f"{joint.column}_law_limit_fraction"],
             )
-            for part, (name, joint) in zip(scene.layout.joints, scene.case["joints"].items(), strict=True)
+            for joint in scene.case.joints
         )
     summary.update(
         steps=int(counts[events.STEPS]),
@@ -181,17 +183,17 @@ def checked_times(times, end: float) -> np.ndarray:
     return np.minimum(times, end)
 
 
-def sampling_times(case: dict, turn: float, end: float) -> np.ndarray:
+def sampling_times(case: Case, turn: float, end: float) -> np.ndarray:
     """Return the times (s) of a case's own sampling: k / samples of a `turn` (s), both ends of the stretch included."""
-    save, revolutions = case["save"], case["simulate"]["revolutions"]
-    first = 0 if save["orbits"] == "all" else round((revolutions - save["revolutions"]) * save["samples"])
-    count = np.arange(first, math.floor(revolutions * save["samples"] + 1e-9) + 1)
-    return np.minimum(count / save["samples"] * turn, end)
+    save, revolutions = case.save, case.simulate.revolutions
+    first = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
+    count = np.arange(first, math.floor(revolutions * save.samples + 1e-9) + 1)
+    return np.minimum(count / save.samples * turn, end)
 
 
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return what integrating a slider-crank takes: steps, rejected ones, evaluations, those that locate events."""
-    counts = integrated(scene, np.empty(0), scene.case["simulate"]["revolutions"] * period(scene)).work.counts
+    counts = integrated(scene, np.empty(0), scene.case.simulate.revolutions * period(scene)).work.counts
     places = {
         "steps": events.STEPS,
         "steps_rejected": events.REJECTED,

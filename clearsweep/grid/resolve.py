@@ -1,0 +1,50 @@
+"""From a resolved case in the shape of a grid file to its typed form: the last place where a case is a dict."""
+
+from collections.abc import Mapping
+
+from ..case import Case, Contact, Drive, Friction, Joint, Material, Mechanism, Save, Simulate, Until, Wear
+
+
+def case_of(tree: Mapping) -> Case:
+    """Return the typed form of a case: nested sections, SI, defaults filled in, only keys in use."""
+    kind, bodies = _taken(tree["mechanism"], "type")
+    simulate = tree["simulate"]
+    if "until" in simulate:
+        simulate = simulate | {"until": Until(**simulate["until"])}
+    return Case(
+        mechanism=Mechanism(kind, dict(_leaves(bodies))),
+        joints=tuple(_joint(name, section) for name, section in tree["joints"].items()),
+        simulate=Simulate(**simulate),
+        save=Save(**tree["save"]),
+        drive=Drive(**tree["drive"]) if "drive" in tree else None,
+    )
+
+
+def _joint(name: str, section: Mapping) -> Joint:
+    sections = {"contact": _contact(section["contact"])}
+    if "friction" in section:
+        sections["friction"] = Friction(*_taken(section["friction"], "law"))
+    if "wear" in section:
+        sections["wear"] = Wear(*_taken(section["wear"], "law", "pressure", "bins"))
+    return Joint(**{"name": name} | section | sections)
+
+
+def _contact(section: Mapping) -> Contact:
+    law, elastic, material, values = _taken(section, "law", "elastic", "material")
+    return Contact(law, elastic, values, Material(**material) if material else None)
+
+
+def _taken(section: Mapping, *keys: str) -> tuple:
+    """Return the values of some keys, None for one that is not there, and a dict of all others."""
+    return (*(section.get(key) for key in keys), {key: value for key, value in section.items() if key not in keys})
+
+
+def _leaves(tree: Mapping, start: str = ""):
+    """Yield dotted path and value of every number in nested sections and lists."""
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _leaves(value, f"{start}{key}.")
+        elif isinstance(value, list):
+            yield from ((f"{start}{key}.{place}", item) for place, item in enumerate(value))
+        else:
+            yield f"{start}{key}", value
