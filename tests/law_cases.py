@@ -9,10 +9,10 @@ import pint
 
 from clearsweep.case import Contact, Friction, Joint, Material
 from clearsweep.mechanics.joint import laws
-from clearsweep.mechanics.joint.elastic import elastic_force
-from clearsweep.mechanics.joint.friction import friction_force
+from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.laws.describe import REFERENCE
-from clearsweep.mechanics.joint.normal import contact_force
+from clearsweep.mechanics.joint.loss.contract import contact_force
 
 ASKED = (0.10, 0.20, 0.30, 0.40, 0.50, 0.60, 0.70, 0.80, 0.90, 0.95, 0.99)
 SAMPLES = {

@@ -12,9 +12,9 @@ import clearsweep
 from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, lifted, slope, value
 from clearsweep.mechanics.compiled.family import pointer_to
 from clearsweep.mechanics.joint import laws
-from clearsweep.mechanics.joint.elastic import elastic_force
-from clearsweep.mechanics.joint.friction import friction_force
-from clearsweep.mechanics.joint.normal import contact_force
+from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.friction.contract import friction_force
+from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.rates import slopes_of
 from clearsweep.mechanics.solver import event, newton
 from clearsweep.simulation.run import Run

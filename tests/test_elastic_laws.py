@@ -11,15 +11,9 @@ from scipy.special import lambertw
 
 import clearsweep
 from clearsweep.mechanics.joint import laws
-from clearsweep.mechanics.joint.elastic import (
-    CONFORMAL_END,
-    LOGARITHMIC_END,
-    arc_excess,
-    conformal_load,
-    elastic_force,
-    inverse_lambert,
-    parity,
-)
+from clearsweep.mechanics.joint.elastic.conformal import CONFORMAL_END, arc_excess, conformal_load
+from clearsweep.mechanics.joint.elastic.contract import elastic_force, parity
+from clearsweep.mechanics.joint.elastic.cylinders import LOGARITHMIC_END, inverse_lambert
 from clearsweep.mechanics.joint.laws.describe import REFERENCE
 from clearsweep.mechanics.joint.laws.elastic import FIT_END, conformal_fit
 

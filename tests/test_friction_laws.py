@@ -10,7 +10,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.case import Friction
 from clearsweep.mechanics.joint import laws
-from clearsweep.mechanics.joint.friction import friction_force
+from clearsweep.mechanics.joint.friction.contract import friction_force
 
 LAWS = names("friction")
 _FORWARD = np.geomspace(1e-12, 1e3, 300)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import clearsweep
 from clearsweep.mechanics.joint import laws
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
-from clearsweep.mechanics.joint.friction import friction_force
+from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.internal_state import memory, memory_rate, recalled
 from clearsweep.mechanics.mechanism.slider_crank import gaps, pose
 from clearsweep.mechanics.rates import rates

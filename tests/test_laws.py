@@ -27,9 +27,9 @@ import clearsweep
 from clearsweep import InputError
 from clearsweep.mechanics import rates
 from clearsweep.mechanics.joint import laws
-from clearsweep.mechanics.joint.elastic import elastic_force
+from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.internal_state import memory, recalled
-from clearsweep.mechanics.joint.normal import contact_force, lowest_force
+from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
 
 LAWS = names("law")
 YIELDING = [name for name in LAWS if memory(RECIPES["law", name].make(joint(name)))]

@@ -8,9 +8,9 @@ from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics.joint import laws
-from clearsweep.mechanics.joint.elastic import elastic_force
+from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.internal_state import recalled
-from clearsweep.mechanics.joint.normal import contact_force
+from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.observe import tally
 from clearsweep.results import ELASTIC_ONSET
 from clearsweep.simulation import trajectory as simulating

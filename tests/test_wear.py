@@ -8,7 +8,9 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep.mechanics.joint.dry import Joint
-from clearsweep.mechanics.joint.wear import ACCOUNT, Archard, spread, wear_rate
+from clearsweep.mechanics.joint.wear.archard import Arc, Archard, spread
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT, Bins, Rubbing, wear_rate
+from clearsweep.mechanics.joint.wear.pressure import HertzLine
 
 BINS = 360
 WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS}
@@ -16,17 +18,18 @@ WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS}
 
 def worn_joint(bearing, journal, modulus=1e11):
     radius = 0.01 * 0.0095 / 0.0005
-    law = Archard(bearing, journal, float(BINS), 0.02, modulus, radius)
+    law = Archard(bearing, journal, float(BINS), 0.02, HertzLine(modulus, radius))
     return Joint(0.5e-3, 0.01, 0.0095, 1.0, (), (), (), law)
 
 
 def turn_journal(joint, force, turns, steps):
     """Return the depths of bearing and journal after the journal turned under a force of fixed direction."""
-    depths, account = np.zeros(2 * BINS), np.zeros(ACCOUNT)
+    depths = np.zeros(2 * BINS)
+    bins = Bins(depths, 0, BINS, np.zeros(ACCOUNT))
     way = 2.0 * math.pi * joint.journal_radius * turns / steps
     for step in range(steps):
         angle = -2.0 * math.pi * turns * (step + 0.5) / steps
-        wear_rate(joint.wear, joint, force, depths, BINS, 0, 0.3, angle, way, account)
+        wear_rate(joint.wear, joint, Rubbing(force, 1e-6, way, 0.3, angle), bins)
     return depths[:BINS], depths[BINS:]
 
 
@@ -43,7 +46,7 @@ def test_only_the_bearing_wears_with_the_profile_of_the_pressure_at_the_load():
     joint = worn_joint(coefficient, 0.0)
     bearing, journal = turn_journal(joint, force, 2, 100)
     way = 2.0 * math.pi * joint.journal_radius * 2
-    half_width = math.sqrt(4.0 * (force / 0.02) * joint.wear.radius / (math.pi * joint.wear.modulus))
+    half_width = math.sqrt(4.0 * (force / 0.02) * joint.wear.pressure.radius / (math.pi * joint.wear.pressure.modulus))
     edges = (np.arange(BINS + 1) * 2.0 * math.pi / BINS - 0.3) * joint.bearing_radius / half_width
     x = np.clip(edges, -1.0, 1.0)
     held = np.diff(0.5 + (x * np.sqrt(1.0 - x**2) + np.arcsin(x)) / math.pi)
@@ -57,7 +60,7 @@ def test_only_the_bearing_wears_with_the_profile_of_the_pressure_at_the_load():
 @pytest.mark.parametrize("half_arc", [1e-9, 0.003, 0.3, 1.5])
 def test_spreading_loses_nothing_wherever_the_arc_lies(angle, half_arc):
     depths = np.zeros(BINS)
-    spread(depths, 0, BINS, angle, half_arc, 1.0)
+    spread(HertzLine(1e11, 0.19), Arc(angle, half_arc, 1.0), depths, 0, BINS)
     assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(1.0, rel=1e-12)
     assert depths.min() >= 0.0
 
@@ -110,7 +113,7 @@ def test_figures_of_wear_are_those_of_the_bins():
     deepest = max(bearing.max(), journal.max())
     assert trajectory.summary["rod_slider_wear_depth_max"] == deepest > 0.0
     assert trajectory.summary["rod_slider_wear_rate_max"] == pytest.approx(deepest / 0.012)
-    assert scene.value.joints[0].wear.modulus == pytest.approx(0.75 * 6.61e10 / math.sqrt(0.19), rel=1e-12)
+    assert scene.value.joints[0].wear.pressure.modulus == pytest.approx(0.75 * 6.61e10 / math.sqrt(0.19), rel=1e-12)
 
 
 def test_wear_does_not_change_the_motion():

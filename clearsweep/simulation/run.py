@@ -6,9 +6,11 @@ import time
 import numpy as np
 
 from ..mechanics.compiled.family import NO_ENTRY, flatten
-from ..mechanics.joint import laws, wear
+from ..mechanics.joint import laws
 from ..mechanics.joint.dry import FREE, PRESSED, width
-from ..mechanics.joint.normal import Plastic
+from ..mechanics.joint.loss.plastic import Plastic
+from ..mechanics.joint.wear.contract import ACCOUNT
+from ..mechanics.joint.wear.step import wear_of
 from ..mechanics.observe import tally as tallies
 from ..mechanics.observe.record import Record
 from ..mechanics.rates import JOINT_WIDTH, JOINTS, rates_of, samples_of, slopes_of
@@ -51,16 +53,16 @@ class Run:
             joint=np.zeros((len(joints), tallies.JOINT)),
             time=np.zeros((len(joints), tallies.BINS)),
             ramp=np.zeros((len(joints), tallies.BINS)),
-            course=np.zeros((len(joints), 3, tallies.PARTS + 1)),
+            course=np.zeros((len(joints), tallies.COURSES, tallies.PARTS + 1)),
             length=np.zeros(1),
             wear=np.zeros(2 * len(joints) * bins),
-            account=np.zeros((len(joints), wear.ACCOUNT)),
+            account=np.zeros((len(joints), ACCOUNT)),
         )
         self.record = Record(times, np.zeros((times.size, len(channels(scene.layout)))))
         self.work = events.Work(
             rates=rates_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
-            wear=wear.wear_of(value, self.parameters) if worn else NO_ENTRY,
+            wear=wear_of(value, self.parameters) if worn else NO_ENTRY,
             time=2 * len(value.coordinates),
             pace=value.pace,
             sigma=value.sigma,

@@ -10,7 +10,7 @@ from ..case import Case, Joint
 from ..errors import InputError
 from ..mechanics import rates
 from ..mechanics.joint import dry, laws
-from ..mechanics.joint.elastic import elastic_force
+from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.joint.internal_state import memory
 from ..mechanics.mechanism import ideal
 from ..mechanics.mechanism import slider_crank as mechanisms

@@ -12,9 +12,9 @@ from numba.extending import overload
 from ..compiled import calculus as math
 from ..compiled.dual import alike
 from ..compiled.family import OPTIONS, kernel
-from .friction import friction_force
+from .friction.contract import friction_force
 from .internal_state import memory, recalled
-from .normal import contact_force, lowest_force, sign_beyond
+from .loss.contract import contact_force, lowest_force, sign_beyond
 
 # What a joint is doing.  CLIPPED: penetrating, but its law would pull; STUCK: pressed, and its surfaces stick
 FREE, PRESSED, CLIPPED, STUCK = range(4)
@@ -30,7 +30,7 @@ class Joint(NamedTuple):
     law: tuple  # contact_force
     elastic: tuple  # elastic_force
     friction: tuple  # friction_force
-    wear: tuple  # wear.deposit
+    wear: tuple  # wear_rate
 
 
 class Gap(NamedTuple):

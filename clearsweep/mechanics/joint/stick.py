@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 from numba.extending import overload
 
-from ..compiled.family import OPTIONS, family, kernel
+from ..compiled.family import OPTIONS, kernel
 from ..mechanism.dynamics import motion
 from ..mechanism.gap_acceleration import swings
 from .dry import STUCK, Load
-from .friction import Karnopp, stribeck_coefficient
+from .friction.contract import holding
 
 SWEEPS = 100  # over the joints that stick; joints share little, so a dozen do
 SETTLED = 1e-15  # of the holding force
@@ -30,22 +30,6 @@ class Surface(NamedTuple):
     y: float
     vx: float  # m/s
     vy: float
-
-
-@family
-def holding(friction):
-    """Return the tangential force over the normal one that a law holds while it sticks, 0 if it does not stick."""
-
-
-@holding.member(None)
-def _slides(friction):
-    return 0.0
-
-
-@holding.member(Karnopp)
-def _sticks(friction):
-    edge = stribeck_coefficient(friction, friction.band) + friction.viscous * friction.band
-    return max(friction.static_coefficient, edge)  # else surfaces that let go would be caught again at once
 
 
 # ---------------------------------------------------------------------------------------------- the force that holds
@@ -166,4 +150,4 @@ def held(scene, p, relative, loads, state):
 def _held(scene, p, relative, loads, state):
     joints = scene.types[scene.fields.index("joints")]
     laws = [joint.types[joint.fields.index("friction")].instance_class for joint in joints]
-    return held if Karnopp in laws else lambda scene, p, relative, loads, state: loads
+    return held if any(law in holding.members for law in laws) else lambda scene, p, relative, loads, state: loads

@@ -54,7 +54,7 @@ FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
-FORCE, KAPPA_COURSE, SLIP = 0, 1, 2  # rows of Tally.course
+FORCE, KAPPA_COURSE, SLIP, DEPTH_COURSE, COURSES = range(5)  # rows of Tally.course
 NODES = np.array([0, 6, 5, 9, 8, 10, 12])  # rows of o whose stages lie at the distinct times SHARES
 SHARES = np.array([0.0, 0.25, 1.0 / 3.0, 0.6, 0.6512820512820513, 0.8571428571428571, 1.0])
 
@@ -79,10 +79,10 @@ class Tally(NamedTuple):
     joint: np.ndarray  # (joints, JOINT)
     time: np.ndarray  # (joints, BINS) s, time at a force within each bin, from the ends of ramps
     ramp: np.ndarray  # (joints, BINS) s/N, changes of the time per force, from ramps that cross a whole bin
-    course: np.ndarray  # (joints, 3, PARTS + 1) force, dt/dtau and slip at even places of the step in hand
+    course: np.ndarray  # (joints, COURSES, PARTS + 1) force, dt/dtau, slip and depth at even places of the step in hand
     length: np.ndarray  # (1,) its length
     wear: np.ndarray  # (2 joints bins,) m, wear depth of bearing and journal of every joint
-    account: np.ndarray  # (joints, 2) see wear.ACCOUNT
+    account: np.ndarray  # (joints, 2) see joint.wear.contract
 
 
 @kernel
@@ -186,8 +186,11 @@ def add_course(at, j, duration):
     course = tally.course[j]
     follow(work.o, block + NORMAL, course, FORCE)
     follow(work.o, KAPPA, course, KAPPA_COURSE)
-    if work.wear.code != 0:
+    limited, worn = work.limit_depth[j] < math.inf, work.wear.code != 0
+    if worn:
         follow(work.o, block + SPEED, course, SLIP)
+    if worn or limited:
+        follow(work.o, block + DEPTH, course, DEPTH_COURSE)
     total = 0.0
     for i in range(PARTS + 1):
         course[KAPPA_COURSE, i] = max(course[KAPPA_COURSE, i], 0.0)
@@ -196,7 +199,7 @@ def add_course(at, j, duration):
     for i in range(PARTS):
         part = 0.5 * (course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]) / total
         fill_ramp(tally.time[j], tally.ramp[j], course[FORCE, i], course[FORCE, i + 1], part * duration)
-    if work.limit_depth[j] < math.inf:
+    if limited:
         add_beyond(at, j, duration)
 
 
@@ -204,16 +207,12 @@ def add_course(at, j, duration):
 def add_beyond(at, j, duration):
     """Add the time (s) of a step of `duration` in which joint `j` is deeper than its elastic law is meant for."""
     work = at[0]
-    block = JOINTS + JOINT_WIDTH * j
+    course = work.tally.course[j]
     beyond, total = 0.0, 0.0
     for i in range(PARTS + 1):
-        depth = 0.0
-        for m in range(NODES.size):
-            depth += COURSE[m, i] * work.o[NODES[m], block + DEPTH]
-        kappa = work.tally.course[j, KAPPA_COURSE, i]
-        total += kappa
-        if depth > work.limit_depth[j]:
-            beyond += kappa
+        total += course[KAPPA_COURSE, i]
+        if course[DEPTH_COURSE, i] > work.limit_depth[j]:
+            beyond += course[KAPPA_COURSE, i]
     work.tally.joint[j, BEYOND_TIME] += beyond / total * duration
 
 

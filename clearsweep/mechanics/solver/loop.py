@@ -9,7 +9,7 @@ from numba.extending import register_jitable
 
 from ..compiled.family import kernel, pointer_to
 from ..joint.dry import CLIPPED, FREE, PRESSED, STUCK
-from ..joint.normal import SHALLOW
+from ..joint.loss.plastic import SHALLOW
 from ..observe.account import enter, open_window
 from ..observe.record import write_sample
 from ..observe.tally import APPROACH, CLIPS, KINETIC_START, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION

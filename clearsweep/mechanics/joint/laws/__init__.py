@@ -8,10 +8,11 @@ import math
 
 from ....case import Joint
 from ....catalogue import Catalogue
-from ..elastic import Linear, elastic_force
-from ..friction import Frictionless
-from ..normal import Lossless
-from ..wear import NoWear
+from ..elastic.contract import elastic_force
+from ..elastic.power import Linear
+from ..friction.contract import Frictionless
+from ..loss.hysteresis import Lossless
+from ..wear.contract import NoWear
 from . import elastic, friction, mechanism, normal, wear  # noqa: F401 - each enters its laws
 from .describe import text
 from .material import material_stiffness

@@ -6,7 +6,7 @@ import textwrap
 from ....case import Contact, Joint, Material
 from ....catalogue import Field, Law
 from ....errors import InputError, nearest
-from ..elastic import elastic_force
+from ..elastic.contract import elastic_force
 from .recipe import RECIPES, Recipe
 
 WIDTH = 100  # characters of a line

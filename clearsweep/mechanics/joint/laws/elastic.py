@@ -12,19 +12,9 @@ import numpy as np
 from ....case import Joint
 from ....catalogue import Field, Range
 from ....errors import InputError
-from ..elastic import (
-    CONFORMAL_END,
-    LOGARITHMIC_END,
-    Conformal,
-    Foundation,
-    Linear,
-    Liu,
-    LiuTangent,
-    Logarithmic,
-    Power,
-    PowerThreeHalves,
-    conformal_load,
-)
+from ..elastic.conformal import CONFORMAL_END, Conformal, Foundation, Liu, LiuTangent, conformal_load
+from ..elastic.cylinders import LOGARITHMIC_END, Logarithmic
+from ..elastic.power import Linear, Power, PowerThreeHalves
 from .material import line_modulus, material_stiffness
 from .recipe import enter
 

@@ -4,7 +4,9 @@ import math
 from collections.abc import Mapping
 
 from ....catalogue import Field
-from ..friction import Ambrosio, BengisuAkay, Dahl, Karnopp, LuGre, Stribeck, Tanh, Threlfall
+from ..friction.bristles import Dahl, LuGre
+from ..friction.sliding import Ambrosio, BengisuAkay, Stribeck, Tanh, Threlfall
+from ..friction.stick import Karnopp
 from .recipe import enter
 
 COEFFICIENT = Field("coefficient", "1", "of kinetic friction, mu", low_open=False)

@@ -4,18 +4,9 @@ import math
 from collections.abc import Mapping
 
 from ....catalogue import Field
-from ..normal import (
-    ApproachHysteresis,
-    ApproachRootDamper,
-    Hysteresis,
-    Lossless,
-    Plastic,
-    PullingSpring,
-    RootDamper,
-    RootViscous,
-    SteppedDamper,
-    ViscousSpring,
-)
+from ..loss.dampers import ApproachRootDamper, PullingSpring, RootDamper, RootViscous, SteppedDamper, ViscousSpring
+from ..loss.hysteresis import ApproachHysteresis, Hysteresis, Lossless
+from ..loss.plastic import Plastic
 from .rebound import (
     approach_damping_rebound,
     approach_hysteresis_rebound,

@@ -2,7 +2,8 @@
 
 import math
 
-from ..wear import Archard
+from ..wear.archard import Archard
+from ..wear.pressure import HertzLine
 from .material import plane_strain_modulus, relative_radius
 from .recipe import enter
 
@@ -19,8 +20,7 @@ def _archard(joint):
         wear.values["journal_coefficient"],
         float(wear.bins),
         joint.length,
-        modulus,
-        radius,
+        HertzLine(modulus, radius),
     )
 
 

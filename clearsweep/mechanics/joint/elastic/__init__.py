@@ -1,0 +1,1 @@
+"""Elastic laws: the normal force over penetration, one block a law."""

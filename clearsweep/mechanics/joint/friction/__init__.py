@@ -1,0 +1,1 @@
+"""Friction laws: the tangential force over sliding speed, one block a law."""

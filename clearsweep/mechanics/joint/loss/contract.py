@@ -1,0 +1,62 @@
+"""What a law of the normal force declares."""
+
+from ...compiled import calculus as math
+from ...compiled.family import family
+from ..elastic.contract import parity
+
+
+@family
+def contact_force(law, elastic, pen, rate, onset_rate):
+    """Return (force, elastic part) in N, the force not yet clipped at `lowest_force`.
+
+    `pen` : penetration, m; `rate` : its rate, m/s, closing positive; `onset_rate` : the closing rate at which this
+    contact began, m/s, positive.
+    """
+
+
+@family
+def lowest_force(law):
+    """Return the force (N) below which the law is clipped: 0, or -inf where it may pull until the surfaces part."""
+
+
+@family
+def sign_beyond(law, elastic):
+    """Return the sign with which the force goes on smoothly where a trial step passes the separation.
+
+    The force is a function of the root of the penetration, which goes through zero like a straight line: one of its odd
+    powers, such as Hertz's third, changes sign there, an even one does not.  Only trial steps go that far.
+    """
+
+
+FAMILIES = (contact_force, lowest_force, sign_beyond)  # a type of this kind is a member of each
+
+
+def loss_form(form, *, pulls: bool, times_elastic: bool):
+    """Return the decorator that enters the `contact_force` of a type, and the two answers that go with it.
+
+    `pulls` : the force may be negative until the surfaces part, else it is clipped at 0; `times_elastic` : it is the
+    elastic force times a factor, so that it goes on past the separation with the sign of that, else with its own.
+    """
+
+    def enter(body):
+        lowest_force.member(form)(_unbounded if pulls else _zero)
+        sign_beyond.member(form)(_of_elastic if times_elastic else _its_own)
+        return contact_force.member(form)(body)
+
+    return enter
+
+
+def _zero(law):
+    return 0.0
+
+
+def _unbounded(law):
+    return -math.inf
+
+
+def _of_elastic(law, elastic):
+    return parity(elastic)
+
+
+def _its_own(law, elastic):
+    return 1.0

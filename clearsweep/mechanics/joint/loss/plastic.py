@@ -1,0 +1,43 @@
+"""Contacts that yield: they spring back from an indentation, which they keep until the surfaces part."""
+
+from typing import NamedTuple
+
+from ...compiled import calculus as math
+from ..elastic.contract import elastic_force
+from ..internal_state import memory, recalled
+from .contract import loss_form
+
+SHALLOW = 1e-12  # m, the least depth that a contact which yields remembers
+
+
+class Plastic(NamedTuple):
+    """F = F_elastic(pen) while it deepens, then along the same curve shrunk towards the deepest point.
+
+    Back and forth below the deepest point: F = F_elastic((pen - left) / e^2), left = (1 - e^2) deepest being the
+    indentation that stays.  The share e^2 of the work done while it deepens comes back.
+    """
+
+    returned_share: float  # e^2, 1
+    yield_rate: float  # m/s, onset rate up to which all is elastic
+    deepest: float = 0.0  # m, where the contact last turned from deepening to parting; 0 while it deepens
+
+
+@loss_form(Plastic, pulls=False, times_elastic=True)
+def _plastic(law, elastic, pen, rate, onset_rate):
+    share = law.returned_share if onset_rate > law.yield_rate else 1.0
+    if law.deepest < SHALLOW:
+        force = elastic_force(elastic, pen)
+        return force, share * force
+    rest = (pen - (1.0 - share) * law.deepest) / share
+    force = math.copysign(elastic_force(elastic, abs(rest)), rest)  # below 0 where the indentation is clear
+    return force, max(force, 0.0)
+
+
+@recalled.member(Plastic)
+def _plastic_recalled(law, y, place):
+    return Plastic(law.returned_share, law.yield_rate, y[place])
+
+
+@memory.member(Plastic)
+def _depth(law):
+    return (SHALLOW,)  # changes at events alone; below what the law tells apart, so that no derivative spans the change

@@ -1,0 +1,43 @@
+"""How the load of a contact is spread over its arc."""
+
+import math
+from typing import NamedTuple
+
+from .contract import half_arc, share_before
+
+
+class HertzLine(NamedTuple):
+    """A Hertzian line contact: half-width a = sqrt(4 f R / (pi E*))."""
+
+    modulus: float  # Pa, E* of both bodies
+    radius: float  # m, R_b R_j / (R_b - R_j)
+
+
+@half_arc.member(HertzLine)
+def _hertzian_arc(pressure, joint, line_load, depth):
+    half_width = math.sqrt(4.0 * line_load * pressure.radius / (math.pi * pressure.modulus))
+    return min(half_width / joint.bearing_radius, 0.5 * math.pi)
+
+
+@share_before.member(HertzLine)
+def _elliptic(pressure, x):
+    if x <= -1.0:
+        return 0.0
+    if x >= 1.0:
+        return 1.0
+    return 0.5 + (x * math.sqrt(1.0 - x * x) + math.asin(x)) / math.pi
+
+
+class Mean(NamedTuple):
+    """Uniform over the arc in which rigid circles overlap: cos theta0 = c / (c + pen)."""
+
+
+@half_arc.member(Mean)
+def _geometric_arc(pressure, joint, line_load, depth):
+    pen = max(depth, 0.0)
+    return 2.0 * math.atan(math.sqrt(pen / (2.0 * joint.clearance + pen)))  # the arc's cosine, without cancellation
+
+
+@share_before.member(Mean)
+def _even(pressure, x):
+    return min(max(0.5 + 0.5 * x, 0.0), 1.0)
