@@ -56,9 +56,8 @@ class Law(NamedTuple):
     fields: tuple[Field, ...] = ()
     uses_elastic: bool = True  # family 'law': False where the law brings its own stiffness and takes no `elastic`
     notes: str = ""  # pitfalls
-    needs: tuple[str, ...] = ()  # 'length', 'material': what has to be there of the joint besides the law's fields
+    needs: tuple[str, ...] = ()  # 'length', 'material', 'modulus': what has to be there besides the law's fields
     ranges: tuple[Range, ...] = ()
-    pulls: bool = False  # family 'law': its force can be negative, as published
 
 
 class Catalogue(NamedTuple):

@@ -31,7 +31,7 @@ CATALOGUE = Catalogue(
                 Field("journal_coefficient", "m^2/N", optional=True),
             ),
         ),
-        Law("pressure", "hertz-line", "line contact", "", ""),
+        Law("pressure", "hertz-line", "line contact", "", "", needs=("modulus",)),
     )
 )
 BODIES = {

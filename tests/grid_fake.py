@@ -35,7 +35,7 @@ CATALOGUE = Catalogue(
         law("friction", "tanh", COEFFICIENT, Field("velocity_scale", "m/s", "scale of the sliding speed")),
         law("friction", "ambrosio", COEFFICIENT, Field("v0", "m/s", "dead band"), Field("v1", "m/s", "full slip")),
         law("wear", "archard"),
-        law("pressure", "hertz-line"),
+        law("pressure", "hertz-line")._replace(needs=("modulus",)),
     )
 )
 TEXT = """\

@@ -8,10 +8,10 @@ import numpy as np
 import pint
 
 from clearsweep.case import Contact, Friction, Joint, Material
-from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.describe import REFERENCE
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.laws.describe import REFERENCE
 from clearsweep.mechanics.joint.loss.contract import contact_force
 
 ASKED = (0.10, 0.20, 0.30, 0.40, 0.50, 0.60, 0.70, 0.80, 0.90, 0.95, 0.99)
@@ -27,11 +27,15 @@ SAMPLES = {
     "s/m": 10.0,
     "1/m": 1e5,
 }
-RECIPES = laws.RECIPES
+RECIPES = registry.RECIPES
 
 
 def names(family):
     return [name for of, name in RECIPES if of == family]
+
+
+def takes_restitution(family, name):
+    return "restitution" in {field.name for field in RECIPES[family, name].law.fields}
 
 
 def numbers(law):

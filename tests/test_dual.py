@@ -11,7 +11,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, lifted, slope, value
 from clearsweep.mechanics.compiled.family import pointer_to
-from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
@@ -70,7 +70,7 @@ def test_stiffness_of_every_elastic_law_is_exact(name):
 @pytest.mark.parametrize("rate", [RATE, -RATE])
 @pytest.mark.parametrize("name", law_cases.names("law"))
 def test_derivatives_of_every_contact_law_are_exact(name, rate):
-    law, term = laws.contact_terms(law_cases.joint(law=name))
+    law, term = registry.contact_terms(law_cases.joint(law=name))
     by_pen, by_rate = slopes_of_contact(law, term, PEN, rate, ONSET)
     expected = differences(lambda pen: contact_force(law, term, pen, rate, ONSET)[0], PEN, PEN)
     assert by_pen == pytest.approx(expected, rel=1e-7)

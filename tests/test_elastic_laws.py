@@ -10,12 +10,18 @@ from scipy.integrate import quad
 from scipy.special import lambertw
 
 import clearsweep
-from clearsweep.mechanics.joint import laws
-from clearsweep.mechanics.joint.elastic.conformal import CONFORMAL_END, arc_excess, conformal_load
+from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.describe import REFERENCE
+from clearsweep.mechanics.joint.elastic.conformal import (
+    CONFORMAL_END,
+    FIT_END,
+    arc_excess,
+    conformal_fit,
+    conformal_load,
+)
 from clearsweep.mechanics.joint.elastic.contract import elastic_force, parity
 from clearsweep.mechanics.joint.elastic.cylinders import LOGARITHMIC_END, inverse_lambert
-from clearsweep.mechanics.joint.laws.describe import REFERENCE
-from clearsweep.mechanics.joint.laws.elastic import FIT_END, conformal_fit
+from clearsweep.mechanics.joint.material import material_stiffness
 
 LAWS = names("elastic")
 MODULUS = 207e9 / (2.0 * (1.0 - 0.3**2))  # E*, Pa
@@ -108,10 +114,10 @@ def test_a_free_impact_gives_back_what_the_exact_law_is_asked_for_whatever_the_e
 @pytest.mark.parametrize("name", LAWS)
 def test_what_a_law_derives_is_a_number_with_a_unit(name):
     section = joint(elastic=name)
-    found = laws.derived(section)
+    found = registry.derived(section)
     assert all(math.isfinite(value) and unit for value, unit in found.values())
     if "contact.penetration_limit" in found:
-        assert found["contact.penetration_limit"][0] == laws.penetration_limit(section)
+        assert found["contact.penetration_limit"][0] == registry.penetration_limit(section)
 
 
 # ---------------------------------------------------------------------------------------------- published values
@@ -312,12 +318,12 @@ def test_conformal_fit_stays_as_close_to_persson_as_it_says():
     assert np.sqrt(np.mean(np.square(error))) == pytest.approx(residual, rel=1e-3)
     assert residual < 0.02
     assert 1.0 < exponent < 1.1
-    derived = laws.derived(joint(elastic="conformal-fit"))
+    derived = registry.derived(joint(elastic="conformal-fit"))
     assert derived["contact.fit_residual"] == (residual, "1")
 
 
 def test_material_stiffness_has_its_published_value():
-    assert laws.material_stiffness(REFERENCE) == pytest.approx(6.610198e10, rel=1e-7)
+    assert material_stiffness(REFERENCE) == pytest.approx(6.610198e10, rel=1e-7)
 
 
 @pytest.mark.parametrize(("exponent", "kind"), [(1.5, "PowerThreeHalves"), (1.0, "Linear"), (1.3, "Power")])

@@ -9,7 +9,7 @@ from mechanism_cases import slider_crank, told_both_ways
 from scipy.integrate import solve_ivp
 
 import clearsweep
-from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.internal_state import memory, memory_rate, recalled
@@ -26,14 +26,14 @@ LUGRE = {
     "bristle_damping": 316.0,
 }
 DAHL = {"law": "dahl", "coefficient": 0.1, "bristle_stiffness": 1e5}
-REMEMBERING = [name for name in names("friction") if memory(laws.friction_term(joint(friction=name)))]
+REMEMBERING = [name for name in names("friction") if memory(registry.friction_term(joint(friction=name)))]
 
 
 def term(bend=0.0, **written):
     """Return a friction law with its bristles bent by `bend` (m)."""
     fields = RECIPES["friction", written["law"]].law.fields
     defaults = {field.name: field.default for field in fields if field.default is not None}
-    return recalled(laws.friction_term({"friction": defaults | written}), [bend], 0)
+    return recalled(registry.friction_term({"friction": defaults | written}), [bend], 0)
 
 
 def crank(friction, *joints, **changes):
@@ -115,14 +115,14 @@ def test_lugre_s_bristles_never_drive_unless_their_damping_lasts():
 
 @pytest.mark.parametrize("name", REMEMBERING)
 def test_bent_bristles_give_the_same_force_compiled_and_in_any_unit(name):
-    term = laws.friction_term(joint(friction=name))
+    term = registry.friction_term(joint(friction=name))
     (size,) = memory(term)
     slips = np.linspace(-0.01, 0.01, 21)
     for bend in (-0.7 * size, 0.4 * size):
         law = recalled(term, [bend], 0)
         plain = np.array([friction_force(law, 100.0, slip) for slip in slips])
         np.testing.assert_allclose(compiled_friction(law, 100.0, slips), plain, rtol=1e-13, atol=1e-300)
-        scaled = recalled(laws.friction_term(in_millimetres(written(friction=name))), [1e3 * bend], 0)
+        scaled = recalled(registry.friction_term(in_millimetres(written(friction=name))), [1e3 * bend], 0)
         in_mm = [friction_force(scaled, 100.0, 1e3 * slip) for slip in slips]
         np.testing.assert_allclose(in_mm, plain, rtol=1e-11)
 

@@ -165,11 +165,11 @@ def test_a_swept_case_has_the_id_of_the_same_case_written_out(at, base):
 
 
 def test_a_resolved_grid_loads_to_the_same_cases():
-    from clearsweep.mechanics.joint import laws
+    from clearsweep.mechanics.joint import registry
 
     for path in (*CONFIGS.glob("*.yaml"), Path(grid.__file__).with_name("starter.yaml")):
-        original = grid.load(path, laws.catalogue())
-        again = grid.load(json.loads(json.dumps(original.resolved())), laws.catalogue())
+        original = grid.load(path, registry.catalogue())
+        again = grid.load(json.loads(json.dumps(original.resolved())), registry.catalogue())
         assert ids(again) == ids(original)
         assert (again.frame(), again.axes, again.layout()) == (original.frame(), original.axes, original.layout())
         assert len(set(ids(original))) == len(original)

@@ -6,7 +6,7 @@ from mechanism_cases import PAIR, changed, resolved, slider_crank
 
 import clearsweep
 from clearsweep import InputError, grid
-from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint import registry
 
 MATERIAL = {"young": 207e9, "poisson": 0.3}
 JOINT = "joints.rod-slider"
@@ -21,7 +21,7 @@ def cylinders(elastic="johnson", **changes):
 
 def problems(source):
     with pytest.raises(InputError) as caught:
-        grid.load(source, laws.catalogue())
+        grid.load(source, registry.catalogue())
     return caught.value.problems
 
 
@@ -63,7 +63,7 @@ def test_what_only_another_elastic_law_uses_is_refused():
 def test_laws_that_need_nothing_and_laws_that_do_can_be_swept_together():
     source = cylinders(contact__stiffness=6.61e10)
     source["sweep"] = {f"{JOINT}.contact.elastic": ["power", "johnson", "persson"]}
-    cases = grid.load(source, laws.catalogue())
+    cases = grid.load(source, registry.catalogue())
     found = [cases.written_case(k)["joints"]["rod-slider"]["contact"] for k in range(len(cases))]
     assert ["stiffness" in contact for contact in found] == [True, False, False]
     assert len({cases.case_id(k) for k in range(3)}) == 3
@@ -104,7 +104,7 @@ def test_an_impact_pair_can_take_its_stiffness_from_the_material():
     contact = {"law": "hertz", "material": MATERIAL}
     pair = {"clearance": 0.5e-3, "bearing_radius": 0.01, "contact": contact}
     joint = clearsweep.load_case(changed(PAIR, {"joints.pair": pair})).case.joints[0]
-    assert laws.contact_terms(joint)[1].stiffness == pytest.approx(6.610198e10, rel=1e-7)
+    assert registry.contact_terms(joint)[1].stiffness == pytest.approx(6.610198e10, rel=1e-7)
     del pair["bearing_radius"]
     assert "bearing_radius: is missing" in problems(changed(PAIR, {"joints.pair": pair}))[0]
 

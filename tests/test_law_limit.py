@@ -5,7 +5,7 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint import registry
 from clearsweep.simulation import scene
 from clearsweep.validity import TOLD, Remarks, past_limits
 
@@ -15,7 +15,7 @@ CONTACT = {"law": "hertz", "elastic": "johnson", "material": {"young": 1e6, "poi
 def test_time_beyond_the_range_of_the_law_is_the_share_of_samples_beyond_it():
     changes = {"joints.rod-slider.contact": CONTACT, "drive.speed": "300 rpm", "simulate.tolerance": 1e-7}
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
-    limit = laws.penetration_limit(scene.case.joints[0])
+    limit = registry.penetration_limit(scene.case.joints[0])
     trajectory = clearsweep.simulate(scene, times=np.linspace(0.0, 0.2, 20001))
     assert trajectory.status == "ok"
     depth = np.hypot(trajectory["joints/rod_slider/x"], trajectory["joints/rod_slider/y"]) - 0.5e-3

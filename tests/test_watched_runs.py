@@ -10,7 +10,7 @@ from mechanism_cases import PAIR, changed, slider_crank
 import clearsweep
 from clearsweep import grid, report
 from clearsweep.errors import InputError
-from clearsweep.mechanics.joint import laws
+from clearsweep.mechanics.joint import registry
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
 from clearsweep.simulation.until import period_of
@@ -319,7 +319,7 @@ def test_an_impact_pair_can_be_checked():
 
 def case_id(**changes):
     source = slider_crank("rod-slider", changes={k.replace("__", "."): v for k, v in changes.items()})
-    return grid.load(source, laws.catalogue()).case_id(0)
+    return grid.load(source, registry.catalogue()).case_id(0)
 
 
 def test_what_is_not_asked_for_is_not_in_the_identity():
@@ -348,7 +348,7 @@ def test_what_is_not_asked_for_is_not_in_the_identity():
 )
 def test_mistakes_are_told(asked, told):
     with pytest.raises(InputError) as caught:
-        grid.load(slider_crank("rod-slider", changes=LONG | asked), laws.catalogue())
+        grid.load(slider_crank("rod-slider", changes=LONG | asked), registry.catalogue())
     assert told in str(caught.value)
 
 

@@ -7,18 +7,22 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep import grid
+from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Arc, Archard, spread
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT, Bins, Rubbing, wear_rate
-from clearsweep.mechanics.joint.wear.pressure import HertzLine
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT, NARROW, Bins, Rubbing, wear_rate
+from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean
 
 BINS = 360
 WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS}
 
 
-def worn_joint(bearing, journal, modulus=1e11):
-    radius = 0.01 * 0.0095 / 0.0005
-    law = Archard(bearing, journal, float(BINS), 0.02, HertzLine(modulus, radius))
+LINE = HertzLine(1e11, 0.01 * 0.0095 / 0.0005)
+
+
+def worn_joint(bearing, journal, pressure=LINE):
+    law = Archard(bearing, journal, float(BINS), 0.02, pressure)
     return Joint(0.5e-3, 0.01, 0.0095, 1.0, (), (), (), law)
 
 
@@ -56,13 +60,33 @@ def test_only_the_bearing_wears_with_the_profile_of_the_pressure_at_the_load():
     assert np.argmax(bearing) == int(0.3 / (2.0 * math.pi) * BINS)
 
 
+@pytest.mark.parametrize("pressure", [LINE, Mean()])
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 3.1, 6.28318, -7.0, 100.0])
-@pytest.mark.parametrize("half_arc", [1e-9, 0.003, 0.3, 1.5])
-def test_spreading_loses_nothing_wherever_the_arc_lies(angle, half_arc):
+@pytest.mark.parametrize("half_arc", [0.0, 1e-9, 0.003, 0.3, 1.5])
+def test_spreading_loses_nothing_wherever_the_arc_lies(pressure, angle, half_arc):
     depths = np.zeros(BINS)
-    spread(HertzLine(1e11, 0.19), Arc(angle, half_arc, 1.0), depths, 0, BINS)
+    spread(pressure, Arc(angle, half_arc, 1.0), depths, 0, BINS)
     assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(1.0, rel=1e-12)
     assert depths.min() >= 0.0
+
+
+@pytest.mark.parametrize("pen", [1e-9, 5e-6, 0.4e-3])
+def test_a_mean_pressure_wears_the_geometric_arc_evenly_and_takes_k_f_s_off_each_body(pen):
+    coefficient, force, way = 1e-14, 1000.0, 0.7
+    joint = worn_joint(coefficient, 2.0 * coefficient, Mean())
+    bins = Bins(np.zeros(2 * BINS), 0, BINS, np.zeros(ACCOUNT))
+    wear_rate(joint.wear, joint, Rubbing(force, pen, way, 1.0, 4.0), bins)
+    theta = math.acos(0.5e-3 / (0.5e-3 + pen))
+    edges, width = np.arange(BINS + 1) * 2.0 * math.pi / BINS, 2.0 * math.pi / BINS
+    for k, depths, angle, radius in (
+        (coefficient, bins.depths[:BINS], 1.0, joint.bearing_radius),
+        (2.0 * coefficient, bins.depths[BINS:], 4.0, joint.journal_radius),
+    ):
+        covered = np.diff(np.clip(edges, angle - theta, angle + theta)) / width
+        pressure = force / 0.02 / (2.0 * radius * theta)
+        assert depths == pytest.approx(k * pressure * way * covered, rel=1e-6, abs=1e-22)
+        assert np.sum(depths) * width * radius * 0.02 == pytest.approx(k * force * way, rel=1e-12)
+    assert bins.account[NARROW] == (2.0 * theta < 5.0 * width)
 
 
 def run(**changes):
@@ -103,6 +127,48 @@ def test_bins_turn_with_their_bodies(name):
         sampled = np.sum(work * np.exp(1j * (np.arctan2(y, x) - body))) / work.sum()
         binned = np.sum(depths * np.exp(1j * (np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS)) / depths.sum()
         assert abs(binned - sampled) < 0.01
+
+
+def test_the_pressure_that_a_grid_names_acts():
+    """The tenth harmonic of the bearing's wear: a contact of half arc theta leaves sin(10 theta) / (10 theta) of it."""
+    changes = {"save.orbits": "last", "save.revolutions": 1, "save.samples": 100000}
+    worn = {
+        pressure: run(**changes, **{"joints.rod-slider.wear": WEAR | {"pressure": pressure}})[1]
+        for pressure in ("hertz-line", "mean")
+    }
+    mean = worn["mean"]
+    x, y = mean["joints/rod_slider/x"], mean["joints/rod_slider/y"]
+    size = np.maximum(np.hypot(x, y), 1e-12)
+    slip = (x * mean["joints/rod_slider/vy"] - y * mean["joints/rod_slider/vx"]) / size + mean["rod/rate"] * 9.5e-3
+    work = mean["joints/rod_slider/force_normal"] * np.abs(slip)
+    theta = np.arccos(np.minimum(0.5e-3 / size, 1.0))
+    tenth = np.exp(10j * np.arctan2(y, x)) * np.sinc(10.0 * theta / math.pi)
+    sampled = np.sum(work * tenth) / work.sum()
+    places = (np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS
+    binned = {name: np.sum(each.wear["rod_slider"][0] * np.exp(10j * places)) for name, each in worn.items()}
+    binned = {name: value / worn[name].wear["rod_slider"][0].sum() for name, value in binned.items()}
+    assert abs(binned["mean"] - sampled) < 0.01
+    assert abs(binned["hertz-line"] - sampled) > 0.05
+    line = worn["hertz-line"].summary
+    assert mean.summary["rod_slider_wear_volume"] == pytest.approx(line["rod_slider_wear_volume"], rel=1e-9)
+    assert mean.summary["rod_slider_force_peak"] == line["rod_slider_force_peak"]
+
+
+def case_of(pressure=None, **changes):
+    wear = WEAR | ({"pressure": pressure} if pressure else {})
+    source = slider_crank("rod-slider", changes={"joints.rod-slider.wear": wear} | changes)
+    return grid.load(source, registry.catalogue())
+
+
+def test_a_pressure_left_out_is_that_of_a_line_contact_and_the_same_case():
+    assert case_of().case_id(0) == case_of("hertz-line").case_id(0) != case_of("mean").case_id(0)
+
+
+def test_only_a_pressure_that_needs_a_modulus_asks_for_it():
+    spring = {"joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 100.0}}
+    assert len(case_of("mean", **spring)) == 1
+    with pytest.raises(clearsweep.InputError, match="the pressure of wear needs Young's modulus"):
+        case_of("hertz-line", **spring)
 
 
 def test_figures_of_wear_are_those_of_the_bins():

@@ -29,6 +29,7 @@ def check(read: Draft, catalogue: Catalogue) -> None:
         _elastic(read, path, catalogue)
         if f"{path}.wear" in read.shape:
             _wear(read, path)
+            _pressure(read, path, catalogue)
 
 
 def _until(read: Draft) -> None:
@@ -142,11 +143,13 @@ def _wear(read: Draft, joint: str) -> None:
                 f"at most {_LARGEST_WEAR}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
             read.problems.add(read.place(path), path, sentence)
-    _pressure(read, joint)
 
 
-def _pressure(read: Draft, joint: str) -> None:
-    """Check that Young's modulus, which the pressure of wear needs, follows from the material or the stiffness."""
+def _pressure(read: Draft, joint: str, catalogue: Catalogue) -> None:
+    """Check that Young's modulus, where the pressure of wear needs it, follows from the material or the stiffness."""
+    pressures = [catalogue.find("pressure", name) for name in read.names[f"{joint}.wear.pressure"]]
+    if not any("modulus" in law.needs for law in pressures):
+        return
     contact = f"{joint}.contact"
     law, elastic = f"{contact}.law", f"{contact}.elastic"
     if f"{contact}.material" in read.shape or elastic not in read.shape or not read.unsure.isdisjoint((law, elastic)):

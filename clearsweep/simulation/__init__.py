@@ -4,8 +4,8 @@ What sweeps and reports ask of mechanics is here, function by function.
 """
 
 from ..case import Case
-from ..mechanics.joint.laws import elastic_choices, elastic_forces, penetration_limit, restitution
-from ..mechanics.joint.laws import text as laws_text
+from ..mechanics.joint.registry import elastic_choices, elastic_forces, penetration_limit, restitution
+from ..mechanics.joint.registry import text as laws_text
 from ..results import Trajectory
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .trajectory import compile_for, simulate

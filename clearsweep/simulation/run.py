@@ -6,7 +6,7 @@ import time
 import numpy as np
 
 from ..mechanics.compiled.family import NO_ENTRY, flatten
-from ..mechanics.joint import laws
+from ..mechanics.joint import registry
 from ..mechanics.joint.dry import FREE, PRESSED, width
 from ..mechanics.joint.loss.plastic import Plastic
 from ..mechanics.joint.wear.contract import ACCOUNT
@@ -81,7 +81,7 @@ class Run:
             band=np.array([getattr(joint.friction, "band", 0.0) for joint in joints]),
             deepest=_places(value, Plastic),
             owner=np.repeat(np.arange(len(joints)), [width(joint) for joint in joints]),
-            limit_depth=np.array([laws.penetration_limit(joint) for joint in scene.case.joints]),
+            limit_depth=np.array([registry.penetration_limit(joint) for joint in scene.case.joints]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             mode=np.zeros(3, dtype=np.int64),
             proposals=np.zeros(2 << len(joints)),

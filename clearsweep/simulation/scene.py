@@ -9,7 +9,7 @@ from .. import grid
 from ..case import Case, Joint
 from ..errors import InputError
 from ..mechanics import rates
-from ..mechanics.joint import dry, laws
+from ..mechanics.joint import dry, registry
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.joint.internal_state import memory
 from ..mechanics.mechanism import ideal
@@ -35,7 +35,7 @@ class Scene:
 
 def catalogue():
     """Return all laws that a grid can name."""
-    return laws.catalogue()
+    return registry.catalogue()
 
 
 def load_case(source, overrides: dict | None = None) -> Scene:
@@ -87,7 +87,7 @@ def _memories(joints: tuple) -> tuple:
 
 def _joint(joint: Joint) -> dry.Joint:
     """Return the compiled form of a joint."""
-    law, elastic = laws.contact_terms(joint)
+    law, elastic = registry.contact_terms(joint)
     side = 1.0 if joint.journal == _DISTAL.get(joint.name) or joint.name == "pair" else -1.0
     radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning in an impact pair
     return dry.Joint(
@@ -97,8 +97,8 @@ def _joint(joint: Joint) -> dry.Joint:
         side,
         law,
         elastic,
-        laws.friction_term(joint),
-        laws.wear_term(joint),
+        registry.friction_term(joint),
+        registry.wear_term(joint),
     )
 
 
@@ -181,29 +181,36 @@ def signature(case: Case) -> tuple:
     joints = tuple(
         (
             joint.name,
-            *(type(term).__name__ for term in laws.contact_terms(joint)),
-            type(laws.friction_term(joint)).__name__,
-            type(laws.wear_term(joint)).__name__,
+            *map(_types, registry.contact_terms(joint)),
+            _types(registry.friction_term(joint)),
+            _types(registry.wear_term(joint)),
         )
         for joint in case.joints
     )
     return case.mechanism.type, joints
 
 
+def _types(term) -> str:
+    """Return the name of a compiled form's type, with those of the types it holds: 'Archard(Mean)'."""
+    inner = ", ".join(_types(part) for part in term if isinstance(part, tuple))
+    return f"{type(term).__name__}({inner})" if inner else type(term).__name__
+
+
 def derived(case: Case) -> dict[str, tuple[float, str]]:
     """Return what follows from other values of a case: dotted path -> (value, unit)."""
-    return {f"joints.{joint.name}.{key}": value for joint in case.joints for key, value in laws.derived(joint).items()}
+    return {
+        f"joints.{joint.name}.{key}": value for joint in case.joints for key, value in registry.derived(joint).items()
+    }
 
 
 def warnings(case: Case) -> list[str]:
     """Return sentences about values of a case that may not be what was meant."""
     sentences = []
     for joint in case.joints:
-        law = laws.RECIPES["law", joint.contact.law].law
-        if law.pulls:
+        if registry.pulls(joint):
             sentences.append(
-                f"joints.{joint.name}.contact.law: {law.name} pulls before the surfaces part, as published; its normal "
-                "force can be negative and is not clipped"
+                f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
+                "its normal force can be negative and is not clipped"
             )
         hardness = joint.wear.values.get("hardness") if joint.wear else None
         if hardness is None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..case import Case
 from ..errors import InputError
-from ..mechanics.joint import laws
+from ..mechanics.joint import registry
 from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
@@ -153,7 +153,7 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
             (
                 joint.name,
                 joint.contact.elastic or "",
-                laws.penetration_limit(joint),
+                registry.penetration_limit(joint),
                 summary[f"{joint.column}_law_limit_fraction"],
             )
             for joint in scene.case.joints

@@ -1,10 +1,25 @@
-"""Conformal contact: a journal that nearly fits its bearing."""
+"""Conformal contact: a journal that nearly fits its bearing.
 
+E* is the modulus of the pair, 1 / E* = (1 - nu_b^2) / E_b + (1 - nu_j^2) / E_j, c the radial clearance, L the length of
+the joint, R_b and R_j the radii of bearing and journal.
+"""
+
+import functools
 from typing import NamedTuple
 
+import numpy as np
+
+from ....case import Joint
+from ....catalogue import Field, Law, Range
+from ....errors import InputError
 from ...compiled import calculus as math
 from ...compiled.family import kernel
-from .contract import elastic_form
+from ..material import line_modulus
+from ..recipe import enter
+from .contract import NEEDS, elastic_form
+from .power import Power, derived_power
+
+_ARC = "The contact arc is that of rigid circles, cos theta = c / (c + pen)."
 
 
 class Liu(NamedTuple):
@@ -19,6 +34,42 @@ def _liu(elastic, pen):
     return elastic.stiffness * pen * math.sqrt(0.5 * pen / (elastic.clearance + pen))
 
 
+def _make_liu(joint):
+    return Liu(0.5 * math.pi * line_modulus(joint), joint.clearance)
+
+
+enter(
+    Law(
+        "elastic",
+        "liu",
+        "two cylinders whose contact arc follows from geometry",
+        "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen)))",
+        "after Liu, Zhang & Yang 2007, Mech. Mach. Theory 42:183",
+        needs=NEEDS,
+        notes=f"{_ARC}  Softer than the laws of line contact by an order of magnitude at small penetration.",
+    ),
+    (Liu,),
+    _make_liu,
+)
+
+
+enter(
+    Law(
+        "elastic",
+        "bai-zhao-consistent",
+        "liu's force, of which Bai & Zhao's stiffness is the derivative",
+        "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen))), its derivative K_n L",
+        "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; the integral of their K_n",
+        needs=NEEDS,
+        notes="Their K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3) is exactly dF/dpen of liu per length, "
+        "a tangent stiffness; this law takes it for one.  With contact.law zhiying-qishao it is their hybrid "
+        "model.",
+    ),
+    (Liu,),
+    _make_liu,
+)
+
+
 class LiuTangent(NamedTuple):
     """F = pen dF/dpen of Liu's force."""
 
@@ -31,6 +82,22 @@ def _liu_tangent(elastic, pen):
     whole = elastic.clearance + pen
     share = (1.5 * elastic.clearance + pen) / whole
     return elastic.stiffness * pen * share * math.sqrt(0.5 * pen / whole)
+
+
+enter(
+    Law(
+        "elastic",
+        "bai-zhao-literal",
+        "Bai & Zhao's stiffness times the penetration, as printed",
+        "F_elastic = K_n L pen, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
+        "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190, with exponent 1",
+        needs=NEEDS,
+        notes="A tangent stiffness taken for a secant one: 1.5 times liu at small penetration.  The paper's exponent n "
+        "= 1.5 would be dimensionally wrong.  With contact.law zhiying-qishao it is their hybrid model.",
+    ),
+    (LiuTangent,),
+    lambda joint: LiuTangent(*_make_liu(joint)),
+)
 
 
 class Foundation(NamedTuple):
@@ -58,6 +125,39 @@ def _foundation(elastic, pen):
     return elastic.stiffness * (pen * angle + elastic.clearance * arc_excess(angle))
 
 
+def foundation_modulus(joint: Joint) -> float:
+    """Return (1 - nu) E / ((1 + nu) (1 - 2 nu) t) in Pa/m, the modulus of a thin layer held at its back."""
+    material = joint.contact.material
+    young, poisson = material.young, material.poisson
+    if poisson >= 0.5:
+        raise InputError(
+            f"contact.material.poisson: found {poisson:g}; winkler allows below 0.5: its layer would not give way"
+        )
+    return (1.0 - poisson) * young / ((1.0 + poisson) * (1.0 - 2.0 * poisson) * joint.contact.values["thickness"])
+
+
+enter(
+    Law(
+        "elastic",
+        "winkler",
+        "a layer of radial springs in the bearing",
+        "F_elastic = k R_b L ((c + pen) theta - c sin theta), cos theta = c / (c + pen), k = (1 - nu) E / ((1 + nu) (1 "
+        "- 2 nu) t)",
+        "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; integrated over p = k ((c + pen) cos phi - "
+        "c)",
+        (Field("thickness", "m", "t, of the layer that gives way"),),
+        needs=NEEDS,
+        ranges=(Range("contact.material.poisson", -1.0, 0.499, "1", "an incompressible layer does not give way"),),
+        notes="The thickness is a guess where there is no layer.  Held to be good up to a tenth of the thickness; the "
+        "same formula goes on beyond.",
+    ),
+    (Foundation,),
+    lambda joint: Foundation(foundation_modulus(joint) * joint.bearing_radius * joint.length, joint.clearance),
+    limit=lambda joint: 0.1 * joint.contact.values["thickness"],
+    derived=lambda joint: {"contact.foundation_modulus": (foundation_modulus(joint), "Pa/m")},
+)
+
+
 class Conformal(NamedTuple):
     """F = K b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), b = tan(theta / 2), cos theta = c / (c + pen) (Persson)."""
 
@@ -83,3 +183,70 @@ def _conformal(elastic, pen):
     if depth < CONFORMAL_END:
         return elastic.stiffness * conformal_load(depth)
     return elastic.stiffness * conformal_load(CONFORMAL_END) * (2.0 * depth / CONFORMAL_END - 1.0)
+
+
+def _make_persson(joint):
+    return Conformal(2.0 * math.pi * line_modulus(joint) * joint.clearance, joint.clearance)
+
+
+enter(
+    Law(
+        "elastic",
+        "persson",
+        "conformal contact over any arc up to its limiting angle",
+        "F_elastic = 2 pi E* c L b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), b = tan(theta / 2), cos theta = c / (c + "
+        "pen)",
+        "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
+        "materials; the scale from Hertz's limit, the arc over penetration an assumption made here",
+        needs=NEEDS,
+        notes=f"Load over half-angle theta is the theory's; it knows no penetration.  {_ARC}  It makes the force "
+        "linear at small penetration, (pi/2) E* L pen, above the laws of line contact: elastic bodies touch over "
+        "less than the rigid arc.  The half-angle cannot pass 84.83 degrees; beyond 80.41, where the tangent "
+        "stiffness is twice the secant, the force goes on along the tangent.",
+    ),
+    (Conformal,),
+    _make_persson,
+    limit=lambda joint: CONFORMAL_END * joint.clearance,
+)
+
+
+FIT_END = 0.5  # clearances: the penetration up to which conformal-fit follows persson
+
+
+@functools.cache
+def conformal_fit() -> tuple[float, float, float]:
+    """Return (k, n, residual) of the power k x^n that is closest to Persson's load over 0 < x <= FIT_END.
+
+    The load is in units of E* c L, x in clearances; least squares of the relative error, `residual` its rms.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    x = 0.5 * FIT_END * (nodes + 1.0)
+    load = 2.0 * math.pi * np.array([conformal_load(depth) for depth in x])
+    exponent, logarithm = np.polyfit(np.log(x), np.log(load), 1, w=np.sqrt(weights))
+    error = np.exp(logarithm) * x**exponent / load - 1.0
+    return float(np.exp(logarithm)), float(exponent), float(np.sqrt(np.average(error**2, weights=weights)))
+
+
+def _make_fit(joint):
+    factor, exponent, _ = conformal_fit()
+    return Power(factor * line_modulus(joint) * joint.clearance ** (1.0 - exponent), exponent)
+
+
+enter(
+    Law(
+        "elastic",
+        "conformal-fit",
+        "a power fitted to the conformal contact of persson",
+        "F_elastic = K_f pen^n_f, K_f = k E* L c^(1 - n_f); k and n_f the least squares of the relative error for pen "
+        "up to c / 2",
+        "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
+        "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
+        needs=NEEDS,
+        notes="Shares the contact arc of persson, and its stiffness at small penetration.  Goes on as the power beyond "
+        "c / 2.  contact.law exact gives the loss that energy conservation asks for.",
+    ),
+    (Power,),
+    _make_fit,
+    limit=lambda joint: FIT_END * joint.clearance,
+    derived=lambda joint: derived_power(_make_fit(joint)) | {"contact.fit_residual": (conformal_fit()[2], "1")},
+)

@@ -39,3 +39,6 @@ def _odd(elastic):
 
 def _even(elastic):
     return 1.0
+
+
+NEEDS = ("length", "material")  # of the laws of cylinders

@@ -1,10 +1,19 @@
-"""Line contact of two cylinders, one in the other."""
+"""Line contact of two cylinders, one in the other.
 
+E* is the modulus of the pair, 1 / E* = (1 - nu_b^2) / E_b + (1 - nu_j^2) / E_j, c the radial clearance, L the length of
+the joint, R_b and R_j the radii of bearing and journal.
+"""
+
+from collections.abc import Callable
 from typing import NamedTuple
 
+from ....catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
-from .contract import elastic_form
+from ..material import line_modulus
+from ..recipe import enter
+from .contract import NEEDS, elastic_form
+from .power import Power, derived_power
 
 #: Where the tangent of pen = g F ln(S / F) is twice the secant, in units of g S.  It folds back at exp(-1).
 LOGARITHMIC_END = 2.0 * math.exp(-2.0)
@@ -42,3 +51,135 @@ def _logarithmic(elastic, pen):
     if w < LOGARITHMIC_END:
         return elastic.stiffness * pen * inverse_lambert(w)
     return elastic.stiffness * elastic.depth * (w - 0.5 * LOGARITHMIC_END)
+
+
+def logarithmic_of(joint, depth):
+    return Logarithmic(math.pi * line_modulus(joint), depth)
+
+
+_FOLD = (
+    "Folds back where pen = g S / e; beyond 0.736 times that, where the tangent stiffness is twice the secant, the "
+    "force goes on along the tangent."
+)
+
+
+def line_law(law: Law, make: Callable) -> None:
+    """Enter a law pen = g F ln(S / F), g = 1 / (pi E* L), with its S."""
+    law = law._replace(notes=f"{law.notes}  {_FOLD}")
+    enter(law, (Logarithmic,), make, limit=lambda joint: LOGARITHMIC_END * make(joint).depth)
+
+
+def _johnson(joint, constant=-1.0):
+    return logarithmic_of(joint, 4.0 * joint.clearance * math.exp(constant))
+
+
+line_law(
+    Law(
+        "elastic",
+        "johnson",
+        "two cylinders, one in the other",
+        "pen = F / (pi E* L) (ln(4 pi E* c L / F) - 1); F = pen / (g v), v the root of v exp(-v) = pen / (g S), v > 1",
+        "after Johnson 1985, Contact Mechanics; solved for F by the lower branch of Lambert's W",
+        needs=NEEDS,
+        notes="Half-spaces, so for contact arcs that are small.",
+    ),
+    _johnson,
+)
+
+
+line_law(
+    Law(
+        "elastic",
+        "esdu-78035",
+        "johnson with + 1 in place of - 1",
+        "pen = F (h_b + h_j) / L (ln(4 L c / (F (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
+        "after ESDU 78035, Contact phenomena I; not compared with the original",
+        needs=NEEDS,
+        notes="A further factor pi, found in codes, does not belong there.",
+    ),
+    lambda joint: _johnson(joint, 1.0),
+)
+
+
+def _radzimovsky(joint):
+    # b^2 = 1.6^2 f 2 R / E* with R = R_b R_j / c leaves ln(4 R_b / b) + ln(4 R_j / b) = ln(16 E* c / (5.12 f))
+    return logarithmic_of(joint, 16.0 / 5.12 / math.pi * joint.clearance * math.exp(2.0 / 3.0))
+
+
+line_law(
+    Law(
+        "elastic",
+        "radzimovsky",
+        "two cylinders, by Roark's formula",
+        "pen = F / (pi E* L) (2/3 + ln(4 R_b / b) + ln(4 R_j / b)), b = 1.60 sqrt(F K_D / (L E*)), "
+        "K_D = 2 R_b R_j / (R_b - R_j)",
+        "after Radzimovsky 1953, Univ. Illinois Eng. Exp. Station Bulletin 408; b as in Roark's Formulas for Stress "
+        "and Strain",
+        needs=NEEDS,
+        notes="b is the full width of contact and K_D is made of diameters.  With radii in their place, as often "
+        "printed, b is too small by sqrt(2) and the force 6 to 13 % too low.",
+    ),
+    _radzimovsky,
+)
+
+
+def _dubowsky_freudenstein(joint, power_of_length=3.0):
+    radii = joint.bearing_radius * (joint.bearing_radius - joint.clearance)
+    return logarithmic_of(joint, joint.length ** (power_of_length - 1.0) * joint.clearance / radii * math.e)
+
+
+line_law(
+    Law(
+        "elastic",
+        "dubowsky-freudenstein",
+        "two cylinders, with the length in the logarithm",
+        "pen = F (h_b + h_j) / L (ln(L^3 c / (F R_b R_j (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
+        "after Dubowsky & Freudenstein 1971, J. Eng. Ind. 93:305",
+        needs=NEEDS,
+        notes="The length within the logarithm has no physical ground; only its third power makes the argument a pure "
+        "number.",
+    ),
+    _dubowsky_freudenstein,
+)
+
+
+line_law(
+    Law(
+        "elastic",
+        "goldsmith",
+        "dubowsky-freudenstein with the length to the first power",
+        "pen = F (h_b + h_j) / L (ln(L c / (F R_b R_j (h_b + h_j)) m^2) + 1), h = (1 - nu^2) / (pi E)",
+        "after Goldsmith 1960, Impact",
+        needs=NEEDS,
+        notes="Dimensionally inconsistent: the logarithm is taken of a number in 1/m^2, here with all lengths in "
+        "metres; in millimetres the law is another.",
+    ),
+    lambda joint: _dubowsky_freudenstein(joint, 1.0),
+)
+
+
+def _pereira(joint):
+    clearance = joint.clearance * 1e3  # mm, as all lengths of the fit; moduli in MPa
+    y = 1.51 * math.log(1e3 * clearance) ** -0.151 if clearance < 0.34954 else 0.0151 * clearance + 1.151
+    exponent = y * clearance**-0.005
+    stiffness = (0.965 * clearance + 0.0965) * line_modulus(joint) * 1e-3 / clearance  # N/mm^n
+    return Power(stiffness * 1e3**exponent, exponent)
+
+
+enter(
+    Law(
+        "elastic",
+        "pereira",
+        "a power fitted to two cylinders, one in the other",
+        "F_elastic = (0.965 c + 0.0965) L E* / c pen^n in mm, N, MPa; n = Y c^-0.005, Y = 1.51 ln(1000 c)^-0.151 for "
+        "c < 0.34954 mm, else 0.0151 c + 1.151",
+        "after Pereira, Ramalho & Ambrosio 2011, Nonlinear Dyn. 63:681, internal contact",
+        needs=NEEDS,
+        ranges=(Range("clearance", 5e-6, 1e-2, "m", "it was fitted there"),),
+        notes="Dimensionally inconsistent: a fit with all lengths in millimetres.  n = (Y c)^-0.005, found in codes, "
+        "is wrong.",
+    ),
+    (Power,),
+    _pereira,
+    derived=lambda joint: derived_power(_pereira(joint)),
+)

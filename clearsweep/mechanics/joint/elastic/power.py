@@ -2,7 +2,10 @@
 
 from typing import NamedTuple
 
+from ....catalogue import Field, Law
 from ...compiled import calculus as math
+from ..material import material_stiffness
+from ..recipe import enter
 from .contract import elastic_form
 
 
@@ -38,3 +41,69 @@ class Linear(NamedTuple):
 @elastic_form(Linear, odd=False)
 def _linear(elastic, pen):
     return elastic.stiffness * pen
+
+
+POWERS = (Power, PowerThreeHalves, Linear)
+
+
+def power_of(stiffness: float, exponent: float):
+    """Return the cheapest form of K pen^n."""
+    if exponent == 1.5:
+        return PowerThreeHalves(stiffness)
+    return Linear(stiffness) if exponent == 1.0 else Power(stiffness, exponent)
+
+
+def derived_stiffness(stiffness: float, exponent: float) -> dict:
+    unit = f"N/m^{exponent:.6g}" if exponent != 1.0 else "N/m"
+    return {"contact.stiffness": (stiffness, unit)}
+
+
+def derived_power(term: Power) -> dict:
+    return derived_stiffness(term.stiffness, term.exponent) | {"contact.exponent": (term.exponent, "1")}
+
+
+def _given_stiffness(joint):
+    stiffness = joint.contact.values.get("stiffness")
+    return material_stiffness(joint) if stiffness is None else stiffness
+
+
+enter(
+    Law(
+        "elastic",
+        "power",
+        "a power of the penetration",
+        "F_elastic = K pen^n",
+        "Hertz 1881 for n = 1.5",
+        (
+            Field("stiffness", "N/m^exponent", "K; follows from `material` where that is given instead and n = 1.5"),
+            Field("exponent", "1", "n", default=1.5),
+        ),
+        notes="With `material`, K = (4/3) E* sqrt(R_b R_j / (R_b - R_j)): a ball in a socket, whatever the length of "
+        "the pin; it grows without bound as the clearance shrinks.  Papers that write h = (1 - nu^2) / (pi E) "
+        "have a pi in K; mixing the two is a factor of pi.",
+    ),
+    POWERS,
+    lambda joint: power_of(_given_stiffness(joint), joint.contact.values["exponent"]),
+    derived=lambda joint: (
+        {}
+        if "stiffness" in joint.contact.values
+        else derived_stiffness(material_stiffness(joint), joint.contact.values["exponent"])
+    ),
+)
+
+
+enter(
+    Law(
+        "elastic",
+        "lankarani-nikravesh-cylindrical",
+        "the sphere's stiffness with another exponent",
+        "F_elastic = (4/3) E* sqrt(R_b R_j / (R_b - R_j)) pen^n",
+        "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
+        (Field("exponent", "1", "n", 1.0, 1.5, False, False, default=1.5),),
+        needs=("material",),
+        notes="Dimensionally inconsistent unless n = 1.5: the penetration is in metres.  It knows no length.",
+    ),
+    POWERS,
+    lambda joint: power_of(material_stiffness(joint), joint.contact.values["exponent"]),
+    derived=lambda joint: derived_stiffness(material_stiffness(joint), joint.contact.values["exponent"]),
+)

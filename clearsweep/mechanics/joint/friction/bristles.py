@@ -1,11 +1,17 @@
 """Friction over bristles that remember how far they are bent."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
+from ....catalogue import Field, Law
 from ...compiled import calculus as math
 from ..internal_state import memory, memory_rate, recalled
-from .contract import friction_force
+from ..recipe import enter
+from .contract import COEFFICIENT, STATIC, STRIBECK, friction_force, from_values
 from .sliding import stribeck_coefficient
+
+SLIDING = COEFFICIENT._replace(low_open=True)
+BRISTLES = Field("bristle_stiffness", "1/m", "force of the bristles per load and bend, sigma0")
 
 
 def _bend_of_sliding(friction):
@@ -41,6 +47,29 @@ def _dahl_recalled(friction, y, place):
 def _dahl_rate(friction, slip):
     rest = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
     return slip * math.copysign(abs(rest) ** friction.shape, rest)
+
+
+enter(
+    Law(
+        "friction",
+        "dahl",
+        "bristles that bend: elastic before it slides",
+        "T = -N sigma0 z, z' = slip sgn(1 - x) |1 - x|^shape with x = sigma0 z sgn(slip) / mu",
+        "after Dahl 1968, A Solid Friction Model, Aerospace Corp. TOR-0158(3107-18)-1; per load",
+        (
+            SLIDING,
+            BRISTLES,
+            Field("shape", "1", "1: exponential approach to sliding; larger: slower", 1.0, low_open=False, default=1.0),
+        ),
+        notes="z, the bend of the bristles, begins at 0 with every contact.  No static friction above the kinetic "
+        "one; creeps under a load that comes and goes.  A shape below 1, which reaches sliding with a corner, is not "
+        "offered.  Friction settles within mu / sigma0 of sliding: 1 um with mu = 0.1 and 1e5 1/m, which is stiff.  "
+        "What the bristles store counts as rubbed off until they give it back; as the force goes with the load, a "
+        "load that changes can draw energy from bent bristles, up to mu^2 / (2 sigma0) of it.",
+    ),
+    (Dahl,),
+    from_values(Dahl),
+)
 
 
 class LuGre(NamedTuple):
@@ -86,3 +115,55 @@ def _lugre_recalled(friction, y, place):
 @memory_rate.member(LuGre)
 def _lugre_rate(friction, slip):
     return slip - friction.bristle_stiffness * abs(slip) * friction.bend / stribeck_coefficient(friction, slip)
+
+
+def passive_velocity(friction: Mapping[str, float]) -> float:
+    """Return the largest damping_velocity (m/s) with which LuGre's bristles never drive.
+
+    They do not while sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
+    sigma1 v_d / sqrt(2 e).
+    """
+    least = min(friction["coefficient"], friction["static_coefficient"])
+    damping = friction["bristle_damping"]
+    return 4.0 * math.sqrt(2.0 * math.e) * least / damping if damping > 0.0 else math.inf
+
+
+def _make_lugre(joint):
+    friction = joint.friction.values
+    names = (name for name in LuGre._fields if name not in ("damping_velocity", "bend"))
+    velocity = friction.get("damping_velocity", passive_velocity(friction))
+    return LuGre(*(friction[name] for name in names), velocity)
+
+
+enter(
+    Law(
+        "friction",
+        "lugre",
+        "bristles that bend, with Stribeck's fall: sticks, breaks away, slides",
+        "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip - sigma0 |slip| z "
+        "/ g, g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)",
+        "after Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Autom. Control 40:419; per load, the "
+        "falling damping after Olsson 1996, Control Systems with Friction, Lund",
+        (
+            SLIDING,
+            STATIC._replace(low_open=True),
+            *STRIBECK,
+            BRISTLES,
+            Field("bristle_damping", "s/m", "of the bristles at rest per load, sigma1", low_open=False),
+            Field(
+                "damping_velocity",
+                "m/s",
+                "sliding speed over which the damping falls; left out: the largest with which it never drives",
+                optional=True,
+            ),
+        ),
+        notes="z, the bend of the bristles, begins at 0 with every contact.  With a damping that does not fall, a "
+        "large damping_velocity, the bristles drive where sigma1 > 4 g / |slip|: from 1.3 mm/s on with mu = 0.1, "
+        "sigma1 = 316 s/m; left out, damping_velocity is 4 sqrt(2 e) min(mu, mu_s) / sigma1 and they never do under a "
+        "steady load.  In use are sigma0 = 1e5 1/m, sigma1 = 316 s/m.  Friction settles within g / sigma0 of sliding: "
+        "1 um, which is stiff.  What the bristles store counts as rubbed off until they give it back; as the force "
+        "goes with the load, a load that changes can draw energy from bent bristles, up to g^2 / (2 sigma0) of it.",
+    ),
+    (LuGre,),
+    _make_lugre,
+)

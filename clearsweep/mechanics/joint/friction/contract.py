@@ -1,7 +1,9 @@
 """What a friction law declares."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
+from ....catalogue import Field
 from ...compiled.family import family
 
 
@@ -33,3 +35,20 @@ class Frictionless(NamedTuple):
 @friction_force.member(Frictionless)
 def _frictionless(friction, normal, slip):
     return 0.0
+
+
+# ---------------------------------------------------------------------------------------------- what laws share
+
+COEFFICIENT = Field("coefficient", "1", "of kinetic friction, mu", low_open=False)
+STATIC = Field("static_coefficient", "1", "of static friction, mu_s", low_open=False)
+STRIBECK = (
+    Field("stribeck_velocity", "m/s", "sliding speed over which friction falls from static to kinetic"),
+    Field("shape", "1", "2: a Gaussian fall, 1: an exponential one", default=2.0),
+    Field("viscous", "s/m", "growth of the coefficient with the sliding speed", low_open=False, default=0.0),
+)
+
+
+def from_values(form) -> Callable:
+    """Return what makes a type from the values that a joint has by the names of its parameters."""
+    names = [name for name in form._fields if name not in form._field_defaults]
+    return lambda joint: form(*(joint.friction.values[name] for name in names))

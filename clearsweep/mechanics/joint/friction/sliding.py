@@ -2,9 +2,13 @@
 
 from typing import NamedTuple
 
+from ....catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.family import kernel
-from .contract import friction_force
+from ..recipe import enter
+from .contract import COEFFICIENT, STATIC, STRIBECK, friction_force, from_values
+
+SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the friction acts")
 
 
 class Tanh(NamedTuple):
@@ -17,6 +21,36 @@ class Tanh(NamedTuple):
 @friction_force.member(Tanh)
 def _tanh(friction, normal, slip):
     return -friction.coefficient * normal * math.tanh(slip / friction.velocity_scale)
+
+
+enter(
+    Law(
+        "friction",
+        "tanh",
+        "smooth Coulomb friction",
+        "T = -mu N tanh(slip / velocity_scale)",
+        "regularised Coulomb friction",
+        (COEFFICIENT, SCALE),
+        notes="Creeps where it should stick.",
+    ),
+    (Tanh,),
+    from_values(Tanh),
+)
+
+
+enter(
+    Law(
+        "friction",
+        "coulomb",
+        "the same as tanh",
+        "T = -mu N sgn(slip), the sign smoothed to tanh(slip / velocity_scale)",
+        "Coulomb 1785; regularised",
+        (COEFFICIENT, SCALE),
+        notes="The jump at rest is smoothed: it creeps where it should stick, the less the smaller velocity_scale.",
+    ),
+    (Tanh,),
+    from_values(Tanh),
+)
 
 
 class Ambrosio(NamedTuple):
@@ -33,6 +67,25 @@ def _ambrosio(friction, normal, slip):
     return -friction.coefficient * normal * math.copysign(share, slip)
 
 
+enter(
+    Law(
+        "friction",
+        "ambrosio",
+        "Coulomb friction with a dead band",
+        "T = -mu N sgn(slip) min(1, max(0, (|slip| - v0) / (v1 - v0)))",
+        "Ambrosio 2003, in Virtual Nonlinear Multibody Systems, NATO Science Series 103",
+        (
+            COEFFICIENT,
+            Field("v0", "m/s", "no friction below this sliding speed", low_open=False),
+            Field("v1", "m/s", "full friction above this sliding speed"),
+        ),
+        notes="No friction at all within the dead band: parts creep.",
+    ),
+    (Ambrosio,),
+    from_values(Ambrosio),
+)
+
+
 class Threlfall(NamedTuple):
     """T = -mu N sgn(slip) times (1 - exp(-3 |slip| / scale)) / 0.95 up to the scale, 1 above it."""
 
@@ -45,6 +98,25 @@ def _threlfall(friction, normal, slip):
     x = abs(slip) / friction.velocity_scale
     share = -math.expm1(-3.0 * x) / 0.95 if x <= 1.0 else 1.0
     return -friction.coefficient * normal * math.copysign(share, slip)
+
+
+enter(
+    Law(
+        "friction",
+        "threlfall",
+        "Coulomb friction with an exponential rise",
+        "T = -mu N sgn(slip) (1 - exp(-3 |slip| / velocity_scale)) / 0.95 up to velocity_scale, -mu N sgn(slip) above",
+        "after Threlfall 1978, Mech. Mach. Theory 13:475",
+        (
+            COEFFICIENT,
+            Field("velocity_scale", "m/s", "full friction above this sliding speed"),
+        ),
+        notes="As published it jumps by 0.02 % at velocity_scale, where the rise has reached 1.000224.  Creeps where "
+        "it should stick.",
+    ),
+    (Threlfall,),
+    from_values(Threlfall),
+)
 
 
 class BengisuAkay(NamedTuple):
@@ -65,6 +137,27 @@ def _bengisu_akay(friction, normal, slip):
         fall = math.exp(-friction.decay * beyond)
         share = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
     return -normal * math.copysign(share, slip)
+
+
+enter(
+    Law(
+        "friction",
+        "bengisu-akay",
+        "static friction that falls to kinetic friction",
+        "T = -N sgn(slip) mu_s (1 - (|slip| - v)^2 / v^2) up to v = velocity_scale, "
+        "-N sgn(slip) (mu + (mu_s - mu) exp(-decay (|slip| - v))) above",
+        "after Bengisu & Akay 1994, J. Sound Vib. 171:557",
+        (
+            COEFFICIENT,
+            STATIC,
+            Field("velocity_scale", "m/s", "sliding speed at which the static friction is reached"),
+            Field("decay", "s/m", "how fast it falls from static to kinetic friction beyond", low_open=False),
+        ),
+        notes="Creeps where it should stick.",
+    ),
+    (BengisuAkay,),
+    from_values(BengisuAkay),
+)
 
 
 class Stribeck(NamedTuple):
@@ -89,3 +182,20 @@ def stribeck_coefficient(friction, slip):
 def _stribeck(friction, normal, slip):
     share = stribeck_coefficient(friction, slip)
     return -normal * (share * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
+
+
+enter(
+    Law(
+        "friction",
+        "stribeck",
+        "smooth friction with Stribeck's fall and a viscous part",
+        "T = -N ((mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)) tanh(slip / velocity_scale) + viscous slip)",
+        "Stribeck 1902, Z. VDI 46:1341, in the form of Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica "
+        "30:1083; regularised",
+        (COEFFICIENT, STATIC, *STRIBECK, SCALE),
+        notes="Creeps where it should stick; velocity_scale should be well below stribeck_velocity, else the static "
+        "friction is never reached.",
+    ),
+    (Stribeck,),
+    from_values(Stribeck),
+)

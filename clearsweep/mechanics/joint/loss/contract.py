@@ -1,5 +1,6 @@
 """What a law of the normal force declares."""
 
+from ....catalogue import Field
 from ...compiled import calculus as math
 from ...compiled.family import family
 from ..elastic.contract import parity
@@ -60,3 +61,7 @@ def _of_elastic(law, elastic):
 
 def _its_own(law, elastic):
     return 1.0
+
+
+ANY_RESTITUTION = Field("restitution", "1", "wanted ratio of rebound to approach speed", 0.0, 1.0, False, False)
+RESTITUTION = ANY_RESTITUTION._replace(low_open=True)  # of laws that cannot be asked for none

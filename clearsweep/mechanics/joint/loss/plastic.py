@@ -2,10 +2,12 @@
 
 from typing import NamedTuple
 
+from ....catalogue import Field, Law
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..internal_state import memory, recalled
-from .contract import loss_form
+from ..recipe import enter
+from .contract import RESTITUTION, loss_form
 
 SHALLOW = 1e-12  # m, the least depth that a contact which yields remembers
 
@@ -41,3 +43,29 @@ def _plastic_recalled(law, y, place):
 @memory.member(Plastic)
 def _depth(law):
     return (SHALLOW,)  # changes at events alone; below what the law tells apart, so that no derivative spans the change
+
+
+enter(
+    Law(
+        "law",
+        "lankarani-nikravesh-plastic",
+        "yields while it deepens, springs back from an indentation",
+        "F = F_elastic(pen) while pen deepens; below the deepest, pen_m, where it last turned back: "
+        "F = F_elastic((pen - pen_p) / e^2), pen_p = (1 - e^2) pen_m, 0 below pen_p; for a power n that is "
+        "F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, F_m = K pen_m^n",
+        "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; pen_p such that a free impact loses (1 - e^2) m v0^2 "
+        "/ 2",
+        (
+            RESTITUTION,
+            Field("yield_rate", "m/s", "onset rate up to which the contact is elastic", low_open=False, default=0.0),
+        ),
+        notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields; for steel "
+        "about 0.05 m/s is where it begins.  pen_m is forgotten when the surfaces part (pen < 0): the next contact "
+        "meets a fresh surface, but a journal that wanders within one contact takes its indentation along.  There pen "
+        "< pen_p counts as contact without force, each entry into it as a clip.  A contact that stays shakes down to "
+        "an elastic one.",
+    ),
+    (Plastic,),
+    lambda joint: Plastic(joint.contact.values["restitution"] ** 2, joint.contact.values["yield_rate"]),
+    returned=lambda e: e,
+)

@@ -3,7 +3,10 @@
 import math
 from typing import NamedTuple
 
+from ....case import Joint
+from ....catalogue import Law
 from ...compiled.family import kernel
+from ..recipe import compiled_term, enter
 from .contract import ARCS, NARROW, half_arc, share_before, wear_rate
 
 WIDE = 5.0  # bins: an arc narrower than this is not resolved, and counted
@@ -56,3 +59,28 @@ def spread(pressure, arc, depths, first, count):
             up_to = share_before(pressure, ((place + 1) * width - arc.middle) / arc.half)
         depths[first + place % count] += arc.amount * (up_to - before) / width
         before = up_to
+
+
+def _make_archard(joint: Joint) -> Archard:
+    wear = joint.wear
+    return Archard(
+        wear.values["bearing_coefficient"],
+        wear.values["journal_coefficient"],
+        float(wear.bins),
+        joint.length,
+        compiled_term("pressure", wear.pressure, joint),
+    )
+
+
+enter(
+    Law(
+        "wear",
+        "archard",
+        "depth grows with pressure and sliding",
+        "dh = k p |slip| dt",
+        "Archard 1953, J. Appl. Phys. 24:981",
+        notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.",
+    ),
+    (Archard,),
+    _make_archard,
+)

@@ -3,6 +3,10 @@
 import math
 from typing import NamedTuple
 
+from ....case import Joint
+from ....catalogue import Law
+from ..material import plane_strain_modulus, relative_radius
+from ..recipe import enter
 from .contract import half_arc, share_before
 
 
@@ -28,6 +32,28 @@ def _elliptic(pressure, x):
     return 0.5 + (x * math.sqrt(1.0 - x * x) + math.asin(x)) / math.pi
 
 
+def _make_hertz_line(joint: Joint) -> HertzLine:
+    contact, radius = joint.contact, relative_radius(joint)
+    if contact.material:
+        return HertzLine(plane_strain_modulus(contact.material), radius)
+    return HertzLine(3.0 * contact.values["stiffness"] / (4.0 * math.sqrt(radius)), radius)
+
+
+enter(
+    Law(
+        "pressure",
+        "hertz-line",
+        "Hertzian line contact",
+        "half-width a = sqrt(4 f R / (pi E*)), f = F / length",
+        "Johnson 1985, Contact Mechanics, section 4.2(c)",
+        needs=("modulus",),
+        notes="E* from `material`; without it from the stiffness of the power law, E* = 3 K / (4 sqrt(R)).",
+    ),
+    (HertzLine,),
+    _make_hertz_line,
+)
+
+
 class Mean(NamedTuple):
     """Uniform over the arc in which rigid circles overlap: cos theta0 = c / (c + pen)."""
 
@@ -41,3 +67,17 @@ def _geometric_arc(pressure, joint, line_load, depth):
 @share_before.member(Mean)
 def _even(pressure, x):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
+
+
+enter(
+    Law(
+        "pressure",
+        "mean",
+        "even over the contact arc",
+        "p = f / (2 R theta0), cos theta0 = c / (c + pen), f = F / length, R the radius of the body",
+        "geometry of rigid circles; that the pressure is even over their arc is an assumption",
+        notes="Needs no modulus.  The arc follows from the penetration alone.",
+    ),
+    (Mean,),
+    lambda joint: Mean(),
+)

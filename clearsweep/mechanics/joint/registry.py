@@ -1,34 +1,38 @@
-"""The laws a user can name: one block each, with all there is to say of it and what makes its compiled form.
+"""The laws a user can name, looked up: what a joint's laws are in compiled form, and what they say of it.
 
-To add a law of the form F = F_elastic (1 + chi u) is to add one block with its chi in `normal`; any other law also
-needs a type and a body in its family beside them.
+To add a law is to add one block, with its type where it needs a new one, to a file of its kind.
 """
 
 import math
 
-from ....case import Joint
-from ....catalogue import Catalogue
-from ..elastic.contract import elastic_force
-from ..elastic.power import Linear
-from ..friction.contract import Frictionless
-from ..loss.hysteresis import Lossless
-from ..wear.contract import NoWear
-from . import elastic, friction, mechanism, normal, wear  # noqa: F401 - each enters its laws
+from ...case import Joint
+from ...catalogue import Catalogue
 from .describe import text
-from .material import material_stiffness
-from .recipe import RECIPES, Recipe
+from .elastic.contract import elastic_force
+from .elastic.power import Linear
+from .friction.contract import Frictionless
+from .loss.contract import lowest_force
+from .recipe import RECIPES, Recipe, compiled_term
+from .wear.contract import NoWear
+
+# Each of these enters its laws, which are listed in this order.
+# isort: off
+from .loss import hysteresis, plastic, dampers  # noqa: F401
+from .elastic import power, cylinders, conformal  # noqa: F401
+from .friction import sliding, stick, bristles  # noqa: F401
+from .wear import archard, pressure  # noqa: F401
+# isort: on
 
 __all__ = [
     "RECIPES",
-    "Recipe",
     "catalogue",
     "contact_terms",
     "derived",
     "elastic_choices",
     "elastic_forces",
     "friction_term",
-    "material_stiffness",
     "penetration_limit",
+    "pulls",
     "restitution",
     "text",
     "wear_term",
@@ -48,8 +52,11 @@ def _elastic(joint: Joint) -> Recipe | None:
 
 def contact_terms(joint: Joint) -> tuple:
     """Return the compiled form of (law, elastic) of a joint."""
-    law, elastic_law = RECIPES["law", joint.contact.law], _elastic(joint)
-    return law.make(joint), elastic_law.make(joint) if elastic_law else Linear(joint.contact.values["stiffness"])
+    contact = joint.contact
+    law = compiled_term("law", contact.law, joint)
+    if _elastic(joint):
+        return law, compiled_term("elastic", contact.elastic, joint)
+    return law, Linear(contact.values["stiffness"])
 
 
 def penetration_limit(joint: Joint) -> float:
@@ -86,22 +93,26 @@ def elastic_choices(joint: Joint) -> dict[str, Joint]:
 def restitution(joint: Joint) -> float | None:
     """Return what a free impact in a joint gives back, None where mass and speed decide that."""
     returned = RECIPES["law", joint.contact.law].returned
-    if returned:
-        return float(returned(joint.contact.values["restitution"]))
-    return 1.0 if isinstance(contact_terms(joint)[0], Lossless) else None
+    return float(returned(joint.contact.values.get("restitution"))) if returned else None
+
+
+def pulls(joint: Joint) -> bool:
+    """Return whether the normal force of a joint can be negative."""
+    return lowest_force(contact_terms(joint)[0]) < 0.0
 
 
 def derived(joint: Joint) -> dict[str, tuple[float, str]]:
     """Return what the contact of a joint derives: path within the joint -> (value, unit)."""
-    elastic_law = _elastic(joint)
-    return elastic_law.derived(joint) if elastic_law else {}
+    elastic_law, limit = _elastic(joint), penetration_limit(joint)
+    values = elastic_law.derived(joint) if elastic_law else {}
+    return values | ({"contact.penetration_limit": (limit, "m")} if math.isfinite(limit) else {})
 
 
 def friction_term(joint: Joint):
     """Return the compiled form of the friction of a joint."""
-    return RECIPES["friction", joint.friction.law].make(joint) if joint.friction else Frictionless()
+    return compiled_term("friction", joint.friction.law, joint) if joint.friction else Frictionless()
 
 
 def wear_term(joint: Joint):
     """Return the compiled form of the wear of a joint."""
-    return RECIPES["wear", joint.wear.law].make(joint) if joint.wear else NoWear()
+    return compiled_term("wear", joint.wear.law, joint) if joint.wear else NoWear()

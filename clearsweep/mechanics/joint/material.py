@@ -2,7 +2,7 @@
 
 import math
 
-from ....case import Joint, Material
+from ...case import Joint, Material
 
 
 def plane_strain_modulus(material: Material) -> float:

@@ -3,10 +3,11 @@
 import math
 import textwrap
 
-from ....case import Contact, Joint, Material
-from ....catalogue import Field, Law
-from ....errors import InputError, nearest
-from ..elastic.contract import elastic_force
+from ...case import Contact, Joint, Material
+from ...catalogue import Field, Law
+from ...errors import InputError, nearest
+from ..mechanism.description import MECHANISMS
+from .elastic.contract import elastic_force
 from .recipe import RECIPES, Recipe
 
 WIDTH = 100  # characters of a line
@@ -27,6 +28,7 @@ _KEYS = {
     "elastic": "contact.elastic",
     "friction": "friction.law",
     "wear": "wear.law",
+    "pressure": "wear.pressure",
 }
 
 
@@ -34,37 +36,37 @@ def text(name: str | None = None) -> str:
     """Return what there is to say of the laws called `name`, or one line of each law.  Raises InputError."""
     if name is None:
         return _list()
-    found = [recipe for (_, known), recipe in RECIPES.items() if known == name]
-    if not found:
-        known = dict.fromkeys(other for _, other in RECIPES)
+    everything = _everything()
+    chosen = [law for law in everything if law.name == name]
+    if not chosen:
+        known = dict.fromkeys(law.name for law in everything)
         raise InputError(f"laws: unknown law '{name}'{nearest(name, known)} (known: {', '.join(known)})")
-    return "\n\n".join(_described(recipe) for recipe in found)
+    return "\n\n".join(map(_described, chosen))
+
+
+def _everything() -> tuple[Law, ...]:
+    """Return the mechanisms and all laws."""
+    return (*MECHANISMS, *(recipe.law for recipe in RECIPES.values()))
 
 
 def _list() -> str:
-    wide = max(len(name) for _, name in RECIPES)
-    blocks = []
-    for family in dict.fromkeys([*_KEYS, *(family for family, _ in RECIPES)]):
-        lines = [_key(family)]
-        lines += [f"  {name:{wide}}  {recipe.law.summary}" for (of, name), recipe in RECIPES.items() if of == family]
-        blocks.append("\n".join(lines))
+    everything, blocks = _everything(), []
+    wide = max(len(law.name) for law in everything)
+    for family, key in _KEYS.items():
+        lines = [f"  {law.name:{wide}}  {law.summary}" for law in everything if law.family == family]
+        blocks.append("\n".join([key, *lines]))
     return "\n\n".join(blocks)
 
 
-def _key(family: str) -> str:
-    """Return the key in a joint section that chooses a law of the family."""
-    return _KEYS.get(family, f"wear.{family}")
-
-
-def _described(recipe: Recipe) -> str:
-    law = recipe.law
-    blocks = [f"{_key(law.family)}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
+def _described(law: Law) -> str:
+    recipe = RECIPES.get((law.family, law.name))  # None of a mechanism
+    blocks = [f"{_KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
     if law.fields or law.needs:
         blocks.append("\n".join(["parameters", *map(_parameter, law.fields), *map(_needed, law.needs)]))
     blocks += [_wrapped("", f"source: {law.source}")]
     if law.notes:
         blocks.append(_wrapped("", f"notes: {law.notes}"))
-    if recipe.returned:
+    if any(field.name == "restitution" for field in law.fields):
         blocks.append(_restitutions(recipe))
     if law.family == "elastic":
         blocks.append(_forces(law, recipe))
@@ -83,7 +85,11 @@ def _parameter(field: Field) -> str:
 
 
 def _needed(name: str) -> str:
-    texts = {"length": "m: of the joint, along the pin", "material": "young (Pa) and poisson of both bodies"}
+    texts = {
+        "length": "m: of the joint, along the pin",
+        "material": "young (Pa) and poisson of both bodies",
+        "modulus": "Pa: Young's, from `material` or from the stiffness of a power law",
+    }
     return _wrapped("  ", f"{name}, {texts[name]}")
 
 

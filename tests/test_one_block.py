@@ -1,0 +1,174 @@
+"""A law is one block: entered here, it is known to the grid, to `clearsweep laws` and to a run, with no other edit."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from law_cases import compiled_contact
+from mechanism_cases import PAIR, changed, slider_crank
+
+from clearsweep import InputError, grid
+from clearsweep.catalogue import Field, Law
+from clearsweep.cli import cli
+from clearsweep.mechanics.joint import recipe, registry
+from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.elastic.power import Linear
+from clearsweep.mechanics.joint.friction.contract import friction_force
+from clearsweep.mechanics.joint.internal_state import memory
+from clearsweep.mechanics.joint.loss.contract import RESTITUTION, contact_force, loss_form
+from clearsweep.mechanics.joint.rebound import hysteresis_rebound
+
+BLOCK = """
+from typing import NamedTuple
+from clearsweep.catalogue import Field, Law
+from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.loss.contract import loss_form
+from clearsweep.mechanics.joint.recipe import enter
+
+class Sticky(NamedTuple):
+    damping: float
+
+@loss_form(Sticky, pulls=True, times_elastic=True)
+def _sticky(law, elastic, pen, rate, onset_rate):
+    force = elastic_force(elastic, pen)
+    return force * (1.0 + law.damping * rate / onset_rate), force
+
+enter(
+    Law("law", "sticky", "made up for a test", "F = F_elastic (1 + b u)", "nobody", (Field("loss", "1", "b"),)),
+    (Sticky,),
+    lambda joint: Sticky(joint.contact.values["loss"]),
+)
+"""
+CONTACT = {"law": "sticky", "stiffness": 6.61e10, "loss": 0.8}
+
+
+@pytest.fixture
+def recipes():
+    """Restore the laws that were there before."""
+    before = dict(recipe.RECIPES)
+    yield recipe.RECIPES
+    recipe.RECIPES.clear()
+    recipe.RECIPES.update(before)
+
+
+@pytest.fixture
+def sticky(recipes):
+    """Return the type of a law entered by its block alone."""
+    names = {"__name__": "block"}
+    exec(BLOCK, names)
+    return names["Sticky"]
+
+
+def test_the_grid_and_the_list_know_a_law_that_was_entered(sticky):
+    (joint,) = grid.load(changed(PAIR, {"joints.pair.contact": CONTACT}), registry.catalogue()).case(0).joints
+    law, elastic = registry.contact_terms(joint)
+    assert law == sticky(0.8)
+    assert registry.pulls(joint)
+    assert registry.restitution(joint) is None
+    told = CliRunner().invoke(cli, ["laws", "sticky"])
+    assert told.exit_code == 0
+    assert "F = F_elastic (1 + b u)" in told.output
+    assert "made up for a test" in CliRunner().invoke(cli, ["laws"]).output
+    rates = np.linspace(-2.0, 2.0, 9)
+    expected = elastic_force(elastic, 1e-5) * (1.0 + 0.8 * rates / 0.5)
+    assert compiled_contact(law, elastic, 1e-5, rates, 0.5) == pytest.approx(expected, rel=1e-12)
+    with pytest.raises(InputError, match=r"contact\.loss: is missing for sticky"):
+        grid.load(changed(PAIR, {"joints.pair.contact": {"law": "sticky", "stiffness": 6.61e10}}), registry.catalogue())
+
+
+def test_a_law_that_was_entered_runs():
+    """A free impact gives back the closed form of its factor; the compiler is off, lest its cache keep the law."""
+    case = changed(PAIR, {"joints.pair.contact": CONTACT, "simulate.impacts": 1, "simulate.tolerance": 1e-8})
+    program = (
+        f"{BLOCK}\nimport clearsweep\nrun = clearsweep.simulate(clearsweep.load_case({case!r}))\n"
+        "print(run.status, run.summary['pair_restitution'])\n"
+    )
+    place = {"cwd": Path(__file__).parents[1], "env": {**os.environ, "NUMBA_DISABLE_JIT": "1"}}
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, **place)
+    assert done.returncode == 0, done.stderr
+    status, restitution = done.stdout.split()
+    assert status == "ok"
+    assert float(restitution) == pytest.approx(hysteresis_rebound(0.8), abs=1e-6)
+
+
+# ---------------------------------------------------------------------------------------------- what is not declared
+
+
+class Bare(NamedTuple):
+    """A type whose body is entered past the declarations."""
+
+
+class Forgetful(NamedTuple):
+    """A type that says what it remembers, but not how it is recalled."""
+
+
+@contact_force.member(Bare)
+def _bare(law, elastic, pen, rate, onset_rate):
+    return 0.0, 0.0
+
+
+@friction_force.member(Forgetful)
+@memory.member(Forgetful)
+def _forgetful(friction, *rest):
+    return ()
+
+
+def entered(law, form):
+    recipe.enter(law, (form,), lambda joint: form())
+
+
+def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
+    known = len(recipes)
+    with pytest.raises(TypeError, match="law 'bare': Bare declares no lowest_force, sign_beyond"):
+        entered(Law("law", "bare", "", "", ""), Bare)
+    with pytest.raises(TypeError, match="elastic 'bare': Bare declares no elastic_force, parity"):
+        entered(Law("elastic", "bare", "", "", ""), Bare)
+    with pytest.raises(TypeError, match="wear 'bare': Bare declares no wear_rate"):
+        entered(Law("wear", "bare", "", "", ""), Bare)
+    with pytest.raises(TypeError, match="pressure 'bare': Bare declares no half_arc, share_before"):
+        entered(Law("pressure", "bare", "", "", ""), Bare)
+    with pytest.raises(TypeError, match="friction 'forgetful': Forgetful declares one of memory and recalled"):
+        entered(Law("friction", "forgetful", "", "", ""), Forgetful)
+    with pytest.raises(TypeError, match="unknown family"):
+        entered(Law("lubrication", "bare", "", "", ""), Bare)
+    with pytest.raises(TypeError, match="pulls"):
+        loss_form(Bare, times_elastic=True)
+    assert len(recipes) == known
+
+
+def test_a_law_whose_description_does_not_fit_its_numbers_is_refused(recipes):
+    hertz = recipes["law", "hertz"]
+    with pytest.raises(TypeError, match="law 'hertz': is entered already"):
+        recipe.enter(hertz.law, hertz.forms, hertz.make)
+    with pytest.raises(TypeError, match="takes a restitution, but declares none that a free impact returns"):
+        recipe.enter(hertz.law._replace(name="silent", fields=(RESTITUTION,)), hertz.forms, hertz.make)
+    with pytest.raises(TypeError, match="takes no stiffness for a spring of its own"):
+        recipe.enter(hertz.law._replace(name="loose", uses_elastic=False), hertz.forms, hertz.make)
+
+
+def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(recipes):
+    hertz = recipes["law", "hertz"]
+    recipe.enter(hertz.law._replace(name="astray"), hertz.forms, lambda joint: Linear(1.0))
+    case = changed(PAIR, {"joints.pair.contact": {"law": "astray", "stiffness": 6.61e10}})
+    joint = grid.load(case, registry.catalogue()).case(0).joints[0]
+    with pytest.raises(TypeError, match="law 'astray': makes a Linear, entered with Lossless"):
+        registry.contact_terms(joint)
+
+
+def test_a_pressure_and_a_friction_law_that_were_entered_are_found_by_the_grid(recipes):
+    mean, tanh = recipes["pressure", "mean"], recipes["friction", "tanh"]
+    recipe.enter(mean.law._replace(name="even"), mean.forms, mean.make)
+    fields = (*tanh.law.fields[:1], Field("velocity_scale", "m/s", default=2e-3))
+    recipe.enter(tanh.law._replace(name="soft", fields=fields), tanh.forms, tanh.make)
+    changes = {
+        "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "pressure": "even"},
+        "joints.rod-slider.friction": {"law": "soft", "coefficient": 0.1},
+    }
+    joint = grid.load(slider_crank("rod-slider", changes=changes), registry.catalogue()).case(0).joints[0]
+    assert type(registry.wear_term(joint).pressure) is mean.forms[0]
+    assert registry.friction_term(joint) == (0.1, 2e-3)
