@@ -14,7 +14,7 @@ from mechanism_cases import PAIR, changed, slider_crank
 
 from clearsweep import InputError, grid
 from clearsweep.catalogue import Field, Law
-from clearsweep.cli import cli
+from clearsweep.cli import verbs
 from clearsweep.mechanics.joint import recipe, registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.elastic.power import Linear
@@ -70,10 +70,10 @@ def test_the_grid_and_the_list_know_a_law_that_was_entered(sticky):
     assert law == sticky(0.8)
     assert registry.pulls(joint)
     assert registry.restitution(joint) is None
-    told = CliRunner().invoke(cli, ["laws", "sticky"])
+    told = CliRunner().invoke(verbs, ["laws", "sticky"])
     assert told.exit_code == 0
     assert "F = F_elastic (1 + b u)" in told.output
-    assert "made up for a test" in CliRunner().invoke(cli, ["laws"]).output
+    assert "made up for a test" in CliRunner().invoke(verbs, ["laws"]).output
     rates = np.linspace(-2.0, 2.0, 9)
     expected = elastic_force(elastic, 1e-5) * (1.0 + 0.8 * rates / 0.5)
     assert compiled_contact(law, elastic, 1e-5, rates, 0.5) == pytest.approx(expected, rel=1e-12)

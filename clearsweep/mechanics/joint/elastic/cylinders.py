@@ -7,6 +7,7 @@ the joint, R_b and R_j the radii of bearing and journal.
 from collections.abc import Callable
 from typing import NamedTuple
 
+from ....case import Joint
 from ....catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
@@ -53,7 +54,8 @@ def _logarithmic(elastic, pen):
     return elastic.stiffness * elastic.depth * (w - 0.5 * LOGARITHMIC_END)
 
 
-def logarithmic_of(joint, depth):
+def logarithmic_of(joint: Joint, depth: float) -> Logarithmic:
+    """Return pen = g F ln(S / F) of a joint with its S such that g S = `depth` (m)."""
     return Logarithmic(math.pi * line_modulus(joint), depth)
 
 

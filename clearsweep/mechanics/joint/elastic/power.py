@@ -54,11 +54,13 @@ def power_of(stiffness: float, exponent: float):
 
 
 def derived_stiffness(stiffness: float, exponent: float) -> dict:
+    """Return the stiffness (N m^-exponent) as a value that follows from others: path -> (value, unit)."""
     unit = f"N/m^{exponent:.6g}" if exponent != 1.0 else "N/m"
     return {"contact.stiffness": (stiffness, unit)}
 
 
 def derived_power(term: Power) -> dict:
+    """Return stiffness and exponent as values that follow from others: path -> (value, unit)."""
     return derived_stiffness(term.stiffness, term.exponent) | {"contact.exponent": (term.exponent, "1")}
 
 
