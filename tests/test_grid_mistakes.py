@@ -212,6 +212,16 @@ MISTAKES = {
     ),
     "name": ("name: demo", "name: ../demo", "1:7: name: found '../demo'; expected letters"),
     "tag": ("speed: 5000 rpm", "speed: !f 5000 rpm", "7:16: drive.speed: the YAML tag !f is not understood"),
+    "tag on a section": (
+        "drive: {speed: 5000 rpm}",
+        "drive: !f {speed: 5000 rpm}",
+        "7:8: drive: the YAML tag !f is not understood",
+    ),
+    "tag of a set": (
+        "drive: {speed: 5000 rpm}",
+        "drive: !!set {speed: 5000 rpm}",
+        "7:8: drive: the YAML tag tag:yaml.org,2002:set is not understood",
+    ),
     "alias in itself": (
         "drive: {speed: 5000 rpm}",
         "drive: &a {speed: *a}",

@@ -12,6 +12,18 @@ from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 from ..errors import InputError, shown
 
 _TAG = "tag:yaml.org,2002:"
+_PLAIN = {
+    "map",
+    "seq",
+    "str",
+    "int",
+    "float",
+    "bool",
+    "null",
+    "timestamp",
+    "merge",
+    "value",
+}  # what a value is without a tag
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +136,8 @@ def _from_node(node: Node, origin: str, path: str, problems: Problems, done: dic
             problems.add(Entry(None, *at), path, "an alias that contains itself; write the value out")
         return done[id(node)] or Entry(None, *at)
     done[id(node)] = None
+    if str(node.tag).removeprefix(_TAG) not in _PLAIN:
+        problems.add(Entry(None, *at), path, f"the YAML tag {node.tag} is not understood; write it without")
     if isinstance(node, MappingNode):
         entry = _mapping(node, at, path, problems, done)
     elif isinstance(node, SequenceNode):
@@ -159,6 +173,4 @@ def _scalar(tag: str, text: str, here: Entry, path: str, problems: Problems):
         return None
     if kind == "int" and text.lower().lstrip("+-").startswith(("0x", "0o")):
         return int(text, 0)
-    if kind == tag:
-        problems.add(here, path, f"the YAML tag {tag} is not understood; write a plain value")
     return text
