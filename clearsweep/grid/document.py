@@ -1,5 +1,7 @@
 """Reads a YAML 1.2 file or a dict into entries that know where they were written, and collects what is wrong."""
 
+import os
+import stat
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from os import PathLike, fspath
@@ -11,6 +13,7 @@ from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 
 from ..errors import InputError, shown
 
+_LARGEST = 64 * 2**20  # bytes of a grid file
 _TAG = "tag:yaml.org,2002:"
 _PLAIN = {
     "map",
@@ -67,6 +70,7 @@ def read(source, problems: Problems) -> Entry:
         return entry_of(source, "")
     name = fspath(source)
     try:
+        refuse_endless(name, _LARGEST)
         with open(name, encoding="utf-8-sig") as file:
             text = file.read()
     except UnicodeDecodeError as error:
@@ -86,6 +90,15 @@ def read(source, problems: Problems) -> Entry:
     if node is None:
         raise InputError(f"{name}:1:1: the file is empty; `clearsweep init` writes a grid to start from")
     return _from_node(node, name, "", problems, {})
+
+
+def refuse_endless(name: str | PathLike, most: int) -> None:
+    """Raise an OSError unless a name is that of a regular file of at most so many bytes: no device, no pipe."""
+    found = os.stat(name)
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(0, "it is a directory" if stat.S_ISDIR(found.st_mode) else "it is no regular file")
+    if found.st_size > most:
+        raise OSError(0, f"it has {found.st_size:,} bytes, more than the {most:,} that are read")
 
 
 def entry_of(value, origin: str) -> Entry:
