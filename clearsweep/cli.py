@@ -10,7 +10,7 @@ import click
 
 import clearsweep
 
-from .errors import ClearsweepError, InputError
+from .errors import ClearsweepError, InputError, printable
 
 INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
 RESULTS = Path("results")
@@ -39,7 +39,7 @@ def _exit_code(arguments: list[str] | None) -> int:
     except KeyboardInterrupt as error:
         return _interrupted(error)
     except ClearsweepError as error:
-        print(error, file=sys.stderr)
+        print(printable(str(error)), file=sys.stderr)
         return error.exit_code
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader of stdout went away
@@ -83,7 +83,7 @@ def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, exec
 
         check(executor, jobs, case_timeout, scheduler)
         facts = estimate(grid, out, jobs=jobs, shard=shard)._asdict()
-        click.echo(json.dumps(facts, indent=2) if as_json else closing.estimate_text(facts))
+        click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.estimate_text(facts)))
         return 0
     result = sweep(
         grid,
@@ -97,7 +97,7 @@ def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, exec
         shard=shard,
     )
     facts = closing.of_run(result)
-    click.echo(json.dumps(facts, indent=2) if as_json else closing.run_text(facts))
+    click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.run_text(facts)))
     return result.exit_code
 
 
@@ -112,7 +112,7 @@ def merge(directories, out, partial, as_json):
 
     result = merge.merge(directories, out, partial=partial)
     facts = closing.of_run(result)
-    click.echo(json.dumps(facts, indent=2) if as_json else closing.run_text(facts))
+    click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.run_text(facts)))
     return result.exit_code
 
 

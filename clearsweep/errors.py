@@ -4,6 +4,7 @@ How their messages show values and guess what was meant is here, too.
 """
 
 from difflib import get_close_matches
+from unicodedata import category
 
 
 class ClearsweepError(Exception):
@@ -32,6 +33,17 @@ class StorageError(ClearsweepError, OSError):
     """Writing results failed while a run was under way; what was committed before is unharmed."""
 
     exit_code = 4
+
+
+def printable(text: str) -> str:
+    """Return text without what a terminal would obey or hide: such characters as `\\x1b`, line ends kept."""
+    return "".join(
+        char if char == "\n" or category(char) not in _UNSEEN else char.encode("unicode_escape").decode()
+        for char in text
+    )
+
+
+_UNSEEN = ("Cc", "Cf", "Zl", "Zp")
 
 
 def nearest(word: str, known) -> str:

@@ -64,6 +64,7 @@ _EXAMPLES = {
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
 _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
+_PART = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
 _LONGEST = 200  # characters; a quantity has no use for more
 
 
@@ -127,6 +128,27 @@ def _from_text(text: str, unit: str) -> Fraction:
     return Fraction(digits) * scale if rough else Fraction(0)
 
 
+def _has_power_of_power(written: str) -> bool:
+    """Return whether powers stand one upon another in a unit: the sizes of such towers have no bound."""
+    before, closed, groups = (
+        "",
+        False,
+        [False],
+    )  # whether there is a power in each bracket that is open, and in the last
+    for part in _PART.finditer(written):
+        if part["power"]:
+            if before == "power" or (before == ")" and closed):
+                return True
+            groups[-1] = True
+        elif part["bracket"] == "(":
+            groups.append(False)
+        elif part["bracket"] == ")" and len(groups) > 1:
+            closed = groups.pop()
+            groups[-1] |= closed
+        before = part["bracket"] or part.lastgroup
+    return False
+
+
 def _infinite(value, unit: str) -> str:
     """Return the message for a number that no float can hold."""
     return f"found {shown(value)}, which is not a finite number; {expected(unit)}"
@@ -158,6 +180,8 @@ def _measure(written: str) -> tuple[Fraction, tuple] | str:
     unreadable = f"'{written}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
     if not _UNIT.fullmatch(written):
         return unreadable
+    if _has_power_of_power(written):
+        return f"'{written}' has a power of a power; write m^6 for (m^2)^3"
     try:
         for name in re.findall(r"[^\W\d_]+|°", written):
             if name not in _table():

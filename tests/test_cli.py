@@ -230,6 +230,23 @@ def test_init_writes_a_grid_that_loads_and_never_overwrites(run_cli, tmp_path):
     assert run_cli("init", "no/such/place.yaml")[0] == 2
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("5000 rpm", '"1 \\e]0;title\\a\\e[31mx"'),
+        ("drive:", '"\\e[2Jkey": 1\ndrive:'),
+        ("drive:", '"a\\u202eb": 1\ndrive:'),
+    ],
+    ids=["in a unit", "in a key", "right to left"],
+)
+def test_what_a_grid_says_reaches_the_terminal_in_letters_only(run_cli, tmp_path, old, new):
+    text = (ROOT / "configs" / "slider_crank.yaml").read_text(encoding="utf-8")
+    (tmp_path / "grid.yaml").write_text(text.replace(old, new, 1), encoding="utf-8")
+    code, out, told = run_cli("run", str(tmp_path / "grid.yaml"), "--dry-run")
+    assert code == 2
+    assert not [char for char in out + told if char != "\n" and not char.isprintable()]
+
+
 def test_schema_is_a_json_schema(run_cli, monkeypatch):
     monkeypatch.setattr(simulation, "catalogue", lambda: fake_physics.CATALOGUE)
     code, out, _ = run_cli("schema")

@@ -1,5 +1,6 @@
 """Claims about what a mistake in a grid is told: its place, its key, what was found and what is allowed."""
 
+import os
 import time
 
 import pytest
@@ -212,6 +213,16 @@ MISTAKES = {
     ),
     "name": ("name: demo", "name: ../demo", "1:7: name: found '../demo'; expected letters"),
     "tag": ("speed: 5000 rpm", "speed: !f 5000 rpm", "7:16: drive.speed: the YAML tag !f is not understood"),
+    "tag on a section": (
+        "drive: {speed: 5000 rpm}",
+        "drive: !f {speed: 5000 rpm}",
+        "7:8: drive: the YAML tag !f is not understood",
+    ),
+    "tag of a set": (
+        "drive: {speed: 5000 rpm}",
+        "drive: !!set {speed: 5000 rpm}",
+        "7:8: drive: the YAML tag tag:yaml.org,2002:set is not understood",
+    ),
     "alias in itself": (
         "drive: {speed: 5000 rpm}",
         "drive: &a {speed: *a}",
@@ -291,6 +302,39 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
         with pytest.raises(InputError, match=reason) as caught:
             load(path)
         assert str(caught.value).startswith(str(path))
+
+
+def test_what_never_ends_is_not_read(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    with open(tmp_path / "large.yaml", "wb") as file:
+        file.truncate(65 * 2**20)
+    began = time.perf_counter()
+    for path, reason in (
+        ("/dev/zero", "no regular file"),
+        (tmp_path / "pipe.yaml", "no regular file"),
+        (tmp_path / "large.yaml", "68,157,440 bytes, more than the 67,108,864 that are read"),
+    ):
+        with pytest.raises(InputError, match=f"cannot be read: it .*{reason}"):
+            load(path)
+    assert time.perf_counter() - began < 2.0
+
+
+def test_a_table_that_never_ends_is_not_read(at, tmp_path):
+    (tmp_path / "cases.csv").symlink_to("/dev/zero")
+    with pytest.raises(InputError, match=r"cases.csv cannot be read: it is no regular file"):
+        at(f"{TEXT}cases: cases.csv\n")
+
+
+@pytest.mark.parametrize("axes", [2, 3, 7])
+def test_more_cases_than_can_be_run_are_refused_at_once(base, axes):
+    paths = ["drive.speed", "mechanism.gravity", "mechanism.crank.mass", "mechanism.rod.mass", "mechanism.slider.mass"]
+    paths += ["mechanism.rod.inertia", "mechanism.crank.inertia"]
+    count = 10_000 if axes == 2 else 1000
+    sweep = {path: {"linspace": [1.0, 2.0, count]} for path in paths[:axes]}
+    began = time.perf_counter()
+    with pytest.raises(InputError, match=f"has {count**axes:,} cases; at most 20,000,000 can be run"):
+        load(base | {"sweep": sweep})
+    assert time.perf_counter() - began < 10.0
 
 
 def test_an_alias_costs_no_more_than_what_it_stands_for(told):

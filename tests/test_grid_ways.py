@@ -352,6 +352,11 @@ MISTAKES = {
         "",
         f"grid.yaml:22:25: sample.over.{SPEED}: normal: the mean 100 is not between low 110 and high inf",
     ),
+    "endless lognormal": (
+        sample({"mechanism.gravity": "{lognormal: {mean: 1, cv: 1e300}}"}),
+        "",
+        "grid.yaml:22:34: sample.over.mechanism.gravity: lognormal: found a std of 1e+300 times the mean; at most 1000",
+    ),
     "negative lognormal": (
         sample({"mechanism.gravity": "{lognormal: {mean: -1, cv: 0.1}}"}),
         "",

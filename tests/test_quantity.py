@@ -144,6 +144,31 @@ def test_a_monstrous_exponent_costs_no_time():
     assert time.perf_counter() - began < 1.0
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1 mm^(10**10)",
+        "1 mm^2^2^2^2^2^9",
+        "1 m^9^9^9",
+        "1 ((mm^99)^99)^99",
+        "1 (mm^99 s)²",
+        "1 mm^99²",
+        "1 mm**9**9**9",
+        "1 mm ^ 99 ^ 99",
+    ],
+)
+def test_powers_of_powers_are_refused_at_once(text):
+    began = time.perf_counter()
+    with pytest.raises(InputError, match=r"power of a power|cannot be read as a unit"):
+        quantity.read(text, "m")
+    assert time.perf_counter() - began < 1.0
+
+
+def test_a_power_of_a_bracket_is_read():
+    assert quantity.read("2 kg/(mm/s)^2", "kg*s^2/m^2") == 2e6
+    assert quantity.read("2 (mm)^2*s²", "m^2*s^2") == 2e-6
+
+
 def test_the_exponent_in_a_unit_is_written_as_a_user_would():
     assert quantity.exponent_of("N/m^exponent", 1.5) == "N/m^1.5"
     assert quantity.exponent_of("N/m^exponent", 1.0) == "N/m"

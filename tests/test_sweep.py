@@ -1,6 +1,7 @@
 """A sweep does every case once, whatever is killed, and says what became of each."""
 
 import json
+import math
 import os
 import re
 import resource
@@ -337,6 +338,10 @@ def test_a_dry_run_counts_times_and_writes_nothing(tmp_path):
         ({"executor": "cloud"}, "local, serial"),
         ({"jobs": 0}, "jobs"),
         ({"case_timeout": -1.0}, "case timeout"),
+        ({"case_timeout": math.inf}, "at most 1e\\+08 s"),
+        ({"case_timeout": math.nan}, "case timeout"),
+        ({"max_failures": "1e999"}, "max failures"),
+        ({"max_failures": "inf%"}, "max failures"),
         ({"max_failures": "many"}, "max failures"),
         ({"case_timeout": 1.0, "executor": "serial"}, "serial"),
     ],

@@ -4,10 +4,11 @@ import csv
 import re
 from pathlib import Path
 
-from .document import Entry, Problems
+from .document import Entry, Problems, refuse_endless
 
 _HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
 _MOST_ROWS = 1_000_000
+_LARGEST = 512 * 2**20  # bytes of a table: 500 for each of so many rows
 
 
 def read(problems: Problems, entry: Entry) -> Entry | None:
@@ -22,12 +23,14 @@ def read(problems: Problems, entry: Entry) -> Entry | None:
         problems.add(entry, "cases", f"found '{entry.value}'; expected the name of a .csv or .parquet file")
         return None
     try:
+        refuse_endless(file, _LARGEST)
         heads, rows = readers[file.suffix.lower()](file)
     except FileNotFoundError:
         problems.add(entry, "cases", f"there is no file {file}; the name is relative to the grid's directory")
         return None
     except (OSError, ValueError, csv.Error) as error:  # pyarrow's errors are ValueErrors
-        problems.add(entry, "cases", f"{file} cannot be read: {error}")
+        reason = getattr(error, "strerror", None) or error
+        problems.add(entry, "cases", f"{file} cannot be read: {reason}")
         return None
     if not rows or len(rows) > _MOST_ROWS:
         problems.add(entry, "cases", f"{file} holds {len(rows)} cases; expected 1 to {_MOST_ROWS}")

@@ -1,5 +1,7 @@
 """Reads a YAML 1.2 file or a dict into entries that know where they were written, and collects what is wrong."""
 
+import os
+import stat
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from os import PathLike, fspath
@@ -11,7 +13,20 @@ from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 
 from ..errors import InputError, shown
 
+_LARGEST = 64 * 2**20  # bytes of a grid file
 _TAG = "tag:yaml.org,2002:"
+_PLAIN = {
+    "map",
+    "seq",
+    "str",
+    "int",
+    "float",
+    "bool",
+    "null",
+    "timestamp",
+    "merge",
+    "value",
+}  # what a value is without a tag
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +70,7 @@ def read(source, problems: Problems) -> Entry:
         return entry_of(source, "")
     name = fspath(source)
     try:
+        refuse_endless(name, _LARGEST)
         with open(name, encoding="utf-8-sig") as file:
             text = file.read()
     except UnicodeDecodeError as error:
@@ -74,6 +90,15 @@ def read(source, problems: Problems) -> Entry:
     if node is None:
         raise InputError(f"{name}:1:1: the file is empty; `clearsweep init` writes a grid to start from")
     return _from_node(node, name, "", problems, {})
+
+
+def refuse_endless(name: str | PathLike, most: int) -> None:
+    """Raise an OSError unless a name is that of a regular file of at most so many bytes: no device, no pipe."""
+    found = os.stat(name)
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(0, "it is a directory" if stat.S_ISDIR(found.st_mode) else "it is no regular file")
+    if found.st_size > most:
+        raise OSError(0, f"it has {found.st_size:,} bytes, more than the {most:,} that are read")
 
 
 def entry_of(value, origin: str) -> Entry:
@@ -124,6 +149,8 @@ def _from_node(node: Node, origin: str, path: str, problems: Problems, done: dic
             problems.add(Entry(None, *at), path, "an alias that contains itself; write the value out")
         return done[id(node)] or Entry(None, *at)
     done[id(node)] = None
+    if str(node.tag).removeprefix(_TAG) not in _PLAIN:
+        problems.add(Entry(None, *at), path, f"the YAML tag {node.tag} is not understood; write it without")
     if isinstance(node, MappingNode):
         entry = _mapping(node, at, path, problems, done)
     elif isinstance(node, SequenceNode):
@@ -159,6 +186,4 @@ def _scalar(tag: str, text: str, here: Entry, path: str, problems: Problems):
         return None
     if kind == "int" and text.lower().lstrip("+-").startswith(("0x", "0o")):
         return int(text, 0)
-    if kind == tag:
-        problems.add(here, path, f"the YAML tag {tag} is not understood; write a plain value")
     return text

@@ -24,6 +24,7 @@ from .values import draft as read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 1
+MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 50 us each, 17 minutes
 
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
@@ -47,7 +48,7 @@ def load(source, catalogue: Catalogue, overrides: dict | None = None) -> "Grid":
     draft = read_draft(root, catalogue, problems, frozenset(overrides or ()))
     checks.check(draft, catalogue)
     problems.check()
-    return Grid(
+    grid = Grid(
         name,
         file,
         draft.axes,
@@ -59,6 +60,12 @@ def load(source, catalogue: Catalogue, overrides: dict | None = None) -> "Grid":
         {draft.way[paths[0]]: paths for paths in variations.steps(draft)},
         _sample(draft),
     )
+    if grid.size > MOST_CASES:
+        raise InputError(
+            f"{file or 'the grid'}: has {grid.size:,} cases; at most {MOST_CASES:,} can be run: take fewer values on "
+            "the axes, or draw cases with `sample`"
+        )
+    return grid
 
 
 def starter() -> str:
@@ -107,8 +114,13 @@ class Grid:
     _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
     _sample: dict
 
-    def __len__(self) -> int:
+    @property
+    def size(self) -> int:
+        """Return the number of cases, however many."""
         return math.prod(factor.size for factor in self._factors)
+
+    def __len__(self) -> int:
+        return self.size
 
     def point(self, index: int) -> dict:
         """Return dotted path -> value of the swept keys of a case; None for a key that its laws do not use."""

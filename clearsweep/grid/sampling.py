@@ -10,6 +10,7 @@ from .document import Entry, Problems
 
 _MOST_CASES = 1_000_000
 _RARE = 1e-6  # share of a distribution on either side that may lie out of range: so rare that it is not drawn
+_WIDEST = 1e3  # std of a lognormal over its mean; beyond, half of it lies a millionth of the mean and lower
 _NUDGE = 1e-9  # of the distance between the 5 % and 95 % quantiles: a disturbance too small to matter by itself
 _POWERS_OF_TWO = ("sobol", "saltelli")  # the balance of a Sobol sequence holds for these numbers of points only
 METHODS = {
@@ -222,6 +223,8 @@ def _moments(problems: Problems, where: str, kind: str, given: Entry, one: Calla
     low, high = numbers.get("low", -math.inf), numbers.get("high", math.inf)
     if std < 0.0:
         problems.add(given, where, f"{kind}: the spread is negative; write a std or cv of at least 0")
+    if kind == "lognormal" and std > _WIDEST * mean > 0.0:
+        problems.add(given, where, f"lognormal: found a std of {std / mean:.3g} times the mean; at most {_WIDEST:g}")
     if kind == "truncated-normal" and "low" not in numbers and "high" not in numbers:
         problems.add(given, where, "truncated-normal: has no bound; write low, high or both, or use normal")
     if not low <= mean <= high or low == high:

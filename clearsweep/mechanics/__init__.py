@@ -3,3 +3,4 @@
 from .compiled import cache
 
 cache.prepare()  # before anything here imports the compiler
+cache.guard()

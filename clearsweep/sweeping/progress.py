@@ -4,6 +4,8 @@ import sys
 import time
 from contextlib import AbstractContextManager
 
+from ..errors import printable
+
 
 def of(total: int, wanted: bool):
     """Return a context with `advance(done, failed)` for `total` cases."""
@@ -14,7 +16,7 @@ def of(total: int, wanted: bool):
 
 def say(sentence: str) -> None:
     """Tell whoever watches something."""
-    print(sentence, file=sys.stderr, flush=True)
+    print(printable(sentence), file=sys.stderr, flush=True)
 
 
 class Silent(AbstractContextManager):

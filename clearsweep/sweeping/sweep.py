@@ -19,6 +19,7 @@ from .worker import Job, Simulator, compile_all
 
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
 MOST_WARNINGS = 5
+LONGEST_TIMEOUT = 1e8  # s, three years
 
 
 @dataclass(frozen=True)
@@ -226,8 +227,11 @@ def check(executor: str, jobs, case_timeout, scheduler) -> None:
         raise InputError(f"executor: found {executor!r}; expected one of {', '.join(executors.EXECUTORS)}")
     if jobs is not None and jobs < 1:
         raise InputError(f"jobs: found {jobs}; expected a whole number of at least 1")
-    if case_timeout is not None and not case_timeout > 0.0:
-        raise InputError(f"case timeout: found {case_timeout:g} s; expected more than 0 s")
+    if case_timeout is not None and not 0.0 < case_timeout <= LONGEST_TIMEOUT:
+        raise InputError(
+            f"case timeout: found {case_timeout:g} s; expected more than 0 s and at most {LONGEST_TIMEOUT:g} s; leave "
+            "it out for no limit"
+        )
     if case_timeout and executor == "serial":
         raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
     if scheduler and executor != "dask":
@@ -244,7 +248,7 @@ def _most(max_failures, cases: int) -> int | None:
     share = cases / 100.0 if text.endswith("%") else 1.0
     try:
         most = int(float(text.removesuffix("%")) * share)
-    except ValueError:
+    except (ValueError, OverflowError):
         most = -1
     if most < 0:
         raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")

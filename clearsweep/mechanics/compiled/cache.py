@@ -1,8 +1,16 @@
-"""Where compiled code is kept: a directory stamped with everything that the code depends on."""
+"""Where compiled code is kept: a private directory stamped with everything that the code depends on.
 
+What is kept is run, so a directory in which somebody else could have put something is not used; and as one changed bit
+of it may change a number, everything carries a checksum.
+"""
+
+import atexit
 import hashlib
 import os
+import pickle
 import platform
+import shutil
+import stat
 import sys
 import tempfile
 from importlib.metadata import version
@@ -10,6 +18,7 @@ from pathlib import Path
 
 #: All compiled code and what decides it lies below this directory.
 ROOM = Path(__file__).parents[1]
+CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of every file
 
 
 def stamp() -> str:
@@ -25,23 +34,109 @@ def stamp() -> str:
 
 
 def prepare() -> Path:
-    """Make the compiler keep its code in a stamped directory, and return that.
+    """Make the compiler keep its code in a private, stamped directory, and return that.
 
-    It lies in NUMBA_CACHE_DIR where that is set, else in the user's cache; in a temporary directory where neither can
-    be written.
+    It lies in NUMBA_CACHE_DIR where that is set, else in the user's cache.  Where that cannot be written, or is not the
+    user's alone, the code is kept for this process and its workers only, which a line on stderr says.
     """
     mark = stamp()
     given = os.environ.get("NUMBA_CACHE_DIR")
-    if given and Path(given).name == mark:
+    if given and Path(given).name == mark and not not_private(Path(given)):
         return Path(given)  # inherited from the process that prepared it
     home = Path(given or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep")
     place = home / mark
     try:
-        place.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        place = Path(tempfile.gettempdir()) / f"clearsweep-{os.getuid()}" / mark
-        place.mkdir(parents=True, exist_ok=True)
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        trouble = not_private(place) or ("" if os.access(place, os.W_OK | os.X_OK) else "it cannot be written")
+    except OSError as error:
+        trouble = f"it cannot be made ({error.strerror})"
+    if trouble:
+        print(f"compiled code is not kept in {home}: {trouble}", file=sys.stderr)
+        place = _passing() / mark
+        place.mkdir(mode=0o700)
     os.environ["NUMBA_CACHE_DIR"] = str(place)
     if "numba" in sys.modules:
         sys.modules["numba"].config.CACHE_DIR = str(place)
     return place
+
+
+def not_private(place: Path) -> str:
+    """Return why somebody else could have put something into a directory or put another in its place; '' if nobody."""
+    if not hasattr(os, "geteuid"):
+        return ""
+    for path in (place, place.parent):
+        if path.is_symlink():
+            return f"{path} is a link"
+    real = place.resolve()
+    for path in (real, *real.parents):
+        found = path.stat()
+        ours = found.st_uid == os.geteuid()
+        if not ours and (path == real or found.st_uid != 0):
+            return f"{path} belongs to another user"
+        shared = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        if shared and (path == real or not found.st_mode & stat.S_ISVTX):
+            return f"{path} can be written by other users"
+    return ""
+
+
+def _passing() -> Path:
+    """Return a new private directory that goes with this process."""
+    place, maker = Path(tempfile.mkdtemp(prefix="clearsweep-")), os.getpid()
+    atexit.register(lambda: shutil.rmtree(place, ignore_errors=True) if os.getpid() == maker else None)
+    return place
+
+
+def guard() -> None:
+    """Give every file that the compiler keeps a checksum; what does not fit its own is compiled anew."""
+    from numba.core import caching
+
+    class Checked(caching.IndexDataCacheFile):
+        """The compiler's own files with a checksum at their end, which a compiler without it does not see."""
+
+        def _dump(self, value):
+            content = super()._dump(value)
+            return content + hashlib.sha256(content).digest()
+
+        def _load_index(self):
+            try:
+                with open(self._index_path, "rb") as file:
+                    kept_version = pickle.load(file)
+                    mark, overloads = pickle.loads(_checked(file.read(), self._index_path))
+            except FileNotFoundError:
+                return {}
+            except (OSError, EOFError, ValueError, pickle.UnpicklingError):
+                return _damaged(self._index_path)
+            return overloads if (kept_version, mark) == (self._version, self._source_stamp) else {}
+
+        def _load_data(self, name):
+            path = self._data_path(name)
+            try:
+                with open(path, "rb") as file:
+                    return pickle.loads(_checked(file.read(), path))
+            except FileNotFoundError:
+                raise
+            except (OSError, EOFError, ValueError, pickle.UnpicklingError):
+                _damaged(path)
+                raise OSError(f"{path}: damaged") from None  # the compiler takes it for a file that is gone
+
+    caching.IndexDataCacheFile = Checked
+
+
+def _checked(content: bytes, path: str) -> bytes:
+    """Return what stands before the checksum of a file's content; a ValueError where that does not fit."""
+    body, checksum = content[:-CHECKSUM], content[-CHECKSUM:]
+    if hashlib.sha256(body).digest() != checksum:
+        raise ValueError(f"{path}: its checksum differs")
+    return body
+
+
+_told: set[str] = set()  # directories of which it was said that something in them is damaged
+
+
+def _damaged(path: str) -> dict:
+    """Say once for each directory that something in it is damaged; return an index without entries."""
+    directory = str(Path(path).parents[1])
+    if directory not in _told:
+        _told.add(directory)
+        print(f"compiled code kept in {directory} is damaged and is compiled anew", file=sys.stderr)
+    return {}
