@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names, written
+from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names, resolved, written
 from mechanism_cases import slider_crank, told_both_ways
 from scipy.integrate import solve_ivp
 
@@ -29,11 +29,11 @@ DAHL = {"law": "dahl", "coefficient": 0.1, "bristle_stiffness": 1e5}
 REMEMBERING = [name for name in names("friction") if memory(registry.friction_term(joint(friction=name)))]
 
 
-def term(bend=0.0, **written):
+def term(bend=0.0, **friction):
     """Return a friction law with its bristles bent by `bend` (m)."""
-    fields = RECIPES["friction", written["law"]].law.fields
+    fields = RECIPES["friction", friction["law"]].law.fields
     defaults = {field.name: field.default for field in fields if field.default is not None}
-    return recalled(registry.friction_term({"friction": defaults | written}), [bend], 0)
+    return recalled(registry.friction_term(resolved(written() | {"friction": defaults | friction})), [bend], 0)
 
 
 def crank(friction, *joints, **changes):

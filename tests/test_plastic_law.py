@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from law_cases import resolved, written
 from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
@@ -62,7 +63,7 @@ def on_the_loop(pen, restitution):
 
 
 def test_the_way_back_begins_at_the_largest_force_and_ends_at_the_indentation():
-    joint = {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.0}}
+    joint = resolved(written() | {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.0}})
     law, elastic = registry.contact_terms(joint)
     back = recalled(law, [2e-5], 0)
     assert contact_force(back, elastic, 2e-5, -1.0, 1.0)[0] == pytest.approx(STIFFNESS * 2e-5**1.5, rel=1e-14)
@@ -75,7 +76,7 @@ def test_the_way_back_begins_at_the_largest_force_and_ends_at_the_indentation():
 
 
 def test_below_the_yield_rate_all_is_elastic():
-    joint = {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.05}}
+    joint = resolved(written() | {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.05}})
     law, elastic = registry.contact_terms(joint)
     for deepest in (0.0, 2e-5):
         force = elastic_force(elastic, 1e-5)
