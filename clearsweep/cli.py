@@ -76,12 +76,12 @@ def verbs():
 def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, scheduler, shard, as_json):
     """Run the cases of a grid that DIR does not hold yet; running again resumes."""
     from .sweeping import closing
-    from .sweeping.sweep import check, sweep
+    from .sweeping.sweep import Options, check, sweep
 
     if dry_run:
         from .sweeping.estimate import estimate
 
-        check(executor, jobs, case_timeout, scheduler)
+        check(Options(jobs, executor, scheduler, case_timeout=case_timeout))
         facts = estimate(grid, out, jobs=jobs, shard=shard)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.estimate_text(facts)))
         return 0

@@ -12,6 +12,7 @@ import threading
 import xml.etree.ElementTree as ET
 
 import fake_physics
+import fake_sweeps
 import numpy as np
 import pytest
 from report_fake import RPM, SWEEP, Run
@@ -19,7 +20,6 @@ from report_fake import RPM, SWEEP, Run
 from clearsweep import report, results, store, wording
 from clearsweep.errors import InputError
 from clearsweep.report import findings, single, study
-from clearsweep.sweeping.sweep import sweep
 
 BIG = {
     "joints.rod-slider.clearance": list(np.geomspace(5e-5, 5e-4, 25)),
@@ -208,7 +208,7 @@ def test_values_that_a_case_does_not_use_are_left_out(tmp_path):
 
 def test_stored_run_is_read_as_the_store_hands_it_out(tmp_path):
     grid = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS), wear=True)
-    sweep(grid, out=tmp_path / "run", executor="serial", simulator=fake_physics.Fake, show_progress=False)
+    fake_sweeps.sweep(grid, tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     text = Page(report.write(run, tmp_path / "run.html").read_text(encoding="utf-8")).text
     assert "3 of 6" in text

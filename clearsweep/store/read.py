@@ -1,4 +1,4 @@
-"""Reading what a run left: its summary, orbits, events and wear."""
+"""Reads what a run left: its summary, orbits, events and wear."""
 
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +13,7 @@ from .batch import EVENT, SAMPLE
 from .directory import read_record
 
 
-class Run:
+class StoredRun:
     """The results in one directory.
 
     Attributes
