@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from report_fake import RPM, SWEEP, Run
 
+import clearsweep
 from clearsweep import report, results, store, wording
 from clearsweep.errors import InputError
 from clearsweep.report import findings, single, study
@@ -330,7 +331,7 @@ def test_shown_case_is_the_one_that_was_stored(tmp_path):
         "save": {"orbits": "none"},
         "sweep": {"joints.rod-slider.clearance": ["0.1 mm", "0.2 mm"]},
     }
-    sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
+    clearsweep.sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     case_id = run.summary["case_id"][0]
     again = single.simulation.solve(single.to_draw(study.prepare(run), case_id))
