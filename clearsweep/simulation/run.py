@@ -18,7 +18,7 @@ from ..mechanics.solver import dop853, loop, newton
 from ..mechanics.solver import event as events
 from ..results import channels
 from . import watch
-from .lyapunov import Twin
+from .lyapunov import Perturbed
 from .scene import Scene
 
 #: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
@@ -164,12 +164,12 @@ def integrate(scene: Scene, run: Run, end: float, keep_events: bool, watchers=()
     if not scene.layout.horizon:
         call(run, control, scene, watchers)
         return
-    twin = Run(scene, np.empty(0))
-    twin_watch = Twin(control, twin, _unit(scene), scene.case.simulate.tolerance)
-    call(run, control, scene, (*watchers, twin_watch))
-    run.found = twin_watch.figures(period(scene))
-    twin.counts += twin.work.counts
-    run.spent(twin)
+    beside = Run(scene, np.empty(0))
+    perturbed = Perturbed(control, beside, _unit(scene), scene.case.simulate.tolerance)
+    call(run, control, scene, (*watchers, perturbed))
+    run.found = perturbed.figures(period(scene))
+    beside.counts += beside.work.counts
+    run.spent(beside)
 
 
 def control_of(scene: Scene, end: float, keep_events: bool) -> loop.Control:

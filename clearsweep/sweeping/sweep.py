@@ -73,7 +73,7 @@ class Options(NamedTuple):
     show_progress: bool = True
 
 
-def sweep(
+def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the command line
     source: Source,
     out: str | Path | None = None,
     *,
