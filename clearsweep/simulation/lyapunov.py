@@ -67,7 +67,7 @@ class Perturbed:
             self._bring(base, self.scale / math.sqrt(n), 0.0)
 
     def _bring(self, base: Work, direction: np.ndarray, onset: np.ndarray | float) -> None:
-        """Put the perturbed motion beside `base`, off by a direction of the state, or its first components, and onset rates."""
+        """Put the perturbed motion beside `base`, off in (the first components of) the state and in onset."""
         work = self.work
         go_to(moment_of(base), work)
         work.y[: len(direction)] += self.size * direction
