@@ -32,7 +32,7 @@ def requested() -> int:
 
 @contextlib.contextmanager
 def patience() -> Iterator[None]:
-    """Inside, the first signal is only noted: the code looks at requested() itself."""
+    """Let the first signal only be noted inside: the code there looks at requested() itself."""
     before, _Request.patient = _Request.patient, True
     try:
         yield
@@ -42,7 +42,7 @@ def patience() -> Iterator[None]:
 
 @contextlib.contextmanager
 def catching() -> Iterator[None]:
-    """Inside, SIGINT and SIGTERM raise Stopped, or are noted first where there is patience; for the main thread."""
+    """Let SIGINT and SIGTERM raise Stopped inside, or be noted first where there is patience; for the main thread."""
     _Request.signum = 0
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread can catch signals
@@ -64,7 +64,7 @@ def in_worker() -> None:
 
 @contextlib.contextmanager
 def shielded() -> Iterator[None]:
-    """Inside, threads and processes are born with both signals blocked: a worker starting up is not torn by Ctrl-C."""
+    """Block both signals for threads and processes born inside: a worker starting up is not torn by Ctrl-C."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
