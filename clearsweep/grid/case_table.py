@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from .document import WrittenValue, Problems, refuse_endless
+from .document import Problems, WrittenValue, refuse_endless
 
 _HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
 _MOST_ROWS = 1_000_000
