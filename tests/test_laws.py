@@ -31,7 +31,7 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.internal_state import memory, recalled
 from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
-from clearsweep.mechanics.mechanism.description import MECHANISMS
+from clearsweep.mechanics.mechanism import MECHANISMS
 
 LAWS = names("law")
 YIELDING = [name for name in LAWS if memory(RECIPES["law", name].make(joint(name)))]
@@ -401,7 +401,7 @@ def test_the_list_names_every_law_with_one_line():
         assert recipe.law.summary in listed
 
 
-@pytest.mark.parametrize("law", MECHANISMS)
+@pytest.mark.parametrize("law", [mechanism.law for mechanism in MECHANISMS.values()])
 def test_the_mechanisms_are_described_beside_the_laws(law):
     assert f"  {law.name} " in registry.text()
     assert f"mechanism.type: {law.name}" in registry.text(law.name)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import wording
-from ..mechanics.mechanism import ideal
+from ..mechanics.mechanism.slider_crank import ideal
 from . import draw, figures, findings
 from .figures import Canvas, Picture
 from .study import Joint, Study

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from ..mechanics.mechanism import ideal
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE
@@ -34,10 +33,10 @@ def wear_of(scene: Scene, run: Run) -> dict:
 
 def figures_of(scene: Scene, run: Run, end: float) -> dict:
     """Return the figures of merit of an integration that went through."""
-    pair = scene.layout.mechanism == "impact-pair"
+    turning = scene.mechanism.turns
     whole, settings = run.tally.whole, scene.case.simulate
-    duration = run.work.y[run.work.time] if pair else end - settings.discard * period(scene)
-    turns = 1.0 if pair else settings.revolutions - settings.discard
+    duration = end - settings.discard * period(scene) if turning else run.work.y[run.work.time]
+    turns = settings.revolutions - settings.discard if turning else 1.0
     figures = {"energy_residual": float(whole[tallies.RESIDUAL] / whole[tallies.KINETIC_MAX])}
     for place, (part, joint) in enumerate(zip(scene.layout.joints, scene.value.joints, strict=True)):
         row = run.tally.joint[place]
@@ -58,14 +57,14 @@ def figures_of(scene: Scene, run: Run, end: float) -> dict:
         if part.wear_bins:
             found |= _wear_figures(scene, run, place, duration)
         figures |= {f"{part.name}_{name}": float(value) for name, value in found.items()}
-    if pair:
+    if not turning:
         joint = run.tally.joint[0]
         counted = joint[tallies.REBOUNDS]
         figures["pair_restitution"] = float(joint[tallies.RESTITUTION] / counted) if counted else None
         return figures
-    for name, value in ideal.largest_reactions(scene.case.mechanism.values, scene.value.pace).items():
-        if f"{name}_force_peak" in figures:
-            figures[f"{name}_force_peak_ideal"] = value
+    largest = scene.mechanism.largest_reactions(scene.case.mechanism.values, scene.value.pace)
+    for joint in scene.case.joints:
+        figures[f"{joint.column}_force_peak_ideal"] = largest[joint.name]
     figures["slider_acceleration_peak"] = float(whole[tallies.ACCELERATION_MAX])
     figures["slider_acceleration_rms"] = math.sqrt(whole[tallies.ACCELERATION_SQUARE] / duration)
     figures["slider_error_max"] = float(whole[tallies.ERROR_MAX])

@@ -60,13 +60,13 @@ def simulate(scene: Scene, times=None, watchers=()) -> Trajectory:
 
 def _simulate(scene: Scene, times, watchers=()) -> Trajectory:
     """Return the trajectory of a scene whose length is given."""
-    pair = scene.layout.mechanism == "impact-pair"
-    end = math.inf if pair else scene.case.simulate.revolutions * period(scene)
+    turning = scene.mechanism.turns
+    end = scene.case.simulate.revolutions * period(scene) if turning else math.inf
     if times is not None:
         times = checked_times(times, end)
     elif scene.case.save.orbits == "none":
         times = np.empty(0)
-    elif pair:  # its duration is known afterwards
+    elif not turning:  # its duration is known afterwards
         last = integrated(scene, np.empty(0), end)
         times = np.linspace(0.0, last.work.y[last.work.time], scene.case.save.samples + 1)
     else:

@@ -28,7 +28,6 @@ import numpy as np
 
 from .. import grid
 from ..case import Case as ResolvedCase
-from ..mechanics.mechanism import ideal
 from ..mechanics.solver.loop import ONSET_FLOOR
 from ..simulation import scene
 from ..simulation.trajectory import simulate
@@ -147,11 +146,11 @@ def _largest_escape(made, found, place: int, name: str) -> float:
 def share_of_bound(made, summary: dict) -> float:
     """Return the largest penetration of a run over its bound, the largest of its joints."""
     energies, loads = [], []
-    for part, joint in zip(made.layout.joints, made.value.joints, strict=True):
+    for part, written, joint in zip(made.layout.joints, made.case.joints, made.value.joints, strict=True):
         rate = summary[f"{part.name}_onset_rate_max"]
         factor = getattr(joint.law, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws divide by no less
         energies.append(_damped_energy(_reduced_mass(made.case, part.name), rate, factor))
-        loads.append(_largest_load(made.case, part.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
+        loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for part, joint, load in zip(made.layout.joints, made.value.joints, loads, strict=True):
         stiffness, exponent = joint.elastic.stiffness, getattr(joint.elastic, "exponent", _exponent(joint.elastic))
@@ -172,11 +171,9 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
     return mass * rate**2 * (factor - math.log1p(factor)) / factor**2
 
 
-def _largest_load(case: ResolvedCase, name: str) -> float:
-    """Return LOAD times the largest load (N) of a joint in the ideal mechanism."""
-    if case.drive is None:
-        return 0.0
-    return LOAD * ideal.largest_reactions(case.mechanism.values, case.drive.speed)[name]
+def _largest_load(made: scene.Scene, name: str) -> float:
+    """Return LOAD times the largest load (N) of a joint in the ideal mechanism, 0 where there is none."""
+    return LOAD * made.mechanism.largest_reactions(made.case.mechanism.values, made.built.rate).get(name, 0.0)
 
 
 def _reduced_mass(case: ResolvedCase, name: str) -> float:
