@@ -134,3 +134,26 @@ def settling(catalogue: Catalogue, mechanism: Mechanism) -> tuple[str, ...]:
     parts = {column_name(site.name): {"wear"} for site in mechanism.joints}
     settled = {figure.name for figure in catalogue.figures if figure.settles}
     return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in settled)
+
+
+def markdown(catalogue: Catalogue) -> str:
+    """Return a table in Markdown of the figures that cases may give, `J` standing for the column name of a joint."""
+    outputs = [mechanism.output for mechanism in catalogue.mechanisms if mechanism.output]
+    rows = ["| column | unit | what it is | where |", "| --- | --- | --- | --- |"]
+    for figure in catalogue.figures:
+        owners = {"joint": ("J",), "output": tuple(output.name for output in outputs)}.get(figure.of, ("",))
+        names = ", ".join(f"`{figure.column(owner)}`" for owner in owners)
+        units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}
+        text = figure.text.format(output=" or ".join(output.name for output in outputs), until="the judged figure")
+        where = ", ".join(_WHERE[need] for need in figure.needs)
+        rows.append(f"| {names}{' *' if figure.settles else ''} | {', '.join(sorted(units))} | {text} | {where} |")
+    return "\n".join(rows) + "\n"
+
+
+_WHERE = {
+    "turns": "a drive turns the mechanism",
+    "rests": "nothing turns",
+    "wear": "the joint wears",
+    "horizon": "`simulate.horizon`",
+    "until": "`simulate.until`",
+}

@@ -43,7 +43,7 @@ CATALOGUE = Catalogue(
                 Keys("mechanism", "", (Field("gravity", "m/s^2", low_open=False, default=0.0),)),
                 Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied"),
             ),
-            channels=(Channel("crank_angle", "rad", "angle"), Channel("slider/a", "m/s^2", "acceleration")),
+            channels=tuple(Channel(f"slider/{name}", "m", "made up") for name in "xva"),
             turns=True,
             build=None,
             output=Output("slider", "m"),
