@@ -372,7 +372,7 @@ def figures_of(window: Window, *, failed: bool = False) -> dict:
     places, found = _places(window.layout), {}
     for column in window.layout.columns:
         figure = known.get(column.figure)
-        formula = figure and (figure.sums.value if figure.sums else figure.value)
+        formula = figure and (figure.sums.value if figure.settles else figure.value)
         if formula:
             value = formula(window, places.get(column.joint))
             found[column.name] = value if value is None else (int if figure.kind == "int" else float)(value)
