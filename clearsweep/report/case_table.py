@@ -8,15 +8,15 @@ from .table import Column, Table
 Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
 
 
-def case_table(study: Study, key: str, title: str, columns: Headings, by: str | None) -> Table:
-    """Return columns of the summary that are there, the largest first of the column `by`; no rows without any."""
+def case_table(study: Study, key: str, title: str, columns: Headings, by: str) -> Table:
+    """Return columns of the summary that are there, the largest of the column `by` first; no rows without that."""
     present = [(column, heading) for column, heading in columns if column in study.cases]
     heads = (
         Column("case_id"),
         *axis_columns(study, study.swept()),
         *(Column(heading, study.unit(column)) for column, heading in present),
     )
-    if not present or study.cases.empty:
+    if by not in dict(present) or study.cases.empty:
         return Table(key, title, "", heads, [])
     ordered = study.cases.sort_values(by, ascending=False, kind="stable", na_position="last")
     values = [ordered.index]

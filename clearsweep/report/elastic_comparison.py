@@ -41,7 +41,8 @@ def of_material(study: Study, joint: Joint) -> Part | None:
     except InputError:  # laws of another version
         return None
     sections = simulation.elastic_choices(section)
-    return _beside(joint, sections, [section.contact.elastic]) if len(sections) > 1 else None
+    used = section.contact.elastic
+    return _beside(joint, sections, [used]) if used and len(sections) > 1 else None
 
 
 def _beside(joint: Joint, sections: dict[str, case.Joint], used: list[str]) -> Part:

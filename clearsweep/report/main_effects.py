@@ -48,7 +48,8 @@ def main_effects(study: Study, column: str) -> list[MainEffect]:
     for axis, place, share in zip(axes, places, shares, strict=True):
         groups = [values[(place == k) & np.isfinite(values)] for k in range(len(axis.values))]
         quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
-        effects.append(MainEffect(axis, column, *quantiles.T, *share))
+        medians, low, high = quantiles.T
+        effects.append(MainEffect(axis, column, medians, low, high, *share))
     return sorted(effects, key=lambda effect: (-np.nan_to_num(effect.share), -np.nan_to_num(effect.factor())))
 
 

@@ -165,10 +165,11 @@ def _over_time(path: Mapping, joint: Joint) -> list[Picture]:
 def _ideal(study: Study, case_id: str, path: Mapping) -> tuple | None:
     """Return position, velocity and acceleration of the ideal slider (m, m/s, m/s^2) at the samples of a case."""
     names = ("mechanism.crank.length", "mechanism.rod.length", "drive.speed")
-    crank, rod, speed = (study.value(case_id, name) for name in names)
-    if None in (crank, rod, speed):
+    sizes = [float(value) for name in names if (value := study.value(case_id, name)) is not None]
+    if len(sizes) < len(names):
         return None
-    return ideal.slider(float(crank), float(rod), np.asarray(path["crank_angle"], float), float(speed))
+    crank, rod, speed = sizes
+    return ideal.slider(crank, rod, np.asarray(path["crank_angle"], float), speed)
 
 
 def _most(values: np.ndarray, unit: str) -> str:

@@ -4,15 +4,14 @@ import html
 import io
 import re
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib import rc_context
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .draw.style import GREY, INK
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text: searchable, read aloud, small
     "font.family": "DejaVu Sans",
     "font.size": 9,
@@ -36,12 +35,12 @@ STYLE = {
 
 
 class Picture(NamedTuple):
-    """One picture before it is drawn: `paint(axes)` draws it."""
+    """One picture before it is drawn: `paint(axes)` draws it on matplotlib axes."""
 
     title: str
     caption: str
     alt: str  # what a reader who cannot see it should know
-    paint: Callable[[Axes], None]
+    paint: Callable[[Any], None]
     size: tuple[float, float] = (4.2, 3.1)  # inches
     projection: str | None = None  # 'polar'; None: a plane
 

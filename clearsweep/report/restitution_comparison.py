@@ -98,18 +98,19 @@ def _sentences(rows: list[Returned]) -> list[str]:
     """Return how far apart laws are that are asked for the same restitution, at the value where they are farthest."""
     spans = []
     for wanted in {row.wanted for row in rows if not np.isnan(row.wanted)}:
-        ends = sorted((row.given, row.law) for row in rows if row.wanted == wanted and not np.isnan(row.given))
-        if ends:
-            (least, weakest), (most, strongest) = ends[0], ends[-1]
-            spans.append(
-                (most - least, wanted, f"{wording.plain(least)} ({weakest}) to {wording.plain(most)} ({strongest})")
-            )
+        known = [row for row in rows if row.wanted == wanted and not np.isnan(row.given)]
+        if known:
+            ordered = sorted(known, key=lambda row: (row.given, row.law))
+            spans.append((ordered[-1].given - ordered[0].given, ordered[0], ordered[-1]))
     if not spans:
         return []
-    widest, wanted, ends = max(spans)
+    widest, least, most = max(spans, key=lambda span: (span[0], span[1].wanted))
     if widest < ALIKE:
         return ["In a free impact each of these laws gives back the restitution that it is asked for, or all the same."]
-    return [f"Asked for a restitution of {wording.short(wanted, 3)}, a free impact gives back {ends}."]
+    return [
+        f"Asked for a restitution of {wording.short(least.wanted, 3)}, a free impact gives back "
+        f"{wording.plain(least.given)} ({least.law}) to {wording.plain(most.given)} ({most.law})."
+    ]
 
 
 def _picture(axis: Axis, rows: list[Returned]) -> Picture:

@@ -68,7 +68,7 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
             values = sample.figures[figure.column]
             if np.isfinite(values).any():
                 spread = sensitivity.spread(values)
-                head = (figure.name, figure.unit, *_point(study, sample), counted(spread.count))
+                head = (figure.name, figure.unit, *_point(study, sample), counted(spread.cases))
                 quantiles = [cell for quantile in spread.quantiles for cell in _cells(quantile, figure.unit)]
                 rows.append((*head, *_cells(spread.mean, figure.unit), *_cells(spread.cv, "1"), *quantiles))
     note = (
@@ -89,7 +89,9 @@ def limit_table(study: Study, samples: list[Setting]) -> Table:
     )
     rows = []
     for figure in judged(study):
-        for sample in samples if figure.limit is not None else ():
+        if figure.limit is None:
+            continue
+        for sample in samples:
             values = sample.figures[figure.column]
             known = int(np.isfinite(values).sum())
             if known:

@@ -1,7 +1,7 @@
 """A run prepared for reading: its axes in units for people, its finished and failed cases, its joints."""
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -213,9 +213,9 @@ def position(axis: Axis, values: pd.Series) -> np.ndarray:
     return np.where(np.isclose(known[nearest], given, rtol=1e-9, atol=0.0), nearest, -1)
 
 
-def dig(tree: Mapping, path: str) -> object:
+def dig(tree: Mapping, path: str) -> Any:
     """Return the value at a dotted path of a nested mapping, None where there is none."""
-    value: object = tree
+    value: Any = tree
     for key in path.split("."):
         if not isinstance(value, Mapping) or key not in value:
             return None

@@ -2,7 +2,7 @@
 
 import csv
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -93,7 +93,7 @@ def _scale(column: Column, values: list) -> wording.Scale:
     return wording.scale(column.unit, [value for value in values if not isinstance(value, str | Quantity)])
 
 
-def _cell(value: object, column: Column, scale: wording.Scale) -> str:
+def _cell(value: Any, column: Column, scale: wording.Scale) -> str:
     if isinstance(value, Quantity):
         return value.text
     if missing(value):

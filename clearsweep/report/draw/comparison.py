@@ -1,7 +1,7 @@
 """The drawings that compare cases: effects, strips, curves, heat maps, clouds, histograms."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -88,7 +88,7 @@ def effect(ax: Axes, curves: Sequence[Curve], unit: str, limits: tuple[float, fl
     ax.set_ylim(limits[0] / scale.factor * 0.9, limits[1] / scale.factor * 1.1)
     plain_axes(ax)
     if len(curves) > 1:
-        above = {"loc": "lower left", "bbox_to_anchor": (-0.12, 1.0), "ncols": 3, "borderaxespad": 0.2}
+        above: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (-0.12, 1.0), "ncols": 3, "borderaxespad": 0.2}
         ax.legend(**above, columnspacing=1.0, handlelength=1.6, frameon=False)
 
 
@@ -203,7 +203,7 @@ def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name
     name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())
     ax.tick_params(length=0)
-    colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=wide)
+    colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=bool(wide))
 
 
 def cloud(
@@ -216,7 +216,7 @@ def cloud(
 ) -> None:
     """Draw one point per case (SI, scaled); `colour` gives each the place of its value on an axis."""
     x, y = x / scales[0].factor, y / scales[1].factor
-    style = {
+    style: dict[str, Any] = {
         "s": 16 if len(x) <= POINTS_VECTOR else 6,
         "linewidths": 0,
         "alpha": 0.85,
@@ -245,7 +245,7 @@ def histogram(
     bins = "auto" if np.ptp(shown) > 1e-9 * np.abs(shown).max() else 1
     edges = np.histogram_bin_edges(shown, bins)
     edges = edges if len(edges) <= BINS_DRAWN else np.linspace(edges[0], edges[-1], BINS_DRAWN)
-    ax.hist(shown, edges, weights=np.full(len(shown), 100.0 / len(shown)), color=BLUE, alpha=0.85, linewidth=0)
+    ax.hist(shown, edges.tolist(), weights=np.full(len(shown), 100.0 / len(shown)), color=BLUE, alpha=0.85, linewidth=0)
     for mark in marks:
         ax.axvline(mark / scale.factor, color=INK, linewidth=0.9, linestyle=":")
     if limit is not None:

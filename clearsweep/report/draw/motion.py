@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
+from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 
 from ... import wording
@@ -91,7 +92,7 @@ def phase(ax: Axes, x: np.ndarray, v: np.ndarray) -> None:
     plain_axes(ax)
 
 
-def wear(ax: Axes, bearing: np.ndarray, journal: np.ndarray) -> None:
+def wear(ax: PolarAxes, bearing: np.ndarray, journal: np.ndarray) -> None:
     """Draw the wear depths (m, one per angular bin of each body's own frame) on polar axes."""
     scale = wording.scale("m", [*bearing, *journal])
     for depth, name, colour, dash in ((bearing, "bearing", BLUE, "-"), (journal, "journal", RED, "--")):

@@ -1,8 +1,10 @@
 """What all drawings share: colours, and how axes, ticks and colour bars look."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis as Side
+from matplotlib.axis import XAxis, YAxis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullLocator
@@ -15,7 +17,11 @@ BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "
 INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
 JOINT_COLOURS = (BLUE, RED, GREEN)
 TICKS_NAMED = 9  # axes with more values than this name only some of them
-SLANTED = {"rotation": 40, "ha": "right", "rotation_mode": "anchor"}  # names that do not fit beside each other
+SLANTED: dict[str, Any] = {
+    "rotation": 40,
+    "ha": "right",
+    "rotation_mode": "anchor",
+}  # names that do not fit beside each other
 WIDTH = 36  # characters that fit beside each other below a figure
 
 
@@ -33,7 +39,7 @@ def over_crank(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
 
 
-def name_values(side: Side, axis: Axis, places: np.ndarray) -> None:
+def name_values(side: XAxis | YAxis, axis: Axis, places: np.ndarray) -> None:
     """Write the values of a grid axis at their places; only some of the numbers where they are many."""
     longest = max(len(_short(axis, value)) for value in axis.values)
     if not axis.numeric:
@@ -69,7 +75,8 @@ def colour_bar(ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bo
     bar = ax.figure.colorbar(coloured, ax=ax, fraction=0.05, pad=0.03)
     bar.set_label(name)
     bar.outline.set_visible(False)
-    bar.solids.set_rasterized(True)
+    if bar.solids is not None:
+        bar.solids.set_rasterized(True)
     if logarithmic:
         bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         bar.ax.yaxis.set_minor_locator(NullLocator())
@@ -82,7 +89,8 @@ def named_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
     name_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
     bar.set_label(axis.label())
     bar.outline.set_visible(False)
-    bar.solids.set_rasterized(True)
+    if bar.solids is not None:
+        bar.solids.set_rasterized(True)
 
 
 def plain_axes(ax: Axes) -> None:

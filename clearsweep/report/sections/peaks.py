@@ -69,7 +69,7 @@ def _joint(study: Study, joint: Joint) -> Table:
 
 def _whole(study: Study) -> Table:
     """Return what the slider and the drive feel, or the measured restitution."""
-    first = next((column for column, _ in WHOLE if column in study.cases), None)
+    first = next((column for column, _ in WHOLE if column in study.cases), "")
     title = "Measured restitution" if first == "pair_restitution" else "Slider and drive"
     return case_table(study, "slider", title, WHOLE, first)
 
@@ -81,7 +81,7 @@ def _certainty(study: Study) -> Table:
     for joint in study.joints:
         for figure, name in CHECKED:
             columns.append((joint.column(figure) + DIFFERENCE, f"error of {name}{study.where(joint, ' ({})')}"))
-    first = next((column for column, _ in columns if study.has(column)), None)
+    first = next((column for column, _ in columns if study.has(column)), "")
     table = case_table(study, "certainty", "How certain the figures are", columns, first)
     return table._replace(
         note=f"{table.note} Error: difference from a run at a tenth of the tolerance, which in "
