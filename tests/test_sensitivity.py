@@ -151,7 +151,7 @@ def test_a_stored_sample_is_found_again_and_grows(tmp_path):
 def test_failed_cases_are_left_out_and_counted(run):
     (one,) = sensitivity.settings(run(linear, failing=(3, 5)))
     assert len(one.failed) == 2
-    assert sensitivity.spread(one.figures[PEAK]).count == 62
+    assert sensitivity.spread(one.figures[PEAK]).cases == 62
 
 
 # ----------------------------------------------------------------------------------------------- sensitivities

@@ -10,7 +10,7 @@ from itertools import accumulate, product
 from os import PathLike, fspath
 from pathlib import Path
 
-from .. import MODEL_VERSION, quantity
+from .. import MODEL_VERSION
 from ..case import Case
 from ..catalogue import Catalogue
 from ..errors import InputError, shown
@@ -21,6 +21,7 @@ from .draft import Draft
 from .enumeration import Block, Factor, Step
 from .keys import Flag, Number, Section, Shape, Word
 from .resolve import case_of
+from .units import unit
 from .values import draft as read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
@@ -183,13 +184,7 @@ class Grid:
         node = self._shape[path]
         if isinstance(node, Word):
             return ""
-        beside = f"{path.rpartition('.')[0]}.exponent"
-        exponent = self._base.get(beside)
-        units = [
-            field.unit if exponent is None else quantity.exponent_of(field.unit, exponent)
-            for field in node.fields(self._names)
-        ]
-        return " or ".join(dict.fromkeys(units))
+        return unit(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
     def _used(self) -> dict[tuple, dict]:
