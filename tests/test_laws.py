@@ -25,7 +25,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
 import clearsweep
-from clearsweep import InputError
+from clearsweep import InputError, simulation
 from clearsweep.mechanics import rates
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
@@ -342,7 +342,7 @@ def test_all_laws_can_be_swept_in_one_grid():
             },
         },
     )
-    cases = grid.load(case, registry.catalogue())
+    cases = grid.load(case, simulation.catalogue())
     kinds = {type(registry.contact_terms(cases.case(k).joints[0])[0]).__name__ for k in range(len(cases))}
     assert len(cases) > 10
     assert kinds == {"Hysteresis", "ApproachHysteresis", "RootDamper", "ApproachRootDamper", "Plastic"}

@@ -4,9 +4,7 @@ import math
 
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
-from . import variations
 from .draft import Draft
-from .key_table import JOINTS
 from .keys import Section
 from .values import exponent_values
 
@@ -15,13 +13,14 @@ _LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a bod
 
 def check(read: Draft, catalogue: Catalogue) -> None:
     """Note what does not fit together."""
-    _below(read, "mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod")
+    for low, high, reason in read.mechanism.orders:
+        _below(read, low, high, reason)
     _below(read, "simulate.discard", "simulate.revolutions", "nothing would be left")
     _below(read, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
     _until(read)
     joints = [path for path, node in read.shape.items() if isinstance(node, Section) and _is_joint(path)]
-    if not joints and "mechanism.crank.length" in read.shape:
-        text = f"no joint has clearance; name at least one of {', '.join(JOINTS)}"
+    if not joints and "joints" in read.shape and read.shape["joints"].need == "implied":
+        text = f"no joint has clearance; name at least one of {', '.join(site.name for site in read.mechanism.joints)}"
         read.problems.add(read.place("joints"), "joints", text)
     for path in joints:
         _below(read, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
@@ -44,9 +43,8 @@ def _until(read: Draft) -> None:
         read.problems.add(read.place(path), path, sentence)
     path = "simulate.until.figure"
     figure = read.values.get(path)
-    known = variations.figures(read, "slider-crank") if figure else {}
-    if figure and figure not in known:
-        names = [name for name in read.shape[path].options if name in known]
+    if figure and figure not in read.figures:
+        names = [name for name in read.shape[path].options if name in read.figures]
         sentence = f"{figure} is no figure of this grid{nearest(figure, names)} (known: {', '.join(names)})"
         read.problems.add(read.place(path), path, sentence)
 
@@ -112,7 +110,8 @@ def _needed(read: Draft, joint: str, law: Law) -> tuple[str, ...]:
     needed = tuple("contact.material" if name == "material" else name for name in law.needs)
     from_material = law.name == "power" and not _there(read, f"{joint}.contact.stiffness")
     sized = needed or (from_material and _there(read, f"{joint}.contact.material"))
-    return ("bearing_radius", *needed) if sized and joint == "joints.pair" else needed
+    radius = read.shape[f"{joint}.bearing_radius"]
+    return ("bearing_radius", *needed) if sized and radius.uses[0].field.optional else needed
 
 
 def _wear(read: Draft, joint: str) -> None:

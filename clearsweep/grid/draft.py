@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from ..catalogue import Mechanism
 from .document import Entry, Problems
 from .keys import Number, Shape
 from .sampling import Distribution, Sample
@@ -12,6 +13,7 @@ class Draft:
     """What a document says, path by path."""
 
     problems: Problems
+    mechanism: Mechanism | None = None  # the one named, or the likeliest
     shape: Shape = field(default_factory=dict)  # what is there: no section that is left out
     sections: dict[str, Entry] = field(default_factory=dict)
     written: dict[str, Entry] = field(default_factory=dict)  # the values under `shape`
@@ -25,6 +27,7 @@ class Draft:
     sample: Sample | None = None
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
+    figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, float] = field(default_factory=dict)
 
     def place(self, path: str) -> Entry:

@@ -1,6 +1,6 @@
 """From a resolved case in the shape of a grid file to its typed form: the last place where a case is a dict."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from ..case import Case, Contact, Drive, Friction, Joint, Material, Mechanism, Save, Simulate, Until, Wear
 
@@ -12,7 +12,7 @@ def case_of(tree: Mapping) -> Case:
     if "until" in simulate:
         simulate = simulate | {"until": Until(**simulate["until"])}
     return Case(
-        mechanism=Mechanism(kind, dict(_leaves(bodies))),
+        mechanism=Mechanism(kind, dict(leaves(bodies))),
         joints=tuple(_joint(name, section) for name, section in tree["joints"].items()),
         simulate=Simulate(**simulate),
         save=Save(**tree["save"]),
@@ -39,11 +39,11 @@ def _taken(section: Mapping, *keys: str) -> tuple:
     return (*(section.get(key) for key in keys), {key: value for key, value in section.items() if key not in keys})
 
 
-def _leaves(tree: Mapping, start: str = ""):
-    """Yield dotted path and value of every number in nested sections and lists."""
+def leaves(tree: Mapping, start: str = "") -> Iterator[tuple[str, object]]:
+    """Yield dotted path and value of everything in nested sections and lists."""
     for key, value in tree.items():
         if isinstance(value, dict):
-            yield from _leaves(value, f"{start}{key}.")
+            yield from leaves(value, f"{start}{key}.")
         elif isinstance(value, list):
             yield from ((f"{start}{key}.{place}", item) for place, item in enumerate(value))
         else:

@@ -3,20 +3,22 @@
 import math
 
 from .. import quantity
-from ..catalogue import Catalogue, Field
+from ..case import column_name
+from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
+from ..layout import columns_of
 from . import variations
 from .document import Entry, Problems
 from .draft import Draft
-from .key_table import MECHANISMS, shape
+from .key_table import shape
 from .keys import Flag, Number, Section, Shape, Word
 
 
 def draft(root: Entry, catalogue: Catalogue, problems: Problems, fixed: frozenset = frozenset()) -> Draft:
     """Return what the document `root` says, the paths in `fixed` not swept; mistakes go to `problems`."""
-    read = Draft(problems)
-    kind = _mechanism(root)
-    whole = shape(kind, catalogue)
+    mechanism = _mechanism(root, catalogue.mechanisms)
+    read = Draft(problems, mechanism)
+    whole = shape(mechanism, catalogue)
     _walk(read, root, "", whole)
     _activate(read, whole)
     variations.find(read, root, whole, fixed)
@@ -29,17 +31,35 @@ def draft(root: Entry, catalogue: Catalogue, problems: Problems, fixed: frozense
             _flag(read, path)
     read.axes = {path: read.axes[path] for path in read.swept if path in read.axes}
     variations.check(read)
-    read.limits = variations.limits(read, root, kind)
+    read.figures = _figures(read, mechanism, catalogue)
+    read.limits = variations.limits(read, root)
     return read
 
 
-def _mechanism(root: Entry) -> str:
+def _mechanism(root: Entry, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
     """Return the mechanism whose keys to check against: the one named, or the likeliest where the name is wrong."""
     section = root.value.get("mechanism") if isinstance(root.value, dict) else None
     kind = section.value.get("type") if section and isinstance(section.value, dict) else None
-    if kind and kind.value in MECHANISMS:
-        return kind.value
-    return "impact-pair" if kind and "impact-pair" in nearest(str(kind.value), MECHANISMS) else "slider-crank"
+    named = {mechanism.name: mechanism for mechanism in mechanisms}
+    word = str(kind.value) if kind else ""
+    likeliest = next(
+        (name for name in named if name == word or f"'{name}'" in nearest(word, named)), mechanisms[0].name
+    )
+    return named[likeliest]
+
+
+def _figures(read: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
+    """Return the figures of merit that the cases will have, each with its unit."""
+    sections = [path.split(".") for path, node in read.shape.items() if isinstance(node, Section)]
+    inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
+    parts = {
+        column_name(joint): {part for other, *rest in inside if other == joint for part in rest[:1]}
+        for joint, *_ in inside
+    }
+    until = read.values.get("simulate.until.figure", "")
+    asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in read.values}
+    columns = columns_of(catalogue, mechanism, parts, asked | ({"until"} if until else set()), until)
+    return {column.name: column.unit for column in columns}
 
 
 def _walk(read: Draft, entry: Entry, path: str, whole: Shape) -> None:
@@ -220,7 +240,9 @@ def exponent_values(read: Draft, path: str) -> tuple:
     """Return the values of the key `exponent` beside `path`, (1.5,) where they cannot be read."""
     beside = f"{path.rpartition('.')[0]}.exponent"
     node = read.shape.get(beside)
-    quiet = Draft(Problems(), read.shape, read.sections, read.written, read.swept, read.names, way=read.way)
+    quiet = Draft(
+        Problems(), read.mechanism, read.shape, read.sections, read.written, read.swept, read.names, way=read.way
+    )
     if isinstance(node, Number) and (beside in read.written or beside in read.swept):
         _number(quiet, beside, node)
     return quiet.reached(beside) or (1.5,)

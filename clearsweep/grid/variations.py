@@ -164,7 +164,7 @@ def _always_used(read: Draft, path: str) -> None:
             return
 
 
-def limits(read: Draft, root: Entry, kind: str) -> dict[str, float]:
+def limits(read: Draft, root: Entry) -> dict[str, float]:
     """Return the figures that `limits` bounds, in SI, from above."""
     section = root.value.get("limits") if isinstance(root.value, dict) else None
     if section is None:
@@ -173,7 +173,7 @@ def limits(read: Draft, root: Entry, kind: str) -> dict[str, float]:
         sentence = "holds no limit; write such as `rod_slider_force_peak: 5 kN`, or leave the key 'limits' out"
         read.problems.add(section, "limits", sentence)
         return {}
-    units, found = figures(read, kind), {}
+    units, found = read.figures, {}
     for figure, entry in section.value.items():
         if figure not in units:
             sentence = f"is no figure of this grid{nearest(figure, units)} (known: {', '.join(units)})"
@@ -184,18 +184,3 @@ def limits(read: Draft, root: Entry, kind: str) -> dict[str, float]:
         except InputError as error:
             read.problems.add(entry, f"limits.{figure}", str(error))
     return found
-
-
-def figures(read: Draft, kind: str) -> dict[str, str]:
-    """Return the figures of merit that the cases will have, each with its unit."""
-    from ..results import JointLayout, Layout, summary_columns
-
-    joints = [path for path, node in read.shape.items() if isinstance(node, Section) and path.startswith("joints.")]
-    layout = [
-        JointLayout(path.partition(".")[2].replace("-", "_"), int(f"{path}.wear" in read.shape))
-        for path in joints
-        if path.count(".") == 1
-    ]
-    asked = ("simulate.horizon" in read.values, "simulate.error_check" in read.values)
-    layout = Layout(kind, tuple(layout), *asked, read.values.get("simulate.until.figure", ""))
-    return {column.name: column.unit for column in summary_columns(layout)}

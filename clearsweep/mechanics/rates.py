@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from numba import types
 
+from ..catalogue import Channel
 from .compiled.dual import Seeded, lifted, slope
 from .compiled.family import Entry, entry, inlined, kernel, shaped
 from .joint.dry import FREE
@@ -164,6 +165,17 @@ def slopes_entry(scene, y, state, onset, jacobian, place):
     differentiate(
         here, shaped(y, (n,)), shaped(state, (joints,)), shaped(onset, (joints,)), shaped(jacobian, (3, n, n)), place
     )
+
+
+#: The time histories of a joint, as `sample_entry` puts them.
+JOINT_CHANNELS = (
+    Channel("x", "m", "journal centre relative to the bearing centre, fixed frame, x"),
+    Channel("y", "m", "journal centre relative to the bearing centre, fixed frame, y"),
+    Channel("vx", "m/s", "its rate, x"),
+    Channel("vy", "m/s", "its rate, y"),
+    Channel("force_normal", "N", "normal force, at least 0, pushing the journal back to the centre"),
+    Channel("force_tangential", "N", "tangential force on the journal along the outward normal turned by +90 degrees"),
+)
 
 
 def sample_entry(scene, y, state, onset, side, out, row):

@@ -16,7 +16,6 @@ from ..mechanics.observe.record import Record
 from ..mechanics.rates import JOINT_WIDTH, JOINTS, rates_of, samples_of, slopes_of
 from ..mechanics.solver import dop853, loop, newton
 from ..mechanics.solver import event as events
-from ..results import channels
 from . import watch
 from .lyapunov import Twin
 from .scene import Scene
@@ -58,7 +57,7 @@ class Run:
             wear=np.zeros(2 * len(joints) * bins),
             account=np.zeros((len(joints), ACCOUNT)),
         )
-        self.record = Record(times, np.zeros((times.size, len(channels(scene.layout)))))
+        self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))))
         self.work = events.Work(
             rates=rates_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,

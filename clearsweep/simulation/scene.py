@@ -7,14 +7,16 @@ import numpy as np
 
 from .. import grid
 from ..case import Case, Joint
+from ..catalogue import Catalogue, JointSite, Mechanism
 from ..errors import InputError
+from ..layout import Layout
 from ..mechanics import rates
 from ..mechanics.joint import dry, registry
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.joint.internal_state import memory
 from ..mechanics.mechanism import MECHANISMS
-from ..mechanics.mechanism.contract import Built, JointSite, Mechanism
-from ..results import Layout
+from ..mechanics.mechanism.contract import Built
+from . import figures
 
 _WEAR_WARNING = 1e-2  # of coefficient times hardness
 
@@ -32,9 +34,9 @@ class Scene:
     in_contact: bool  # all joints begin in contact
 
 
-def catalogue():
-    """Return all laws that a grid can name."""
-    return registry.catalogue()
+def catalogue() -> Catalogue:
+    """Return all that a grid can name, and all that its cases can give."""
+    return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, rates.JOINT_CHANNELS)
 
 
 def load_case(source, overrides: dict | None = None) -> Scene:
@@ -65,7 +67,7 @@ def build(case: Case) -> Scene:
     sigma = math.sqrt(min(term.clearance for term in terms))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, memories)
     start = np.concatenate([built.start, roots, np.zeros(len(memories))])
-    return Scene(case, mechanism, built, value, Layout.of(case), start, bool(np.any(roots)))
+    return Scene(case, mechanism, built, value, Layout.of(case, catalogue()), start, bool(np.any(roots)))
 
 
 def _memories(joints: tuple) -> tuple:

@@ -6,7 +6,6 @@ from collections import deque
 import numpy as np
 
 from ..case import Simulate
-from ..results import channels
 from .batch_means import Blocks
 from .watch import mark, moment_of
 
@@ -60,7 +59,7 @@ class Until:
 
 def _journals(scene) -> tuple[list, np.ndarray]:
     """Return the channels that tell where the journals are and how fast, and what counts as 1 in each."""
-    names = [channel.name for channel in channels(scene.layout)]
+    names = [channel.name for channel in scene.layout.channels]
     places, units = [], []
     for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
         places += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]

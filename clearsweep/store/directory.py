@@ -118,13 +118,12 @@ class Store:
             **written,
             "keys": list(written),
             "source": grid.source,
-            "layout": grid.layout(),
+            "layout": grid.layout.written(),
             "frame": grid.frame(),
             "model_version": clearsweep.MODEL_VERSION,
             "units": {path: grid.unit(path) for path in grid.axes},
             "versions": _versions(),
             "machine": _machine(),
-            "seeds": {},
             **facts,
         }
         durable.write(self.record, json.dumps(_plain(record), indent=2).encode(), self.scratch)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import results
 from . import executors, signals, sweep
 from .shard import Shard
 from .simulator import SIMULATION
@@ -82,8 +81,8 @@ def _pilot(grid, pending: np.ndarray, simulator) -> tuple[list[float], float]:
 
 def _case_bytes(grid, events: float) -> float:
     """Return the bytes that one case takes in its batch and in the merged files together."""
-    layout = grid.layout()
+    layout = grid.layout
     history = sweep.case_bytes(grid)
     wear = sum(2 * 8 * joint.wear_bins for joint in layout.joints)
-    row = 8 * (len(results.summary_columns(layout)) + len(grid.axes)) + 32
+    row = 8 * (len(layout.columns) + len(grid.axes)) + 32
     return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import grid as grids
-from .. import results, store
+from .. import store
 from ..case import Case
 from ..errors import InputError
 from . import executors, progress, signals
@@ -191,7 +191,7 @@ def case_bytes(grid) -> float:
     turns = {"none": 0.0, "last": save.revolutions, "all": most}[save.orbits]
     if case.drive is None and save.orbits != "none":
         turns = 1.0  # samples are counted in all
-    return 8.0 * turns * save.samples * len(results.channels(grid.layout()))
+    return 8.0 * turns * save.samples * len(grid.layout.channels)
 
 
 def kinds(grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:

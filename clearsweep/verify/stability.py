@@ -28,6 +28,7 @@ import numpy as np
 
 from .. import grid
 from ..case import Case as ResolvedCase
+from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.solver.loop import ONSET_FLOOR
 from ..simulation import scene
 from ..simulation.trajectory import simulate
@@ -78,9 +79,9 @@ def some(table: list[Case], count: int = QUICK) -> list[Case]:
 def run(case: Case) -> dict:
     """Return the row of a case; `failure` is empty where it passes."""
     made, note = scene_of(case)
-    pair = made.layout.mechanism == "impact-pair"
-    turns = 1.0 if pair else made.case.simulate.revolutions
-    times = np.empty(0) if pair else np.linspace(0.0, turns * 2.0 * math.pi / made.value.pace, SAMPLES + 1)
+    turns = made.case.simulate.revolutions if made.layout.turns else 1.0
+    duration = turns * 2.0 * math.pi / made.value.pace
+    times = np.linspace(0.0, duration, SAMPLES + 1) if made.layout.turns else np.empty(0)
     found = simulate(made, times=times)
     summary = found.summary
     row = {
@@ -173,7 +174,7 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
 
 def _largest_load(made: scene.Scene, name: str) -> float:
     """Return LOAD times the largest load (N) of a joint in the ideal mechanism, 0 where there is none."""
-    return LOAD * made.mechanism.largest_reactions(made.case.mechanism.values, made.built.rate).get(name, 0.0)
+    return LOAD * largest_reactions(made.mechanism, made.case.mechanism.values, made.built.rate).get(name, 0.0)
 
 
 def _reduced_mass(case: ResolvedCase, name: str) -> float:

@@ -5,6 +5,7 @@ import copy
 import numpy as np
 
 from .. import grid
+from ..case import column_name
 from ..simulation import scene
 from ..simulation.trajectory import simulate
 from .extremes import Case
@@ -67,7 +68,7 @@ def _graze(case: Case, path: str, low: float, high: float) -> tuple[float, str]:
 
 def _meeting(case: Case, path: str, low: float, high: float) -> tuple[float, str]:
     """Return the clearance at which the first onset of its joint falls upon one of the other joint."""
-    joint = path.split(".")[1].replace("-", "_")
+    joint = column_name(path.split(".")[1])
 
     def ahead(value):  # onsets of the other joint before the first one of this
         log = onsets(case.grid, path, value)

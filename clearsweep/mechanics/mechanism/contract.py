@@ -1,8 +1,8 @@
 """What a mechanism is: one value that describes it, and the functions of its compiled form.
 
-A mechanism is a file, or a folder where that would be long, which enters one `Mechanism` and the members of the
-families below for the type of its compiled form.  Nothing else names it: names, keys and joints are read from
-`MECHANISMS`, and the types in the compiled form choose the code.
+A mechanism is a file, or a folder where that would be long: a `catalogue.Mechanism` that describes it, and the members
+of the families below for the type of its compiled form.  Nothing else names it: its name, keys, joints and channels are
+read from that description, and the types in the compiled form choose the code.
 
 Joints without clearance are types too: a compiled form holds a tuple with `Ideal()` or `Open()` for each joint site,
 and where the equations depend on what is open, members for that tuple are chosen by them (`slider_crank`).  A
@@ -19,19 +19,10 @@ import numpy as np
 from numba import types
 from numba.extending import lower_builtin, overload, type_callable
 
-from ...catalogue import Field, Law
+from ...catalogue import Mechanism
 from ..compiled.dual import alike, slope
 from ..compiled.family import OPTIONS, family, inlined, kernel
 from ..compiled.moving import Moving
-
-
-class JointSite(NamedTuple):
-    """A place where two bodies meet, and where there may be clearance."""
-
-    name: str  # as in the grid: 'rod-slider'
-    proximal: str  # the body towards the drive
-    distal: str
-    kind: str = "revolute"  # or 'line': a gap with two ends
 
 
 class IdealMotion(NamedTuple):
@@ -53,46 +44,9 @@ class Built(NamedTuple):
     rate: float  # rad/s, by which time is measured: that of the crank, or of approach over clearance
 
 
-class Mechanism(NamedTuple):
-    """A kind of mechanism, as a user names it.
-
-    bodies : numbers in SI by their keys below `mechanism`, such as 'crank.length'; drive : rad/s, None if nothing turns
-    """
-
-    name: str  # mechanism.type
-    summary: str
-    formula: str
-    source: str
-    notes: str
-    bodies: tuple[str, ...]
-    joints: tuple[JointSite, ...]
-    keys: Mapping[str, tuple[Field, ...]]  # section of the grid ('mechanism.crank') -> what is written there
-    turns: bool  # a drive turns it: there are revolutions
-    output: str | None  # the body by whose motion it is judged
-    build: Callable  # (bodies, drive, joint -> compiled Joint, joint -> (2,) m, place of its distal pin) -> Built
-    ideal: Callable | None = None  # (bodies, drive, angles in rad) -> IdealMotion
-
-    @property
-    def law(self) -> Law:
-        """Return the mechanism as the catalogue shows it, its keys as parameters."""
-        fields = tuple(
-            field._replace(name=f"{section}.{field.name}".removeprefix("mechanism."))
-            for section, written in self.keys.items()
-            for field in written
-        )
-        return Law("mechanism", self.name, self.summary, self.formula, self.source, fields, notes=self.notes)
-
-    def site(self, joint: str) -> JointSite:
-        """Return the site of a joint, by its name."""
-        return next(site for site in self.joints if site.name == joint)
-
-    def largest_reactions(self, bodies: Mapping[str, float], drive: float) -> Mapping[str, float]:
-        """Return the largest reaction (N) of each joint without clearance over a turn; none where nothing turns."""
-        return _largest_reactions(self.ideal, tuple(bodies.items()), drive) if self.ideal else {}
-
-
-#: Every mechanism that a grid can name, by its name.
-MECHANISMS: dict[str, Mechanism] = {}
+def largest_reactions(mechanism: Mechanism, bodies: Mapping[str, float], drive: float) -> Mapping[str, float]:
+    """Return the largest reaction (N) of each joint without clearance over a turn; none where nothing turns."""
+    return _largest_reactions(mechanism.ideal, tuple(bodies.items()), drive) if mechanism.ideal else {}
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds

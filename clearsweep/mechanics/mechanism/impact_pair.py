@@ -4,13 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...catalogue import Field
+from ...catalogue import Channel, Field, JointSite, Keys, Mechanism
 from ..joint.dry import Gap
 from .contract import (
-    MECHANISMS,
     Built,
-    JointSite,
-    Mechanism,
     Motion,
     accelerate,
     body_angles,
@@ -43,7 +40,7 @@ def build(bodies, drive, joints, offsets) -> Built:
     return Built(ImpactPair(first * second / (first + second)), start, np.ones(1), clearance, speed / clearance)
 
 
-MECHANISMS["impact-pair"] = Mechanism(
+MECHANISM = Mechanism(
     "impact-pair",
     "two bodies on a line with one gap: what a contact law gives back, without anything else",
     "m x'' = -F, m = m1 m2 / (m1 + m2); gap 2 x clearance in all",
@@ -51,15 +48,19 @@ MECHANISMS["impact-pair"] = Mechanism(
     "",
     bodies=("first", "second"),
     joints=(JointSite("pair", "first", "second", "line"),),
-    keys={
-        "mechanism.masses": (
-            Field("0", "kg", "mass of the first body"),
-            Field("1", "kg", "mass of the second body"),
+    keys=(
+        Keys(
+            "mechanism.masses",
+            "masses of the two bodies",
+            (Field("0", "kg", "mass of the first body"), Field("1", "kg", "mass of the second body")),
         ),
-        "mechanism": (Field("speed", "m/s", "speed at which the bodies approach each other"),),
-    },
+        Keys("mechanism", "", (Field("speed", "m/s", "speed at which the bodies approach each other"),)),
+    ),
+    channels=(
+        Channel("pair/x", "m", "displacement of the second body relative to the first"),
+        Channel("pair/v", "m/s", "its rate"),
+    ),
     turns=False,
-    output=None,
     build=build,
 )
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from ....catalogue import Field
-from ..contract import MECHANISMS, Built, Ideal, IdealMotion, JointSite, Mechanism, Open
+from ....catalogue import Channel, Field, JointSite, Keys, Mechanism, Order, Output
+from ..contract import Built, Ideal, IdealMotion, Open
 from . import motion  # noqa: F401 - enters the equations of motion
 from .ideal import reactions, slider
 from .pose import ROD, SLIDER, Links, SliderCrank, places
@@ -33,7 +33,20 @@ _ROD = (
 _SITES = (
     JointSite("ground-crank", "ground", "crank"),
     JointSite("crank-rod", "crank", "rod"),
-    JointSite("rod-slider", "rod", "slider"),
+    JointSite("rod-slider", "rod", "slider", journal="rod"),
+)
+_CHANNELS = (
+    Channel("crank_angle", "rad", "crank angle, unwrapped"),
+    Channel("crank/torque", "N*m", "drive torque on the crank"),
+    Channel("slider/x", "m", "position of the slider"),
+    Channel("slider/v", "m/s", "velocity of the slider"),
+    Channel("slider/a", "m/s^2", "acceleration of the slider"),
+    Channel("rod/angle", "rad", "angle of the line from crank pin to slider pin, counter-clockwise"),
+    Channel("rod/rate", "rad/s", "its rate"),
+    Channel("rod/x", "m", "rod's centre of mass, x"),
+    Channel("rod/y", "m", "rod's centre of mass, y"),
+    Channel("rod/vx", "m/s", "velocity of the rod's centre of mass, x"),
+    Channel("rod/vy", "m/s", "velocity of the rod's centre of mass, y"),
 )
 
 
@@ -75,7 +88,7 @@ def ideal(bodies, drive, angles) -> IdealMotion:
     return IdealMotion(x, v, a, reactions(bodies, drive, angles))
 
 
-MECHANISMS["slider-crank"] = Mechanism(
+MECHANISM = Mechanism(
     "slider-crank",
     "crank at constant speed, rod, slider; clearance in any of its three revolute joints",
     "Newton-Euler in minimal coordinates; ideal: x = r cos(t) + sqrt(l^2 - r^2 sin^2(t))",
@@ -83,15 +96,17 @@ MECHANISMS["slider-crank"] = Mechanism(
     "The rod is longer than the crank; the slider moves along the x axis through the crank's pivot.",
     bodies=("ground", "crank", "rod", "slider"),
     joints=_SITES,
-    keys={
-        "mechanism.crank": _CRANK,
-        "mechanism.rod": _ROD,
-        "mechanism.slider": (Field("mass", "kg", "mass"),),
-        "mechanism": (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),),
-        "drive": (Field("speed", "rad/s", "constant crank speed"),),
-    },
+    keys=(
+        Keys("mechanism.crank", "the crank", _CRANK),
+        Keys("mechanism.rod", "the rod", _ROD),
+        Keys("mechanism.slider", "the slider", (Field("mass", "kg", "mass"),)),
+        Keys("mechanism", "", (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),)),
+        Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied"),
+    ),
+    channels=_CHANNELS,
     turns=True,
-    output="slider",
     build=build,
+    output=Output("slider", "m"),
+    orders=(Order("mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod"),),
     ideal=ideal,
 )
