@@ -53,6 +53,11 @@ class Wear(NamedTuple):
     values: Mapping[str, float]  # bearing_coefficient, journal_coefficient, and what the laws take besides
 
 
+def column_name(joint: str) -> str:
+    """Return the name of a joint ('rod-slider') in columns and channels: 'rod_slider'."""
+    return joint.replace("-", "_")
+
+
 class Joint(NamedTuple):
     """A joint with clearance."""
 
@@ -68,7 +73,7 @@ class Joint(NamedTuple):
     @property
     def column(self) -> str:
         """Return the name of the joint in columns and channels: 'rod_slider'."""
-        return self.name.replace("-", "_")
+        return column_name(self.name)
 
 
 class Until(NamedTuple):

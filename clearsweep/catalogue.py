@@ -1,7 +1,8 @@
-"""How a law and the numbers it takes are described; what there is to choose from."""
+"""How all that a user names or reads is described: laws, mechanisms, figures of merit, time histories."""
 
+from collections.abc import Callable
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Field(NamedTuple):
@@ -60,10 +61,142 @@ class Law(NamedTuple):
     ranges: tuple[Range, ...] = ()
 
 
+class JointSite(NamedTuple):
+    """A place where two bodies meet, and where there may be clearance."""
+
+    name: str  # as in the grid: 'rod-slider'
+    proximal: str  # the body towards the drive
+    distal: str
+    kind: str = "revolute"  # or 'line': a gap with two ends, which is always there
+    journal: str = ""  # the body it sits on unless the grid says otherwise; left out: the distal one
+
+    @property
+    def journals(self) -> tuple[str, str]:
+        """Return the bodies that the journal may sit on, the one it sits on unless it is said first."""
+        return (self.proximal, self.distal) if self.journal == self.proximal else (self.distal, self.proximal)
+
+
+class Keys(NamedTuple):
+    """A section of the grid file that belongs to a mechanism."""
+
+    path: str  # 'mechanism.crank'; 'mechanism' for keys of no body
+    text: str
+    fields: tuple[Field, ...]  # named '0', '1' where a list of quantities is written
+    need: str = "required"  # or 'implied': there even if it is not written
+
+    @property
+    def pair(self) -> bool:
+        """Return whether it is written as a list of two quantities."""
+        return self.fields[0].name == "0"
+
+
+class Order(NamedTuple):
+    """Two values of which one has to be below the other."""
+
+    low: str  # dotted path
+    high: str
+    reason: str
+
+
+class Output(NamedTuple):
+    """The body by whose motion a mechanism is judged."""
+
+    name: str  # 'slider': what its columns begin with
+    unit: str  # SI, of its place: 'm', or 'rad' where it turns
+
+
+class Channel(NamedTuple):
+    """A time history; one of a joint is named within it."""
+
+    name: str
+    unit: str  # SI
+    text: str
+
+
+class Mechanism(NamedTuple):
+    """A kind of mechanism, as a user names it.
+
+    bodies : numbers in SI by their keys below `mechanism`, such as 'crank.length'; drive : rad/s, None if nothing turns
+    """
+
+    name: str  # mechanism.type
+    summary: str
+    formula: str
+    source: str
+    notes: str
+    bodies: tuple[str, ...]
+    joints: tuple[JointSite, ...]
+    keys: tuple[Keys, ...]
+    channels: tuple[Channel, ...]  # after the time, as its compiled form describes itself
+    turns: bool  # a drive turns it: there are revolutions
+    build: Callable  # (bodies, drive, joint -> compiled Joint, joint -> (2,) m, place of its distal pin) -> Built
+    output: Output | None = None
+    orders: tuple[Order, ...] = ()
+    ideal: Callable | None = None  # (bodies, drive, angles in rad) -> mechanics.mechanism.contract.IdealMotion
+
+    @property
+    def law(self) -> Law:
+        """Return the mechanism as the laws are described, its keys as parameters."""
+        fields = tuple(
+            field._replace(name=f"{keys.path}.{field.name}".removeprefix("mechanism."))
+            for keys in self.keys
+            for field in keys.fields
+        )
+        return Law("mechanism", self.name, self.summary, self.formula, self.source, fields, notes=self.notes)
+
+    def site(self, joint: str) -> JointSite:
+        """Return the site of a joint, by its name."""
+        return next(site for site in self.joints if site.name == joint)
+
+
+class Shown(NamedTuple):
+    """Where the report shows a figure."""
+
+    table: str  # 'forces', 'output', 'wear', 'certainty', 'sample', 'case', 'effects'
+    heading: str
+    order: int = 50  # the smaller the earlier; those of equal order as in the summary
+    if_any: bool = False  # only where it is above zero in some case
+
+
+class Figure(NamedTuple):
+    """A figure of merit of a case: a column of the summary, and whatever becomes of it.
+
+    unit, text : `{output}` stands for the unit of the output's place, or for its name; `{until}` for those of the
+    figure that `simulate.until` judges.
+    """
+
+    name: str  # of a joint 'force_peak': the column is 'rod_slider_force_peak'
+    unit: str  # SI
+    text: str
+    of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
+    needs: tuple[str, ...] = ()  # 'turns' or 'rests' (the mechanism); 'wear' (the joint); 'horizon', 'until' (simulate)
+    value: Callable | None = None  # (simulation.figures.Window, place of the joint) -> value; None: see `sums`
+    sums: Any = None  # the sums it is made of, such as simulation.sums.Mean: it settles, `simulate.until` may judge it
+    kind: str = "float"  # or 'int'
+    differs: bool = True  # `simulate.error_check` tells how far it is from a run at a tenth of the tolerance
+    shown: tuple[Shown, ...] = ()
+
+    @property
+    def settles(self) -> bool:
+        """Return whether it settles as a run grows longer, so that its blocks give it an interval."""
+        return self.sums is not None
+
+    def column(self, owner: str) -> str:
+        """Return the name of its column; `owner`: the joint's ('rod_slider'), the output's, or ''."""
+        return f"{owner}_{self.name}" if owner else self.name
+
+
 class Catalogue(NamedTuple):
-    """All laws there are."""
+    """All there is to choose from, and all that a case may give."""
 
     laws: tuple[Law, ...]
+    mechanisms: tuple[Mechanism, ...] = ()  # the first one is meant where none is named
+    figures: tuple[Figure, ...] = ()  # in the order of the columns
+    joint_channels: tuple[Channel, ...] = ()
+
+    def mechanism(self, name: str) -> Mechanism | None:
+        """Return the mechanism called `name`, or None."""
+        return next((mechanism for mechanism in self.mechanisms if mechanism.name == name), None)
 
     def of(self, family: str) -> tuple[Law, ...]:
         """Return the laws of one family."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from .results import ELASTIC_ONSET
+from .wording import joint_name
 
 #: Figure of a joint -> value above which there is a remark.
 THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0, "force_clips": 0.0}
@@ -34,7 +35,7 @@ class Remarks:
             if value > threshold:
                 self.counts[figure] += 1
                 if value > self.worst[figure][0]:
-                    self.worst[figure] = (value, joint.replace("_", "-"), row)
+                    self.worst[figure] = (value, joint_name(joint), row)
 
     def sentences(self) -> list[str]:
         """Return the remarks on all cases, one sentence or two for each kind."""

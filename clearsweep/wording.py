@@ -43,17 +43,18 @@ class Scale(NamedTuple):
 
     def text(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as number and unit."""
-        return self._joined(self.number(value, digits))
+        return self.joined(self.number(value, digits))
 
     def given(self, value: float | None, digits: int = 6) -> str:
         """Return an SI value that somebody chose as number and unit, with no more digits than it needs."""
-        return self._joined(self.given_number(value, digits))
+        return self.joined(self.given_number(value, digits))
 
     def given_number(self, value: float | None, digits: int = 6) -> str:
         """Return the number of an SI value that somebody chose, with no more digits than it needs."""
         return DASH if value is None or missing(value) else short(float(value) / self.factor, digits)
 
-    def _joined(self, number: str) -> str:
+    def joined(self, number: str) -> str:
+        """Return a number, or several in a list, with the unit behind."""
         if number == DASH or not self.unit:
             return number
         joint = f"{BLANK}{TIMES}{BLANK}" if self.unit.startswith("10") else "" if self.unit == "°" else BLANK
@@ -106,6 +107,13 @@ def short(number: float, digits: int = 6) -> str:
     mantissa, cross, power = plain(number, digits).partition(f"{BLANK}{TIMES}")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return mantissa + cross + power
+
+
+def percent(share: float) -> str:
+    """Return a share in whole per cent."""
+    if missing(share):
+        return DASH
+    return f"{100.0 * share:.0f}{BLANK}%" if share >= 0.01 else f"under 1{BLANK}%"
 
 
 def count(number: int, noun: str, plural: str | None = None) -> str:

@@ -8,31 +8,56 @@ import time
 import numpy as np
 
 from clearsweep import results
-from clearsweep.grid import Catalogue, Field, Law
+from clearsweep.catalogue import Catalogue, Channel, Field, Figure, JointSite, Keys, Law, Mechanism, Output
+from clearsweep.layout import Layout
 
 GOOD, RAISES, DIES, HANGS, FAILS, LOCKS = 0.0, 500.0, 600.0, 700.0, 800.0, 900.0  # below 10: s of sleep
 
 _POWER = (Field("stiffness", "N/m^exponent"), Field("exponent", "1", default=1.5))
 _LOSS = (Field("restitution", "1", high=1.0, high_open=False),)
+_WEAR = tuple(Field(f"{of}coefficient", "m^2/N", optional=True) for of in ("", "bearing_", "journal_"))
+_BODY = (Field("length", "m"), Field("mass", "kg"), Field("inertia", "kg*m^2"))
+_OF_JOINT = {
+    **dict.fromkeys(("force_peak", "force_rms", "force_p99", "force_peak_ideal"), "N"),
+    **dict.fromkeys(("impacts_per_rev", "contact_fraction", "law_limit_fraction", "force_clips"), "1"),
+    **{"onset_rate_max": "m/s", "penetration_max": "m", "eccentricity_max": "m"},
+}
+#: What a grid can name and a case gives here: workers that import it stay as light as without compiled code.
 CATALOGUE = Catalogue(
-    (
+    laws=(
         Law("law", "hertz", "no loss", "", ""),
         Law("law", "lankarani-nikravesh", "loss", "", "", _LOSS),
         Law("elastic", "power", "power law", "", "", _POWER),
-        Law(
-            "wear",
-            "archard",
-            "wear",
-            "",
-            "",
-            (
-                Field("coefficient", "m^2/N", optional=True),
-                Field("bearing_coefficient", "m^2/N", optional=True),
-                Field("journal_coefficient", "m^2/N", optional=True),
-            ),
-        ),
+        Law("wear", "archard", "wear", "", "", _WEAR),
         Law("pressure", "hertz-line", "line contact", "", "", needs=("modulus",)),
-    )
+    ),
+    mechanisms=(
+        Mechanism(
+            *("slider-crank", "made up", "", "", ""),
+            bodies=("ground", "crank", "rod", "slider"),
+            joints=(JointSite("rod-slider", "rod", "slider", journal="rod"),),
+            keys=(
+                Keys("mechanism.crank", "the crank", _BODY),
+                Keys("mechanism.rod", "the rod", _BODY),
+                Keys("mechanism.slider", "the slider", (Field("mass", "kg"),)),
+                Keys("mechanism", "", (Field("gravity", "m/s^2", low_open=False, default=0.0),)),
+                Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied"),
+            ),
+            channels=tuple(Channel(f"slider/{name}", "m", "made up") for name in "xva"),
+            turns=True,
+            build=None,
+            output=Output("slider", "m"),
+        ),
+    ),
+    figures=(
+        *(Figure(name, unit, "made up", of="joint") for name, unit in _OF_JOINT.items()),
+        *(Figure(f"wear_{name}", "m", "made up", of="joint", needs=("wear",)) for name in ("depth_max", "rate_max")),
+        Figure("error_max", "{output}", "made up", of="output"),
+        Figure("energy_residual", "1", "made up"),
+        *(Figure(name, "1", "made up", kind="int") for name in ("steps", "steps_rejected", "rhs_evaluations")),
+        Figure("run_time", "s", "made up"),
+    ),
+    joint_channels=(Channel("x", "m", "of the journal"), Channel("force_normal", "N", "on the journal")),
 )
 BODIES = {
     "type": "slider-crank",
@@ -120,16 +145,16 @@ def trajectory(case) -> results.Trajectory:
     """Return histories, events, wear and figures that depend on the slider's mass alone."""
     mass = case.mechanism.values["slider.mass"]
     bins = case.joints[0].wear.bins if case.joints[0].wear else 0
-    layout = results.Layout("slider-crank", (results.JointLayout("rod_slider", bins),))
+    layout = Layout.of(case, CATALOGUE)
     count = 0 if case.save.orbits == "none" else 41
     chance = np.random.default_rng(int(1e6 * mass))
-    channels = {column.name: mass * np.arange(count) + place for place, column in enumerate(results.channels(layout))}
+    channels = {column.name: mass * np.arange(count) + place for place, column in enumerate(layout.channels)}
     events = np.zeros(int(chance.integers(0, 5)) if count else 0, results.EVENT_DTYPE)
     events["joint"], events["kind"], events["t"] = "rod_slider", "on", mass
     events["kind"][1::2] = "off"
     figures = {
         column.name: int(1e5 * mass) if column.kind == "int" else mass * (place + 1)
-        for place, column in enumerate(results.summary_columns(layout))
+        for place, column in enumerate(layout.columns)
     }
     wear = {"rod_slider": (np.full(bins, mass), np.full(bins, 2.0 * mass))} if bins else {}
     return results.Trajectory("ok", "", figures, channels if count else {}, events, wear)

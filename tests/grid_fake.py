@@ -1,10 +1,10 @@
-"""A small catalogue of laws and a demo grid, for tests that need no compiled code."""
+"""A small catalogue of laws and a demo grid, for tests that run no compiled code."""
 
 import copy
 from pathlib import Path
 
-from clearsweep import grid
-from clearsweep.grid import Catalogue, Field, Law
+from clearsweep import grid, simulation
+from clearsweep.grid import Field, Law
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 RESTITUTION = Field("restitution", "1", "wanted restitution", 0.0, 1.0, high_open=False)
@@ -15,8 +15,8 @@ def law(family, name, *fields, uses_elastic=True):
     return Law(family, name, "", "", "", fields, uses_elastic)
 
 
-CATALOGUE = Catalogue(
-    (
+CATALOGUE = simulation.catalogue()._replace(
+    laws=(
         law("law", "hertz"),
         *(law("law", name, RESTITUTION) for name in ("lankarani-nikravesh", "hunt-crossley", "flores", "exact")),
         law(

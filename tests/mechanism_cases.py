@@ -5,8 +5,7 @@ import os
 import subprocess
 import sys
 
-from clearsweep import grid
-from clearsweep.mechanics.joint import registry
+from clearsweep import grid, simulation
 
 SLIDER_CRANK = {
     "mechanism": {
@@ -58,7 +57,7 @@ def changed(case, changes):
 
 def resolved(source):
     """Return the resolved case of a grid dict without sweep, in the shape of a grid file."""
-    return grid.load(source, registry.catalogue()).written_case(0)
+    return grid.load(source, simulation.catalogue()).written_case(0)
 
 
 def told_both_ways(program: str) -> list[list[float]]:

@@ -9,9 +9,11 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep.mechanics.compiled import calculus
 from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, lifted, slope, value
-from clearsweep.mechanics.compiled.family import pointer_to
+from clearsweep.mechanics.compiled.family import kernel, pointer_to
 from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.dry import STUCK
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
@@ -102,11 +104,25 @@ def differentiate(work, y):
 def test_the_jacobian_of_every_mechanism_is_exact(names):
     """In contact, moving, under friction; the truth are differences, in units in which every component is near 1."""
     friction = {"law": "tanh", "coefficient": 0.3, "velocity_scale": 1.0}
+    assert jacobian_error(names, friction) < 1e-7
+
+
+@pytest.mark.parametrize("names", OPENINGS, ids="+".join)
+def test_the_jacobian_of_surfaces_that_stick_is_exact(names):
+    """The force that holds follows from accelerations of the gaps, which are slopes themselves: Duals of Duals."""
+    strong = {"coefficient": 0.1, "static_coefficient": 10.0, "stribeck_velocity": 1e-2, "band": 1e-3}
+    assert jacobian_error(names, {"law": "karnopp", **strong}, STUCK) < 1e-7
+
+
+def jacobian_error(names, friction, state=None):
+    """Return how far the Jacobian of a slider-crank in contact is from differences, over the largest of each row."""
     changes = {"mechanism.gravity": 9.81, "simulate.start": "seated"}
     case = slider_crank(*names, changes=changes | {f"joints.{name}.friction": friction for name in names})
     made = clearsweep.load_case(case)
     run = Run(made, np.empty(0))  # keeps what compiled code reads
     work = run.work
+    if state is not None:
+        work.state[:] = state
     work.slopes[:] = slopes_of(made.value, run.parameters)
     half, clearance = len(made.value.coordinates), made.value.joints[0].clearance
     roots = work.y[2 * half + 1 :]
@@ -126,7 +142,7 @@ def test_the_jacobian_of_every_mechanism_is_exact(names):
 
     expected = np.column_stack([differences(rates_along(column), 0.0, 3.0) for column in range(size.size)])
     largest = np.abs(expected).max(axis=1, keepdims=True)
-    assert np.max(np.abs(jacobian - expected) / largest) < 1e-7
+    return np.max(np.abs(jacobian - expected) / largest)
 
 
 @numba.njit(error_model="numpy")
@@ -144,6 +160,22 @@ def test_compiled_and_uncompiled_arithmetic_is_the_same():
     for y in (np.array([0.7, -0.3, 1.9]), np.array([0.2, 0.3, 1.9]), np.array([0.3, -0.4, 0.6])):
         for direction in range(3):
             assert mixed(y, direction) == pytest.approx(mixed.py_func(y, direction), rel=1e-15)
+
+
+@kernel
+def curve(x):
+    return calculus.sqrt(1.0 + x * x) * calculus.sin(3.0 * x) / (2.0 - x) + abs(x) ** 3
+
+
+@numba.njit(error_model="numpy")
+def second_derivative(x):
+    return slope(slope(curve(Dual(Dual(x, 1.0), 1.0))))
+
+
+def test_duals_of_duals_give_second_derivatives():
+    for x in (-0.8, 0.3, 1.1):
+        expected = differences(lambda x: differences(curve, x, 0.5), x, 0.5)
+        assert second_derivative(x) == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize("name", [name for name in FUNCTIONS if name != "copysign"])

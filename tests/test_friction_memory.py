@@ -13,7 +13,7 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.internal_state import memory, memory_rate, recalled
-from clearsweep.mechanics.mechanism.slider_crank import gaps, pose
+from clearsweep.mechanics.mechanism.contract import gaps, place
 from clearsweep.mechanics.rates import rates
 from clearsweep.simulation.run import integrated
 
@@ -159,7 +159,7 @@ def test_the_first_contact_is_that_of_scipy_in_time(friction):
         return np.delete(k[0], [2 * n, 2 * n + 1]) / k[0, 2 * n]
 
     def places(y, t):
-        gap = gaps(value.mechanism, pose(value.mechanism, np.array([*y[: 2 * n], t])))[0]
+        gap = gaps(value.mechanism, place(value.mechanism, np.array([*y[: 2 * n], t])))[0]
         return gap.x, gap.y
 
     scale = np.array([1.0, 1.0, 1e3, 1e3, 1e-3])
@@ -214,8 +214,8 @@ def test_only_the_separating_joint_forgets():
     )
     done = integrated(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.pace)
     assert list(done.work.owner) == [0, 1]
-    for place, contact in enumerate(done.work.state):
-        assert (done.work.y[-2 + place] == 0.0) == (contact == FREE)
+    for part, contact in enumerate(done.work.state):
+        assert (done.work.y[-2 + part] == 0.0) == (contact == FREE)
     alone = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3, simulate__method="explicit")
     assert alone.value.memories == (1e-6,)
     for scene in (made, alone):

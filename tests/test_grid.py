@@ -16,8 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import clearsweep
-from clearsweep import grid
-from clearsweep.results import JointLayout, Layout
+from clearsweep import grid, simulation
+from clearsweep.layout import JointLayout
 
 
 @pytest.fixture
@@ -58,7 +58,8 @@ def test_an_impact_pair_has_two_masses_and_no_drive():
     assert set(case) == {"mechanism", "joints", "simulate", "save"}
     assert set(case["simulate"]) == {"impacts", "tolerance", "step_budget", "event_budget", "method"}
     assert case["save"] == {"orbits": "last", "samples": 720}
-    assert pair.layout() == Layout("impact-pair", (JointLayout("pair"),))
+    assert (pair.layout.mechanism, pair.layout.turns, pair.layout.output) == ("impact-pair", False, "")
+    assert pair.layout.joints == (JointLayout("pair"),)
 
 
 def test_the_masses_of_an_impact_pair_can_be_swept_and_overridden():
@@ -102,7 +103,8 @@ def test_the_layout_lists_clearance_joints_in_the_order_of_the_mechanism(base):
     joints = base["joints"] | {"ground-crank": copy.deepcopy(base["joints"]["rod-slider"])}
     del joints["ground-crank"]["wear"], joints["ground-crank"]["journal"]
     two = load(base | {"joints": joints})
-    assert two.layout() == Layout("slider-crank", (JointLayout("ground_crank"), JointLayout("rod_slider", 360)))
+    assert (two.layout.mechanism, two.layout.turns, two.layout.output) == ("slider-crank", True, "slider")
+    assert two.layout.joints == (JointLayout("ground_crank"), JointLayout("rod_slider", 360))
     assert two.written_case(0)["joints"]["ground-crank"]["journal"] == "crank"
 
 
@@ -165,13 +167,12 @@ def test_a_swept_case_has_the_id_of_the_same_case_written_out(at, base):
 
 
 def test_a_resolved_grid_loads_to_the_same_cases():
-    from clearsweep.mechanics.joint import registry
 
     for path in (*CONFIGS.glob("*.yaml"), Path(grid.__file__).with_name("starter.yaml")):
-        original = grid.load(path, registry.catalogue())
-        again = grid.load(json.loads(json.dumps(original.resolved())), registry.catalogue())
+        original = grid.load(path, simulation.catalogue())
+        again = grid.load(json.loads(json.dumps(original.resolved())), simulation.catalogue())
         assert ids(again) == ids(original)
-        assert (again.frame(), again.axes, again.layout()) == (original.frame(), original.axes, original.layout())
+        assert (again.frame(), again.axes, again.layout) == (original.frame(), original.axes, original.layout)
         assert len(set(ids(original))) == len(original)
 
 

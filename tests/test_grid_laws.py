@@ -5,7 +5,7 @@ from law_cases import RECIPES, names, written
 from mechanism_cases import PAIR, changed, resolved, slider_crank
 
 import clearsweep
-from clearsweep import InputError, grid
+from clearsweep import InputError, grid, simulation
 from clearsweep.mechanics.joint import registry
 
 MATERIAL = {"young": 207e9, "poisson": 0.3}
@@ -21,7 +21,7 @@ def cylinders(elastic="johnson", **changes):
 
 def problems(source):
     with pytest.raises(InputError) as caught:
-        grid.load(source, registry.catalogue())
+        grid.load(source, simulation.catalogue())
     return caught.value.problems
 
 
@@ -63,7 +63,7 @@ def test_what_only_another_elastic_law_uses_is_refused():
 def test_laws_that_need_nothing_and_laws_that_do_can_be_swept_together():
     source = cylinders(contact__stiffness=6.61e10)
     source["sweep"] = {f"{JOINT}.contact.elastic": ["power", "johnson", "persson"]}
-    cases = grid.load(source, registry.catalogue())
+    cases = grid.load(source, simulation.catalogue())
     found = [cases.written_case(k)["joints"]["rod-slider"]["contact"] for k in range(len(cases))]
     assert ["stiffness" in contact for contact in found] == [True, False, False]
     assert len({cases.case_id(k) for k in range(3)}) == 3

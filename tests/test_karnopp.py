@@ -9,9 +9,8 @@ from mechanism_cases import slider_crank, told_both_ways
 import clearsweep
 from clearsweep.mechanics import rates as right_hand_side
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
-from clearsweep.mechanics.joint.stick import held, rate_under, surfaces_of, swings
-from clearsweep.mechanics.mechanism.dynamics import motion
-from clearsweep.mechanics.mechanism.slider_crank import gaps, pose
+from clearsweep.mechanics.joint.stick import held, rate_under, surfaces_of
+from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
 from clearsweep.simulation import trajectory as simulating
 from clearsweep.simulation.run import integrated
 
@@ -38,10 +37,10 @@ def moving(*joints, seed=1, **changes):
 
 
 def looked_at(scene, y, state):
-    """Return Pose, Gaps, Loads before anything is held."""
-    p, first = pose(scene.mechanism, y), 2 * len(scene.coordinates) + 1
-    relative, onset = gaps(scene.mechanism, p), np.ones(len(state))
-    return p, relative, right_hand_side.loads_of(scene.joints, relative, y, first, y.size, state, onset, 0)
+    """Return pose, Gaps, Loads before anything is held."""
+    pose, first = place(scene.mechanism, y), 2 * len(scene.coordinates) + 1
+    relative, onset = gaps(scene.mechanism, pose), np.ones(len(state))
+    return pose, relative, right_hand_side.loads_of(scene.joints, relative, y, first, y.size, state, onset, 0)
 
 
 # ---------------------------------------------------------------------------------------------- the force that holds
@@ -50,12 +49,12 @@ def looked_at(scene, y, state):
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     scene, y, state = moving(*joints, drive__speed="300 rpm")
-    p, relative, loads = looked_at(scene, y, state)
-    m, n = motion(scene.mechanism, p, loads), len(scene.coordinates)
-    flow = np.concatenate([y[n : 2 * n], m[:n], [1.0]])
+    pose, relative, loads = looked_at(scene, y, state)
+    motion, n = accelerate(scene.mechanism, pose, loads), len(scene.coordinates)
+    flow = np.concatenate([y[n : 2 * n], motion.accelerations, [1.0]])
     ends = []
     for step in (-1e-7, 1e-7):
-        there = gaps(scene.mechanism, pose(scene.mechanism, y[: 2 * n + 1] + step * flow))
+        there = gaps(scene.mechanism, place(scene.mechanism, y[: 2 * n + 1] + step * flow))
         normals = [
             joint.side * np.array([gap.x, gap.y]) / math.hypot(gap.x, gap.y)
             for joint, gap in zip(scene.joints, there, strict=True)
@@ -66,9 +65,10 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
         ]
         ends.append((np.array([gap[2:] for gap in there]), np.array(slips)))
     (before, slips_before), (after, slips_after) = ends
-    scale = np.abs(m[:n]).max()
-    np.testing.assert_allclose(swings(scene.mechanism, p, m), (after - before) / 2e-7, atol=1e-6 * scale)
-    found = [rate_under(scene, p, surfaces_of(scene.joints, relative), loads, j) for j in range(len(joints))]
+    scale = np.abs(motion.accelerations).max()
+    exact = gap_accelerations(scene.mechanism, y, motion)
+    np.testing.assert_allclose(exact, (after - before) / 2e-7, atol=1e-6 * scale)
+    found = [rate_under(scene, y, pose, surfaces_of(scene.joints, relative), loads, j) for j in range(len(joints))]
     np.testing.assert_allclose(found, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
 
 
@@ -76,13 +76,13 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
 def test_surfaces_that_stick_let_no_sliding_grow(joints):
     strong = KARNOPP | {"static_coefficient": 1e3}
     scene, y, state = moving(*joints, friction=strong)
-    p, relative, loads = looked_at(scene, y, state)
-    still = held(scene, p, relative, loads, state)
+    pose, relative, loads = looked_at(scene, y, state)
+    still = held(scene, y, pose, relative, loads, state)
     surfaces = surfaces_of(scene.joints, relative)
     for j in range(len(joints)):
-        free = abs(rate_under(scene, p, surfaces, loads, j))
+        free = abs(rate_under(scene, y, pose, surfaces, loads, j))
         wanted = -scene.pace * still[j].slip
-        assert rate_under(scene, p, surfaces, still, j) == pytest.approx(wanted, abs=1e-10 * free)
+        assert rate_under(scene, y, pose, surfaces, still, j) == pytest.approx(wanted, abs=1e-10 * free)
         assert abs(still[j].tangential) < 1e3 * still[j].normal
 
 
@@ -90,14 +90,14 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
     for seed in range(20):
         scene, y, state = moving(*JOINTS, seed=seed, friction=KARNOPP | {"static_coefficient": 0.12})
         state[seed % 3] = PRESSED
-        p, relative, loads = looked_at(scene, y, state)
-        still, surfaces, bearing = held(scene, p, relative, loads, state), surfaces_of(scene.joints, relative), 0
+        pose, relative, loads = looked_at(scene, y, state)
+        still, surfaces, bearing = held(scene, y, pose, relative, loads, state), surfaces_of(scene.joints, relative), 0
         for j in range(3):
             if state[j] == PRESSED:
                 assert still[j].tangential == loads[j].tangential
                 continue
             limit = 0.12 * still[j].normal
-            excess = rate_under(scene, p, surfaces, still, j) + scene.pace * still[j].slip
+            excess = rate_under(scene, y, pose, surfaces, still, j) + scene.pace * still[j].slip
             if abs(still[j].tangential) < limit:
                 assert excess == pytest.approx(0.0, abs=1e-9)
             else:

@@ -25,13 +25,13 @@ from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
 import clearsweep
-from clearsweep import InputError
+from clearsweep import InputError, simulation
 from clearsweep.mechanics import rates
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.internal_state import memory, recalled
 from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
-from clearsweep.mechanics.mechanism.description import MECHANISMS
+from clearsweep.mechanics.mechanism import MECHANISMS
 
 LAWS = names("law")
 YIELDING = [name for name in LAWS if memory(RECIPES["law", name].make(joint(name)))]
@@ -342,7 +342,7 @@ def test_all_laws_can_be_swept_in_one_grid():
             },
         },
     )
-    cases = grid.load(case, registry.catalogue())
+    cases = grid.load(case, simulation.catalogue())
     kinds = {type(registry.contact_terms(cases.case(k).joints[0])[0]).__name__ for k in range(len(cases))}
     assert len(cases) > 10
     assert kinds == {"Hysteresis", "ApproachHysteresis", "RootDamper", "ApproachRootDamper", "Plastic"}
@@ -401,7 +401,7 @@ def test_the_list_names_every_law_with_one_line():
         assert recipe.law.summary in listed
 
 
-@pytest.mark.parametrize("law", MECHANISMS)
+@pytest.mark.parametrize("law", [mechanism.law for mechanism in MECHANISMS.values()])
 def test_the_mechanisms_are_described_beside_the_laws(law):
     assert f"  {law.name} " in registry.text()
     assert f"mechanism.type: {law.name}" in registry.text(law.name)

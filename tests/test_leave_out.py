@@ -10,7 +10,6 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep import results
 from clearsweep.mechanics import rates
 from clearsweep.mechanics.compiled import family
 from clearsweep.simulation.run import integrated
@@ -52,8 +51,8 @@ def test_a_law_compiles_itself_alone():
 def test_only_a_scene_with_wear_has_code_columns_and_arrays_for_it():
     worn = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR}))
     bare = scene()
-    assert any("wear" in column.name for column in results.summary_columns(worn.layout))
-    assert not any("wear" in column.name for column in results.summary_columns(bare.layout))
+    assert any("wear" in column.name for column in worn.layout.columns)
+    assert not any("wear" in column.name for column in bare.layout.columns)
     end = 1e-5
     run = integrated(bare, np.empty(0), end)
     assert run.work.wear == family.NO_ENTRY

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.mechanics.mechanism import ideal
+from clearsweep.mechanics.mechanism.slider_crank import ideal
 
 NAMES = ("ground-crank", "crank-rod", "rod-slider")
 OPENINGS = [joints for count in (1, 2, 3) for joints in itertools.combinations(NAMES, count)]
@@ -83,9 +83,8 @@ def test_a_vanishing_clearance_gives_the_ideal_mechanism(name):
     )
     joint = name.replace("-", "_")
     assert trajectory.summary["slider_error_max"] < 1e-6
-    scene = slider_crank(name, changes={"mechanism.gravity": 9.81})["mechanism"]
-    scene["crank"]["center"], scene["rod"]["center"] = 0.025, 0.06
-    top = np.hypot(*ideal.reactions(scene, 10 * math.pi, np.linspace(0, math.pi / 2, 1001))._asdict()[joint].T).max()
+    bodies = clearsweep.load_case(slider_crank(name, changes={"mechanism.gravity": 9.81})).case.mechanism.values
+    top = np.hypot(*ideal.reactions(bodies, 10 * math.pi, np.linspace(0, math.pi / 2, 1001))[name].T).max()
     assert trajectory.summary[f"{joint}_force_rms"] < top
     assert trajectory.summary[f"{joint}_force_peak"] == pytest.approx(top, rel=0.3)
 
@@ -101,7 +100,7 @@ def test_ideal_mechanism_has_its_closed_form_values():
     assert np.gradient(x, angles)[1:-1] * speed == pytest.approx(v[1:-1], abs=1e-3)
     assert np.gradient(v, angles)[1:-1] * speed == pytest.approx(a[1:-1], abs=1)
     mechanism = clearsweep.load_case(slider_crank("rod-slider")).case.mechanism.values
-    assert ideal.reactions(mechanism, speed, 0.0).rod_slider[0] == pytest.approx(-2718.71, rel=1e-6)
+    assert ideal.reactions(mechanism, speed, 0.0)["rod-slider"][0] == pytest.approx(-2718.71, rel=1e-6)
 
 
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -226,16 +225,18 @@ def test_a_seated_start_is_in_contact_and_quiet():
         "rod-slider", simulate__start="seated", simulate__revolutions=0.05, drive__speed="1500 rpm", save__orbits="all"
     )
     assert len(trajectory.events) == 0 or trajectory.events[0]["kind"] == "off"
-    static = ideal.reactions(
-        {
-            "crank": {"length": 0.05, "mass": 0.3, "center": 0.025},
-            "gravity": 0.0,
-            "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06},
-            "slider": {"mass": 0.14},
-        },
-        50 * math.pi,
-        0.0,
-    ).rod_slider
+    bodies = {
+        "crank.length": 0.05,
+        "crank.mass": 0.3,
+        "crank.center": 0.025,
+        "rod.length": 0.12,
+        "rod.mass": 0.21,
+        "rod.inertia": 2.5e-4,
+        "rod.center": 0.06,
+        "slider.mass": 0.14,
+        "gravity": 0.0,
+    }
+    static = ideal.reactions(bodies, 50 * math.pi, 0.0)["rod-slider"]
     assert trajectory["joints/rod_slider/force_normal"][0] == pytest.approx(np.hypot(*static), rel=1e-9)
 
 

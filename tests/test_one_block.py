@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from law_cases import compiled_contact
 from mechanism_cases import PAIR, changed, slider_crank
 
-from clearsweep import InputError, grid
+from clearsweep import InputError, grid, simulation
 from clearsweep.catalogue import Field, Law
 from clearsweep.cli import verbs
 from clearsweep.mechanics.joint import recipe, registry
@@ -65,7 +65,7 @@ def sticky(recipes):
 
 
 def test_the_grid_and_the_list_know_a_law_that_was_entered(sticky):
-    (joint,) = grid.load(changed(PAIR, {"joints.pair.contact": CONTACT}), registry.catalogue()).case(0).joints
+    (joint,) = grid.load(changed(PAIR, {"joints.pair.contact": CONTACT}), simulation.catalogue()).case(0).joints
     law, elastic = registry.contact_terms(joint)
     assert law == sticky(0.8)
     assert registry.pulls(joint)
@@ -78,7 +78,9 @@ def test_the_grid_and_the_list_know_a_law_that_was_entered(sticky):
     expected = elastic_force(elastic, 1e-5) * (1.0 + 0.8 * rates / 0.5)
     assert compiled_contact(law, elastic, 1e-5, rates, 0.5) == pytest.approx(expected, rel=1e-12)
     with pytest.raises(InputError, match=r"contact\.loss: is missing for sticky"):
-        grid.load(changed(PAIR, {"joints.pair.contact": {"law": "sticky", "stiffness": 6.61e10}}), registry.catalogue())
+        grid.load(
+            changed(PAIR, {"joints.pair.contact": {"law": "sticky", "stiffness": 6.61e10}}), simulation.catalogue()
+        )
 
 
 def test_a_law_that_was_entered_runs():
@@ -155,7 +157,7 @@ def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(rec
     hertz = recipes["law", "hertz"]
     recipe.enter(hertz.law._replace(name="astray"), hertz.forms, lambda joint: Linear(1.0))
     case = changed(PAIR, {"joints.pair.contact": {"law": "astray", "stiffness": 6.61e10}})
-    joint = grid.load(case, registry.catalogue()).case(0).joints[0]
+    joint = grid.load(case, simulation.catalogue()).case(0).joints[0]
     with pytest.raises(TypeError, match="law 'astray': makes a Linear, entered with Lossless"):
         registry.contact_terms(joint)
 
@@ -169,6 +171,6 @@ def test_a_pressure_and_a_friction_law_that_were_entered_are_found_by_the_grid(r
         "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "pressure": "even"},
         "joints.rod-slider.friction": {"law": "soft", "coefficient": 0.1},
     }
-    joint = grid.load(slider_crank("rod-slider", changes=changes), registry.catalogue()).case(0).joints[0]
+    joint = grid.load(slider_crank("rod-slider", changes=changes), simulation.catalogue()).case(0).joints[0]
     assert type(registry.wear_term(joint).pressure) is mean.forms[0]
     assert registry.friction_term(joint) == (0.1, 2e-3)

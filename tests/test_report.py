@@ -20,7 +20,8 @@ from report_fake import RPM, SWEEP, Run
 import clearsweep
 from clearsweep import report, results, store, wording
 from clearsweep.errors import InputError
-from clearsweep.report import findings, single, study
+from clearsweep.report import main_effects, single, study
+from clearsweep.report.sections import headline
 
 BIG = {
     "joints.rod-slider.clearance": list(np.geomspace(5e-5, 5e-4, 25)),
@@ -157,13 +158,13 @@ def test_long_tables_say_that_they_are_cut(pages):
 
 def test_elastic_range_is_told_with_figures():
     run = Run()
-    (told,) = findings.limits(study.prepare(run))
+    (told,) = headline.limits(study.prepare(run))
     assert "in 108 of 108 cases" in told
     assert "the fastest closes at 4.4 m/s, 88 times the 0.05 m/s" in told
     assert any(f"case {case_id}, rod-slider" in told for case_id in run.summary["case_id"])
     slow = Run(sweep={})
     slow.summary["rod_slider_onset_rate_max"] = 0.04
-    assert findings.limits(study.prepare(slow)) == []
+    assert headline.limits(study.prepare(slow)) == []
 
 
 def test_runs_without_slider_wear_or_history_do_not_speak_of_them(pages):
@@ -244,17 +245,17 @@ def test_tables_hold_every_case_in_si_with_units(tmp_path):
 def test_an_axis_that_does_nothing_explains_nothing_and_is_not_clear():
     chance = np.random.default_rng(1)
     places = [np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)]
-    drawn = [findings.explained(np.exp(chance.normal(size=48)), places) for _ in range(200)]
+    drawn = [main_effects.explained(np.exp(chance.normal(size=48)), places) for _ in range(200)]
     shares, contrasts = np.array(drawn)[:, 0, 0], np.array(drawn)[:, 0, 1]
     assert 0.0 <= shares.mean() < 0.04
-    assert (contrasts >= findings.CLEAR_CONTRAST).mean() < 0.05
+    assert (contrasts >= main_effects.CLEAR_CONTRAST).mean() < 0.05
 
 
 def test_a_weak_axis_is_seen_beside_a_strong_one():
     chance = np.random.default_rng(1)
     strong, weak = np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)
     values = np.exp(1.0 * strong + 0.2 * weak + 0.05 * chance.normal(size=48))
-    (most, _), (least, contrast) = findings.explained(values, [strong, weak])
+    (most, _), (least, contrast) = main_effects.explained(values, [strong, weak])
     total = np.log(values).var()
     assert most == pytest.approx(1.25 / total, rel=0.05)  # the variance of 0, 1, 2, 3
     assert least == pytest.approx(0.04 * 2.0 / 3.0 / total, rel=0.3)
@@ -262,7 +263,7 @@ def test_a_weak_axis_is_seen_beside_a_strong_one():
 
 
 def test_without_two_cases_per_value_there_is_no_scatter_to_compare_with():
-    share, contrast = findings.explained(np.array([1.0, 2.0, 3.0]), [np.arange(3)])[0]
+    share, contrast = main_effects.explained(np.array([1.0, 2.0, 3.0]), [np.arange(3)])[0]
     assert np.isnan(share)
     assert np.isnan(contrast)
 

@@ -11,7 +11,10 @@ from test_report import Page
 
 from clearsweep import grid, report, simulation
 from clearsweep.case import Contact, Joint, Material
-from clearsweep.report import laws, stiffness, study
+from clearsweep.report import elastic_comparison, study
+from clearsweep.report.picture import svg
+from clearsweep.report.section import Gallery, Sentences
+from clearsweep.report.sections import elastic_laws, law_choice
 from clearsweep.sweeping import sweep
 from clearsweep.sweeping.simulator import SIMULATION
 
@@ -38,12 +41,23 @@ def of_elastic(names, contact=STEEL):
     return run
 
 
-def part(run, key):
-    return next(part for part in laws.parts(study.prepare(run)) if part.key.startswith(key))
+def of_choice(run):
+    """Return the sections about the choice of a law."""
+    given = study.prepare(run)
+    return [*law_choice.sections(given), *elastic_laws.sections(given)]
+
+
+def blocks(run, kind):
+    """Return the blocks of one kind in the first section about the choice of a law."""
+    return [block for block in of_choice(run)[0].blocks if isinstance(block, kind)]
+
+
+def tables(run):
+    return [table for section in of_choice(run) for table in section.tables]
 
 
 def table(run, key):
-    return next(table for table in laws.tables(study.prepare(run)) if table.key.endswith(key))
+    return next(table for table in tables(run) if table.key.endswith(key))
 
 
 def text(run, tmp_path):
@@ -91,8 +105,8 @@ def test_laws_that_never_meet_at_equal_values_are_not_compared():
     run.grid["zip"] = run.grid.pop("sweep")
     run.summary = run.summary[(run.summary[LAW] == "exact") == (run.summary["drive.speed"] > 200.0)]
     run.summary = run.summary.reset_index(drop=True)
-    assert "No two finished cases differ in the contact law alone" in part(run, "laws_").sentences[0]
-    assert not any(one.key.endswith("spread") for one in laws.tables(study.prepare(run)))
+    assert "No two finished cases differ in the contact law alone" in blocks(run, Sentences)[0].texts[0]
+    assert not any(one.key.endswith("spread") for one in tables(run))
 
 
 def test_restitution_asked_for_stands_beside_what_each_law_gives_back(tmp_path):
@@ -139,7 +153,7 @@ def test_a_material_shows_what_other_elastic_laws_would_give(tmp_path):
     assert not any(row[1] for law, row in rows.items() if law != "johnson")
     assert "winkler" not in rows  # nothing says how thick its layer would be
     assert "What another elastic law would give in joint rod-slider" in text(run, tmp_path)
-    assert [part.key for part in laws.parts(study.prepare(Run()))] == []  # no material, no law swept
+    assert of_choice(Run()) == []  # no material, no law swept
 
 
 def test_the_other_elastic_laws_are_those_that_a_grid_with_this_joint_may_name():
@@ -203,10 +217,8 @@ def test_ranges_of_what_is_derived_hold_one_unit_each():
 
 def test_every_law_that_is_drawn_is_named():
     names = ["power", "johnson", "radzimovsky", "esdu-78035", "dubowsky-freudenstein", "liu", "winkler", "persson"]
-    drawn = part(of_elastic(names), "laws_").drawings[-1]
-    from clearsweep.report.figures import Canvas
-
-    svg = drawn(Canvas()).svg
-    assert all(f">{name}<" in svg for name in names)
-    assert len(set(re.findall(r"#[0-9a-f]{6}", svg.lower()))) >= 8
-    assert len(stiffness.CURVE) > 20
+    (gallery,) = blocks(of_elastic(names), Gallery)
+    drawing = svg(gallery.pictures[-1], "f1")
+    assert all(f">{name}<" in drawing for name in names)
+    assert len(set(re.findall(r"#[0-9a-f]{6}", drawing.lower()))) >= 8
+    assert len(elastic_comparison.CURVE) > 20

@@ -9,7 +9,7 @@ import pytest
 from grid_fake import CONTACT, JOINT, TEXT, load
 from scipy import stats
 
-from clearsweep import report, results
+from clearsweep import report
 from clearsweep.errors import InputError
 from clearsweep.report import sensitivity
 from clearsweep.sweeping.sweep import sweep
@@ -24,8 +24,8 @@ class Run:
 
     def __init__(self, text, figure, failing=(), overrides=None):
         cases = load(text, overrides)
-        self.layout = cases.layout()
-        units = {column.name: column.unit for column in results.summary_columns(self.layout)}
+        self.layout = cases.layout
+        units = {column.name: column.unit for column in self.layout.columns}
         self.grid = cases.resolved() | {"units": {path: cases.unit(path) for path in cases.axes}}
         rows = []
         for k in range(len(cases)):
@@ -38,7 +38,7 @@ class Run:
 
     def orbit(self, _case_id):
         """Return no history."""
-        return pd.DataFrame({channel.name: np.empty(0) for channel in results.channels(self.layout)})
+        return pd.DataFrame({channel.name: np.empty(0) for channel in self.layout.channels})
 
     def wear(self, _case_id):
         """Return unworn bodies."""
@@ -151,7 +151,7 @@ def test_a_stored_sample_is_found_again_and_grows(tmp_path):
 def test_failed_cases_are_left_out_and_counted(run):
     (one,) = sensitivity.settings(run(linear, failing=(3, 5)))
     assert len(one.failed) == 2
-    assert sensitivity.spread(one.figures[PEAK]).count == 62
+    assert sensitivity.spread(one.figures[PEAK]).cases == 62
 
 
 # ----------------------------------------------------------------------------------------------- sensitivities

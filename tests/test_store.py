@@ -51,7 +51,7 @@ def test_summary_holds_every_case_once_in_case_id_order(mixed):
 
 def test_summary_columns_are_those_of_the_layout_with_their_units(mixed):
     held_grid, run = mixed
-    figures = results.summary_columns(held_grid.layout())
+    figures = held_grid.layout.columns
     names = ["case_id", *held_grid.axes, "status", "message", *(column.name for column in figures)]
     assert list(run.summary.columns) == names
     assert run.summary.attrs["units"]["mechanism.slider.mass"] == "kg"
@@ -108,7 +108,7 @@ def test_orbits_file_reads_as_the_contract_says(mixed):
         found = {}
         file.visititems(lambda name, item: found.update({name: dict(item.attrs)} if hasattr(item, "shape") else {}))
         assert all(attributes["units"] and attributes["description"] for attributes in found.values())
-        assert {channel.name for channel in results.channels(held_grid.layout())} <= set(found)
+        assert {channel.name for channel in held_grid.layout.channels} <= set(found)
 
 
 def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeypatch):
@@ -159,7 +159,7 @@ def test_run_json_holds_the_grid_from_which_the_same_cases_follow(mixed):
     record = json.loads((run.directory / "run.json").read_text())
     again = loaded({key: record[key] for key in held_grid.resolved()})
     assert [again.case_id(i) for i in range(len(again))] == [held_grid.case_id(i) for i in range(len(held_grid))]
-    assert run.layout == held_grid.layout()
+    assert run.layout == held_grid.layout
 
 
 def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):

@@ -8,9 +8,9 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
-from clearsweep import grid, report
+from clearsweep import grid, report, simulation
 from clearsweep.errors import InputError
-from clearsweep.mechanics.joint import registry
+from clearsweep.layout import settling
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
 from clearsweep.simulation.until import period_of
@@ -185,9 +185,8 @@ class Watch:
     parts = 1
 
     def __init__(self, layout):
-        from clearsweep.results import settling
-
-        self.names = settling(layout)
+        known = simulation.catalogue()
+        self.names = [column.name for column in layout.columns if column.name in settling(known, known.mechanisms[0])]
         self.blocks = batch_means.Blocks(layout, self.names)
 
     def see(self, work):
@@ -321,7 +320,7 @@ def test_an_impact_pair_can_be_checked():
 
 def case_id(**changes):
     source = slider_crank("rod-slider", changes={k.replace("__", "."): v for k, v in changes.items()})
-    return grid.load(source, registry.catalogue()).case_id(0)
+    return grid.load(source, simulation.catalogue()).case_id(0)
 
 
 def test_what_is_not_asked_for_is_not_in_the_identity():
@@ -350,7 +349,7 @@ def test_what_is_not_asked_for_is_not_in_the_identity():
 )
 def test_mistakes_are_told(asked, told):
     with pytest.raises(InputError) as caught:
-        grid.load(slider_crank("rod-slider", changes=LONG | asked), registry.catalogue())
+        grid.load(slider_crank("rod-slider", changes=LONG | asked), simulation.catalogue())
     assert told in str(caught.value)
 
 

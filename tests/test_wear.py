@@ -7,8 +7,7 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import grid
-from clearsweep.mechanics.joint import registry
+from clearsweep import grid, simulation
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Arc, Archard, spread
 from clearsweep.mechanics.joint.wear.contract import ACCOUNT, NARROW, Bins, Rubbing, wear_rate
@@ -157,7 +156,7 @@ def test_the_pressure_that_a_grid_names_acts():
 def case_of(pressure=None, **changes):
     wear = WEAR | ({"pressure": pressure} if pressure else {})
     source = slider_crank("rod-slider", changes={"joints.rod-slider.wear": wear} | changes)
-    return grid.load(source, registry.catalogue())
+    return grid.load(source, simulation.catalogue())
 
 
 def test_a_pressure_left_out_is_that_of_a_line_contact_and_the_same_case():

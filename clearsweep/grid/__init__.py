@@ -3,5 +3,6 @@
 from ..catalogue import Catalogue, Field, Law
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .json_schema import schema
+from .units import units
 
-__all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "identity", "load", "schema", "starter"]
+__all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "identity", "load", "schema", "starter", "units"]

@@ -4,10 +4,8 @@ import math
 
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
-from . import variations
 from .draft import Draft
-from .key_table import JOINTS
-from .keys import Section, value_key, word_key
+from .keys import Number, Section, value_key, word_key
 from .values import exponent_values
 
 _LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a body would lose what it touches
@@ -15,13 +13,15 @@ _LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a bod
 
 def check(draft: Draft, catalogue: Catalogue) -> None:
     """Note what does not fit together."""
-    _below(draft, "mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod")
+    for low, high, reason in draft.mechanism.orders:
+        _below(draft, low, high, reason)
     _below(draft, "simulate.discard", "simulate.revolutions", "nothing would be left")
     _below(draft, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
     _until(draft)
     joints = [path for path, node in draft.shape.items() if isinstance(node, Section) and _is_joint(path)]
-    if not joints and "mechanism.crank.length" in draft.shape:
-        text = f"no joint has clearance; name at least one of {', '.join(JOINTS)}"
+    whole = draft.shape.get("joints")
+    if not joints and isinstance(whole, Section) and whole.need == "implied":
+        text = f"no joint has clearance; name at least one of {', '.join(site.name for site in draft.mechanism.joints)}"
         draft.problems.add(draft.place("joints"), "joints", text)
     for path in joints:
         _below(draft, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
@@ -44,9 +44,8 @@ def _until(read: Draft) -> None:
         read.problems.add(read.place(path), path, sentence)
     path = "simulate.until.figure"
     figure = read.values.get(path)
-    known = variations.figures(read, "slider-crank") if figure else {}
-    if figure and figure not in known:
-        names = [name for name in read.shape[path].options if name in known]
+    if figure and figure not in read.figures:
+        names = [name for name in read.shape[path].options if name in read.figures]
         sentence = f"{figure} is no figure of this grid{nearest(figure, names)} (known: {', '.join(names)})"
         read.problems.add(read.place(path), path, sentence)
 
@@ -113,7 +112,9 @@ def _needed(draft: Draft, joint: str, law: Law) -> tuple[str, ...]:
     needed = tuple("contact.material" if name == "material" else name for name in law.needs)
     from_material = law.name == "power" and not _there(draft, f"{joint}.contact.stiffness")
     sized = needed or (from_material and _there(draft, f"{joint}.contact.material"))
-    return ("bearing_radius", *needed) if sized and joint == "joints.pair" else needed
+    radius = draft.shape[f"{joint}.bearing_radius"]
+    optional = isinstance(radius, Number) and radius.uses[0].field.optional
+    return ("bearing_radius", *needed) if sized and optional else needed
 
 
 def _wear(draft: Draft, joint: str) -> None:

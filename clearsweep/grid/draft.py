@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..catalogue import Mechanism
 from .document import Problems, WrittenValue
 from .keys import Number, Shape
 from .sampling import Distribution, Sample
@@ -13,6 +14,7 @@ class Draft:
     """What a document says, path by path."""
 
     problems: Problems
+    mechanism: Mechanism  # the one named, or the likeliest
     shape: Shape = field(default_factory=dict)  # what is there: no section that is left out
     sections: dict[str, WrittenValue] = field(default_factory=dict)
     written: dict[str, WrittenValue] = field(default_factory=dict)  # the values under `shape`
@@ -26,6 +28,7 @@ class Draft:
     sample: Sample | None = None
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
+    figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, float] = field(default_factory=dict)
 
     def place(self, path: str) -> WrittenValue:

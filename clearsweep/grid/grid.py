@@ -5,30 +5,29 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, product
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .. import MODEL_VERSION, quantity
+from .. import MODEL_VERSION
 from ..case import Case
 from ..catalogue import Catalogue
 from ..errors import InputError, shown
+from ..layout import Layout
 from . import checks, variations
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step
 from .keys import Flag, Number, Section, Shape, Word, value_key
 from .resolve import case_of
+from .units import unit
 from .values import read_draft
 
-if TYPE_CHECKING:
-    from ..results import Layout  # with it comes numpy
-
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 50 us each, 17 minutes
 
 Value = Any  # of a key: a number in SI, a word, True for a flag
@@ -72,7 +71,7 @@ def load(source: str | PathLike | Mapping, catalogue: Catalogue, overrides: Mapp
             f"{file or 'the grid'}: has {grid.size:,} cases; at most {MOST_CASES:,} can be run: take fewer values on "
             "the axes, or draw cases with `sample`"
         )
-    return grid
+    return replace(grid, _layout=Layout.of(grid.case(0), catalogue))
 
 
 def starter() -> str:
@@ -120,11 +119,18 @@ class Grid:
     _names: dict[str, frozenset[str]]
     _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
     _sample: dict[str, Any]
+    _layout: Layout | None = None
 
     @property
     def size(self) -> int:
         """Return the number of cases, however many."""
         return math.prod(factor.size for factor in self._factors)
+
+    @property
+    def layout(self) -> Layout:
+        """Return the layout that all cases share."""
+        assert self._layout is not None  # `load` made it
+        return self._layout
 
     def __len__(self) -> int:
         return self.size
@@ -184,24 +190,12 @@ class Grid:
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
         return {"name": self.name} | self._nested(sections | self._base | fillers) | ways | limits
 
-    def layout(self) -> "Layout":
-        """Return the results.Layout that all cases share."""
-        from ..results import Layout  # with it comes numpy
-
-        return Layout.of(self.case(0))
-
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
         node = value_key(self._shape, path)
         if isinstance(node, Word):
             return ""
-        beside = f"{path.rpartition('.')[0]}.exponent"
-        exponent = self._base.get(beside)
-        units = [
-            field.unit if exponent is None else quantity.exponent_of(field.unit, exponent)
-            for field in node.fields(self._names)
-        ]
-        return " or ".join(dict.fromkeys(units))
+        return unit(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
     def _used(self) -> dict[tuple[tuple[str, str], ...], dict[str, Value]]:
@@ -308,7 +302,7 @@ def identity(case: Mapping[str, Any]) -> str:
 def _derived(flat: Mapping[str, Value]) -> dict[str, Value]:
     """Return a copy without what is absent (None) and with the defaults that follow from other values."""
     values = {path: value for path, value in flat.items() if value is not None}
-    for body in ("mechanism.crank", "mechanism.rod"):
+    for body in [path.removesuffix(".center") for path in flat if path.endswith(".center")]:
         if f"{body}.length" in values:
             values.setdefault(f"{body}.center", values[f"{body}.length"] / 2.0)
     if "simulate.revolutions" in values:

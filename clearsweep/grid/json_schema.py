@@ -4,7 +4,7 @@ from typing import Any
 
 from .. import quantity
 from ..catalogue import Catalogue
-from .key_table import MECHANISMS, shape
+from .key_table import shape
 from .keys import Flag, Number, Section, Shape, Word
 from .sampling import DISTRIBUTIONS, METHODS
 
@@ -21,7 +21,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         }
 
     schemas = []
-    for mechanism in MECHANISMS:
+    for mechanism in catalogue.mechanisms:
         tree = shape(mechanism, catalogue)
         top = _object(tree, "")
         top["properties"] |= {
@@ -37,21 +37,19 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "additionalProperties": {"$ref": "#/$defs/quantity"},
             },
         }
-        top["properties"]["mechanism"]["properties"]["type"] = {"const": mechanism}
+        top["properties"]["mechanism"]["properties"]["type"] = {"const": mechanism.name}
         schemas.append(top)
-    chosen = {
-        "required": ["mechanism"],
-        "properties": {"mechanism": {"required": ["type"], "properties": {"type": {"const": "impact-pair"}}}},
-    }
+    chosen = schemas[0]  # what an editor offers before a type is written
+    for mechanism, top in zip(catalogue.mechanisms[1:], schemas[1:], strict=True):
+        kind = {"required": ["type"], "properties": {"type": {"const": mechanism.name}}}
+        chosen = {"if": {"required": ["mechanism"], "properties": {"mechanism": kind}}, "then": top, "else": chosen}
     quantities = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
     spaced = {"type": "array", "minItems": 3, "maxItems": 4}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "clearsweep grid",
         "type": "object",
-        "if": chosen,
-        "then": schemas[1],
-        "else": schemas[0],
+        **chosen,
         "$defs": {
             "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]},
             "pair": quantities,

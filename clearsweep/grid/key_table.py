@@ -1,32 +1,9 @@
 """What a grid file may contain: every key with its unit, range, default and meaning."""
 
-from math import inf
-
-from ..catalogue import Catalogue, Field, Law
+from ..catalogue import Catalogue, Field, JointSite, Law, Mechanism
+from ..layout import settling
 from .keys import Condition, Flag, Number, Section, Shape, Use, Word
 
-MECHANISMS = ("slider-crank", "impact-pair")
-JOINTS = {"ground-crank": ("crank", "ground"), "crank-rod": ("rod", "crank"), "rod-slider": ("rod", "slider")}
-_LENGTH = Field("length", "m", "distance between its pins")
-_CENTER = Field(
-    "center",
-    "m",
-    "distance of the centre of mass from the pin nearer the drive; default: half the length",
-    -inf,
-    optional=True,
-)
-_CRANK = (
-    _LENGTH,
-    Field("mass", "kg", "mass", low_open=False),
-    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
-    _CENTER,
-)
-_ROD = (
-    _LENGTH,
-    Field("mass", "kg", "mass"),
-    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass"),
-    _CENTER,
-)
 _COEFFICIENT = Field(
     "coefficient",
     "m^2/N",
@@ -42,38 +19,28 @@ _WEAR = (
         "hardness", "Pa", "hardness of the softer body; only checks that the coefficient is plausible", optional=True
     ),
 )
+_BINS = Field(
+    "bins", "1", "angular bins round each body", 8, 1e6, low_open=False, high_open=False, default=360, whole=True
+)
 _MATERIAL = (
     Field("young", "Pa", "Young's modulus of both bodies"),
     Field("poisson", "1", "Poisson's ratio of both bodies", -1.0, 0.5, high_open=False),
 )
 _LENGTH_OF_PIN = Field("length", "m", "length along the pin; wear and the laws of cylinders need it", optional=True)
-_PAIR_SIZES = (
+_GAP_SIZES = (
     Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
     _LENGTH_OF_PIN,
 )
-_TOLERANCE = Field("tolerance", "1", "relative local tolerance", 1e-13, 1e-2, False, False, 1e-8)
+_TOLERANCE = Field(
+    "tolerance", "1", "relative local tolerance", 1e-13, 1e-2, low_open=False, high_open=False, default=1e-8
+)
+_BUDGET = Field(
+    "step_budget", "1", "steps per revolution after which a case is given up", 1, low_open=False, whole=True
+)
 _BUDGETS = (
-    Field(
-        "step_budget",
-        "1",
-        "steps per revolution after which a case is given up",
-        1,
-        inf,
-        False,
-        True,
-        1_000_000,
-        whole=True,
-    ),
-    Field(
-        "event_budget",
-        "1",
-        "contact events per revolution after which a case is given up",
-        1,
-        inf,
-        False,
-        True,
-        100_000,
-        whole=True,
+    _BUDGET._replace(default=1_000_000),
+    _BUDGET._replace(
+        name="event_budget", text="contact events per revolution after which a case is given up", default=100_000
     ),
 )
 _SIMULATE = (
@@ -93,8 +60,18 @@ _UNTIL = (
 )
 _HORIZON = Flag("find the Lyapunov exponent and how far ahead the motion can be foretold, by a second run beside it")
 _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store how far every figure differs")
-_IMPACTS = Field("impacts", "1", "impacts after which the run ends", 1, inf, False, True, 10, whole=True)
-_SAMPLES = Field("samples", "1", "samples per revolution (impact-pair: in all)", 1, 1e7, False, False, 720, whole=True)
+_IMPACTS = Field("impacts", "1", "impacts after which the run ends", 1, low_open=False, default=10, whole=True)
+_SAMPLES = Field(
+    "samples",
+    "1",
+    "samples per revolution (impact-pair: in all)",
+    1,
+    1e7,
+    low_open=False,
+    high_open=False,
+    default=720,
+    whole=True,
+)
 _SAVED = Field(
     "revolutions", "1", "the last revolutions that `last` saves; default 2, or all where there are fewer", optional=True
 )
@@ -106,38 +83,27 @@ _METHOD = Word(
 )
 
 
-def shape(mechanism: str, catalogue: Catalogue) -> Shape:
+def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     """Return every dotted path that a grid of this mechanism may contain, sections before what they hold."""
-    tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(MECHANISMS, "which mechanism")}
-    if mechanism == "impact-pair":
-        tree["mechanism.masses"] = Section("masses of the two bodies", pair=True)
-        _numbers(
-            tree,
-            "mechanism.masses",
-            (Field("0", "kg", "mass of the first body"), Field("1", "kg", "mass of the second body")),
-        )
-        _numbers(tree, "mechanism", (Field("speed", "m/s", "speed at which the bodies approach each other"),))
-        tree["joints"], tree["joints.pair"] = Section("the joint"), Section("the gap between the bodies")
-        _numbers(tree, "joints.pair", (Field("clearance", "m", "half the gap in all"),))
-        _contact(tree, "joints.pair", catalogue)
-        for field in _PAIR_SIZES:
-            tree[f"joints.pair.{field.name}"] = Number((Use(field, tree["joints.pair.contact.elastic"].when),))
-        tree["simulate"] = Section("how long and how exactly", "implied")
-        _numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
-        tree["simulate.method"] = _METHOD
-        tree["simulate.error_check"] = _ERROR_CHECK
-        tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
-        _numbers(tree, "save", (_SAMPLES,), sweep=False)
-        return tree
-    for body, fields in (("crank", _CRANK), ("rod", _ROD), ("slider", (Field("mass", "kg", "mass"),))):
-        tree[f"mechanism.{body}"] = Section(f"the {body}")
-        _numbers(tree, f"mechanism.{body}", fields)
-    _numbers(tree, "mechanism", (Field("gravity", "m/s^2", "gravity, along -y", -inf, default=0.0),))
-    tree["drive"] = Section("the drive", "implied")
-    _numbers(tree, "drive", (Field("speed", "rad/s", "constant crank speed"),))
-    tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
-    for joint, bodies in JOINTS.items():
-        _joint(tree, f"joints.{joint}", bodies, catalogue)
+    kinds = tuple(each.name for each in catalogue.mechanisms)
+    tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
+    for keys in mechanism.keys:
+        if keys.path not in tree:
+            tree[keys.path] = Section(keys.text, keys.need, pair=keys.pair)
+        _numbers(tree, keys.path, keys.fields)
+    always = [site for site in mechanism.joints if site.kind == "line"]
+    if always:
+        tree["joints"] = Section("the joint")
+    else:
+        tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
+    for site in mechanism.joints:
+        (_gap if site in always else _revolute)(tree, f"joints.{site.name}", site, catalogue)
+    (_revolutions if mechanism.turns else _impacts)(tree, settling(catalogue, mechanism))
+    return tree
+
+
+def _revolutions(tree: Shape, judged: tuple[str, ...]) -> None:
+    """Enter how long to run what turns, and what to save of it; `judged` are the figures that `until` can judge."""
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
     _numbers(tree, "simulate", _SIMULATE)
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
@@ -145,18 +111,20 @@ def shape(mechanism: str, catalogue: Catalogue) -> Shape:
     _numbers(tree, "simulate", _BUDGETS)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section("end a case when a figure has settled or its motion is periodic", "optional")
-    tree["simulate.until.figure"] = Word(_settling(), "the column of the summary whose 95 % interval is judged")
+    tree["simulate.until.figure"] = Word(judged, "the column of the summary whose 95 % interval is judged")
     _numbers(tree, "simulate.until", _UNTIL, sweep=False)
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
     _numbers(tree, "save", (_SAVED, _SAMPLES), sweep=False)
-    return tree
 
 
-def _settling() -> tuple[str, ...]:
-    """Return the figures that `until` can judge with clearance and wear in every joint."""
-    from ..results import JointLayout, Layout, settling
-
-    return settling(Layout("slider-crank", tuple(JointLayout(joint.replace("-", "_"), 1) for joint in JOINTS)))
+def _impacts(tree: Shape, _judged: tuple[str, ...]) -> None:
+    """Enter how long to run what does not turn, and what to save of it."""
+    tree["simulate"] = Section("how long and how exactly", "implied")
+    _numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
+    tree["simulate.method"] = _METHOD
+    tree["simulate.error_check"] = _ERROR_CHECK
+    tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
+    _numbers(tree, "save", (_SAMPLES,), sweep=False)
 
 
 def _numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
@@ -165,8 +133,17 @@ def _numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool =
         tree[f"{path}.{field.name}"] = Number((Use(field),), sweep)
 
 
-def _joint(tree: Shape, path: str, bodies: tuple[str, str], catalogue: Catalogue) -> None:
-    """Enter a revolute joint with clearance; the journal sits on the first of its two bodies unless it is said."""
+def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter a gap on a line, which has clearance always."""
+    tree[path] = Section("the gap between the bodies")
+    _numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
+    _contact(tree, path, catalogue)
+    for field in _GAP_SIZES:
+        tree[f"{path}.{field.name}"] = Number((Use(field, tree[f"{path}.contact.elastic"].when),))
+
+
+def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter a revolute joint with clearance."""
     tree[path] = Section("a revolute joint with clearance", "optional")
     _numbers(
         tree,
@@ -177,7 +154,7 @@ def _joint(tree: Shape, path: str, bodies: tuple[str, str], catalogue: Catalogue
             _LENGTH_OF_PIN,
         ),
     )
-    tree[f"{path}.journal"] = Word(bodies, "the body that the journal sits on", bodies[0])
+    tree[f"{path}.journal"] = Word(site.journals, "the body that the journal sits on", site.journals[0])
     _contact(tree, path, catalogue)
     tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
     tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", law=True)
@@ -186,12 +163,7 @@ def _joint(tree: Shape, path: str, bodies: tuple[str, str], catalogue: Catalogue
     tree[wear] = Section("wear; left out: none is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", law=True)
     _numbers(tree, wear, _WEAR)
-    _numbers(
-        tree,
-        wear,
-        (Field("bins", "1", "angular bins round each body", 8, 1e6, False, False, 360, whole=True),),
-        sweep=False,
-    )
+    _numbers(tree, wear, (_BINS,), sweep=False)
     tree[f"{wear}.pressure"] = Word(
         catalogue.names("pressure"), "the pressure over the contact arc", "hertz-line", law=True
     )

@@ -15,7 +15,7 @@ def case_of(tree: Tree) -> Case:
     if "until" in simulate:
         simulate = dict(simulate) | {"until": Until(**simulate["until"])}
     return Case(
-        mechanism=Mechanism(kind, dict(_leaves(bodies))),
+        mechanism=Mechanism(kind, dict(leaves(bodies))),
         joints=tuple(_joint(name, section) for name, section in tree["joints"].items()),
         simulate=Simulate(**simulate),
         save=Save(**tree["save"]),
@@ -42,11 +42,11 @@ def _taken(section: Tree, *keys: str) -> tuple[Any, ...]:
     return (*(section.get(key) for key in keys), {key: value for key, value in section.items() if key not in keys})
 
 
-def _leaves(tree: Tree, start: str = "") -> Iterator[tuple[str, float]]:
-    """Yield dotted path and value of every number in nested sections and lists."""
+def leaves(tree: Tree, start: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted path and value of everything in nested sections and lists."""
     for key, value in tree.items():
         if isinstance(value, dict):
-            yield from _leaves(value, f"{start}{key}.")
+            yield from leaves(value, f"{start}{key}.")
         elif isinstance(value, list):
             yield from ((f"{start}{key}.{place}", item) for place, item in enumerate(value))
         else:

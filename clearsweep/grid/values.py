@@ -3,13 +3,15 @@
 import math
 
 from .. import quantity
-from ..catalogue import Catalogue, Field
+from ..case import column_name
+from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
+from ..layout import columns_of
 from . import variations
 from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
-from .key_table import MECHANISMS, shape
+from .key_table import shape
 from .keys import Flag, Number, Section, Shape, Word
 
 Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
@@ -19,9 +21,9 @@ def read_draft(
     root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
 ) -> Draft:
     """Return what the document `root` says, the paths in `fixed` not swept; mistakes go to `problems`."""
-    draft = Draft(problems)
-    kind = _mechanism(root)
-    whole = shape(kind, catalogue)
+    mechanism = _mechanism(root, catalogue.mechanisms)
+    draft = Draft(problems, mechanism)
+    whole = shape(mechanism, catalogue)
     _walk(draft, root, "", whole)
     _activate(draft, whole)
     variations.find(draft, root, whole, fixed)
@@ -34,17 +36,35 @@ def read_draft(
             _flag(draft, path)
     draft.axes = {path: draft.axes[path] for path in draft.swept if path in draft.axes}
     variations.check(draft)
-    draft.limits = variations.limits(draft, root, kind)
+    draft.figures = _figures(draft, mechanism, catalogue)
+    draft.limits = variations.limits(draft, root)
     return draft
 
 
-def _mechanism(root: WrittenValue) -> str:
+def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
     """Return the mechanism whose keys to check against: the one named, or the likeliest where the name is wrong."""
     section = root.value.get("mechanism") if isinstance(root.value, dict) else None
     kind = section.value.get("type") if section and isinstance(section.value, dict) else None
-    if kind and kind.value in MECHANISMS:
-        return str(kind.value)
-    return "impact-pair" if kind and "impact-pair" in nearest(str(kind.value), MECHANISMS) else "slider-crank"
+    named = {mechanism.name: mechanism for mechanism in mechanisms}
+    word = str(kind.value) if kind else ""
+    likeliest = next(
+        (name for name in named if name == word or f"'{name}'" in nearest(word, named)), mechanisms[0].name
+    )
+    return named[likeliest]
+
+
+def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
+    """Return the figures of merit that the cases will have, each with its unit."""
+    sections = [path.split(".") for path, node in draft.shape.items() if isinstance(node, Section)]
+    inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
+    parts = {
+        column_name(joint): {part for other, *rest in inside if other == joint for part in rest[:1]}
+        for joint, *_ in inside
+    }
+    until = str(draft.values.get("simulate.until.figure", ""))
+    asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in draft.values}
+    columns = columns_of(catalogue, mechanism, parts, asked | ({"until"} if until else set()), until)
+    return {column.name: column.unit for column in columns}
 
 
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
@@ -167,7 +187,7 @@ def _number(draft: Draft, path: str, node: Number) -> None:
         return
     meanings = [(field, _units(draft, path, field)) for field in fields or (node.uses[0].field,)]
     if _doubtful(draft, node):  # which meaning holds is not known: one that fits will do
-        quiet = Draft(Problems())
+        quiet = Draft(Problems(), draft.mechanism)
         written = draft.written.get(path)
         if path in draft.swept or (
             written and any(_quantity(quiet, path, written, [each]) is not None for each in meanings)
@@ -232,7 +252,9 @@ def exponent_values(draft: Draft, path: str) -> tuple[float, ...]:
     """Return the values of the key `exponent` beside `path`, (1.5,) where they cannot be read."""
     beside = f"{path.rpartition('.')[0]}.exponent"
     node = draft.shape.get(beside)
-    quiet = Draft(Problems(), draft.shape, draft.sections, draft.written, draft.swept, draft.names, way=draft.way)
+    quiet = Draft(
+        Problems(), draft.mechanism, draft.shape, draft.sections, draft.written, draft.swept, draft.names, way=draft.way
+    )
     if isinstance(node, Number) and (beside in draft.written or beside in draft.swept):
         _number(quiet, beside, node)
     return quiet.reached(beside) or (1.5,)

@@ -165,7 +165,7 @@ def _always_used(draft: Draft, path: str) -> None:
             return
 
 
-def limits(draft: Draft, root: WrittenValue, kind: str) -> dict[str, float]:
+def limits(draft: Draft, root: WrittenValue) -> dict[str, float]:
     """Return the figures that `limits` bounds, in SI, from above."""
     section = root.value.get("limits") if isinstance(root.value, dict) else None
     if section is None:
@@ -174,7 +174,8 @@ def limits(draft: Draft, root: WrittenValue, kind: str) -> dict[str, float]:
         sentence = "holds no limit; write such as `rod_slider_force_peak: 5 kN`, or leave the key 'limits' out"
         draft.problems.add(section, "limits", sentence)
         return {}
-    units, bounds = figures(draft, kind), {}
+    units = draft.figures
+    bounds: dict[str, float] = {}
     for figure, written in section.value.items():
         if figure not in units:
             sentence = f"is no figure of this grid{nearest(figure, units)} (known: {', '.join(units)})"
@@ -185,18 +186,3 @@ def limits(draft: Draft, root: WrittenValue, kind: str) -> dict[str, float]:
         except InputError as error:
             draft.problems.add(written, f"limits.{figure}", str(error))
     return bounds
-
-
-def figures(read: Draft, kind: str) -> dict[str, str]:
-    """Return the figures of merit that the cases will have, each with its unit."""
-    from ..results import JointLayout, Layout, summary_columns
-
-    joints = [path for path, node in read.shape.items() if isinstance(node, Section) and path.startswith("joints.")]
-    layout = [
-        JointLayout(path.partition(".")[2].replace("-", "_"), int(f"{path}.wear" in read.shape))
-        for path in joints
-        if path.count(".") == 1
-    ]
-    asked = ("simulate.horizon" in read.values, "simulate.error_check" in read.values)
-    layout = Layout(kind, tuple(layout), *asked, read.values.get("simulate.until.figure", ""))
-    return {column.name: column.unit for column in summary_columns(layout)}

@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 from numba import types
 
+from ..catalogue import Channel
 from .compiled.dual import Seeded, lifted, slope
 from .compiled.family import Entry, entry, inlined, kernel, shaped
 from .joint.dry import FREE
 from .joint.loads import loads_of, remember
 from .joint.stick import held
-from .mechanism.dynamics import describe, energy_and_gravity_power, misplacement, motion
-from .mechanism.slider_crank import gaps, pose
+from .mechanism.contract import accelerate, describe, energy, gaps, output_error, place
 from .solver.dop853 import END, ROWS
 
 # Columns of the observables, then a block of JOINT_WIDTH for every joint.
@@ -34,8 +34,8 @@ MOST_CHANNELS = 30  # of a slider-crank with three joints
 class Scene(NamedTuple):
     """A mechanism and its clearance joints; its type chooses the compiled code, its values are the parameters."""
 
-    mechanism: tuple  # one of mechanism.COORDINATES
-    joints: tuple  # one Joint per open joint, in the order A, B, C
+    mechanism: tuple  # its compiled form
+    joints: tuple  # one Joint per open joint, in the order of the sites
     coordinates: tuple  # as many zeros as there are coordinates: their number is part of the type
     pace: float  # rad/s, the scale of time: crank speed, or approach speed over clearance
     sigma: float  # m^0.5, sets the unit of tau; any positive number
@@ -44,13 +44,13 @@ class Scene(NamedTuple):
 
 @inlined
 def look(scene, y, state, onset):
-    """Return the Pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
-    p = pose(scene.mechanism, y)
+    """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
+    p = place(scene.mechanism, y)
     relative = gaps(scene.mechanism, p)
     first = 2 * len(scene.coordinates) + 1
     loads = loads_of(scene.joints, relative, y, first, first + len(scene.joints), state, onset, 0)
-    loads = held(scene, p, relative, loads, state)
-    return p, relative, loads, motion(scene.mechanism, p, loads)
+    loads = held(scene, y, p, relative, loads, state)
+    return p, relative, loads, accelerate(scene.mechanism, p, loads)
 
 
 @kernel
@@ -82,22 +82,22 @@ def rates(scene, y, state, onset, k, o, row):
     n = len(scene.coordinates)
     time = 2 * n
     first = time + 1
-    p, _, loads, acceleration = look(scene, y, state, onset)
-    kinetic, gravity_power = energy_and_gravity_power(scene.mechanism, p)
+    p, _, loads, motion = look(scene, y, state, onset)
+    kinetic, gravity_power = energy(scene.mechanism, p)
 
     kappa = clock(scene, y, state)
     for i in range(n):
         k[row, i] = kappa * y[n + i]
-        k[row, n + i] = kappa * acceleration[i]
+        k[row, n + i] = kappa * motion.accelerations[i]
     k[row, time] = kappa
     o[row, KAPPA] = kappa
-    o[row, DRIVE] = acceleration.torque * scene.pace
+    o[row, DRIVE] = motion.torque * scene.pace
     o[row, GRAVITY] = gravity_power
-    o[row, ACCELERATION] = acceleration[1]
-    o[row, TORQUE] = acceleration.torque
+    o[row, ACCELERATION] = motion.output
+    o[row, TORQUE] = motion.torque
     if row == 0 or row >= END:  # wanted where the state is accurate, at the ends of a step and on the interpolant
         o[row, KINETIC] = kinetic
-        o[row, ERROR], o[row, ERROR_RATE] = misplacement(scene.mechanism, p)
+        o[row, ERROR], o[row, ERROR_RATE] = output_error(scene.mechanism, p)
     for j in range(len(scene.joints)):
         load = loads[j]
         root = y[first + j]
@@ -142,13 +142,11 @@ def differentiate(scene, y, state, onset, jacobian, place):
     first = 2 * n + 1
     for column in range(first + len(scene.joints) + len(scene.memories)):
         z = Seeded(y, column)
-        _, _, loads, acceleration = look(scene, z, state, onset)
+        _, _, loads, motion = look(scene, z, state, onset)
         kappa = lifted(clock(scene, z, state))
-        a = acceleration
-        parts = (lifted(a.q0), lifted(a.q1), lifted(a.q2), lifted(a.q3), lifted(a.q4), lifted(a.q5))
         for i in range(n):
             jacobian[place, i, column] = slope(kappa * z[n + i])
-            jacobian[place, n + i, column] = slope(kappa * parts[i])
+            jacobian[place, n + i, column] = slope(kappa * motion.accelerations[i])
         jacobian[place, 2 * n, column] = slope(kappa)
         for j in range(len(scene.joints)):
             jacobian[place, first + j, column] = 0.0
@@ -169,6 +167,17 @@ def slopes_entry(scene, y, state, onset, jacobian, place):
     )
 
 
+#: The time histories of a joint, as `sample_entry` puts them.
+JOINT_CHANNELS = (
+    Channel("x", "m", "journal centre relative to the bearing centre, fixed frame, x"),
+    Channel("y", "m", "journal centre relative to the bearing centre, fixed frame, y"),
+    Channel("vx", "m/s", "its rate, x"),
+    Channel("vy", "m/s", "its rate, y"),
+    Channel("force_normal", "N", "normal force, at least 0, pushing the journal back to the centre"),
+    Channel("force_tangential", "N", "tangential force on the journal along the outward normal turned by +90 degrees"),
+)
+
+
 def sample_entry(scene, y, state, onset, side, out, row):
     """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
     here = scene[0]
@@ -177,8 +186,8 @@ def sample_entry(scene, y, state, onset, side, out, row):
     values = shaped(out, (MOST_CHANNELS,))
     state, side = shaped(state, (joints,)), shaped(side, (joints,))
     y = shaped(y, (time + 1 + joints + len(here.memories),))
-    p, relative, loads, acceleration = look(here, y, state, shaped(onset, (joints,)))
-    column = describe(here.mechanism, p, acceleration, y[0], y[time], values)
+    pose, relative, loads, motion = look(here, y, state, shaped(onset, (joints,)))
+    column = describe(here.mechanism, y, pose, motion, values)
     for j in range(joints):
         gap, load = relative[j], loads[j]
         values[column], values[column + 1] = side[j] * gap.x, side[j] * gap.y

@@ -8,9 +8,11 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from ..errors import InputError
-from ..results import DIFFERENCE
+from ..layout import DIFFERENCE
+from ..store import Run
 
 QUANTILES = (0.05, 0.5, 0.95)
 LEVEL = 0.95  # of all confidence intervals
@@ -41,7 +43,7 @@ class Setting(NamedTuple):
 class Spread(NamedTuple):
     """How one figure is distributed; the unit is that of the figure but for `cv`."""
 
-    count: int  # rows of the design with a value
+    cases: int  # rows of the design with a value
     mean: Estimate
     cv: Estimate  # standard deviation over mean
     quantiles: tuple[Estimate, ...]  # of QUANTILES
@@ -83,7 +85,7 @@ class Chance(NamedTuple):
         return bool(self.share >= CHAOTIC)
 
 
-def settings(run) -> list[Setting]:
+def settings(run: Run) -> list[Setting]:
     """Return the samples of a run (as the store opens it), one for each combination of the other axes; [] without."""
     sample = run.grid.get("sample")
     if not sample:
@@ -98,7 +100,7 @@ def settings(run) -> list[Setting]:
         places.setdefault(point, {})[drawn] = place
     columns = list(summary.columns[summary.columns.get_loc("message") + 1 :])
     values = summary[columns].astype("float64").where(summary["status"] == "ok").to_numpy()
-    found = []
+    samples = []
     for point, where in places.items():
         if any(row not in where for row in rows):
             lost = sum(row not in where for row in rows)
@@ -107,13 +109,13 @@ def settings(run) -> list[Setting]:
         ids = summary["case_id"].to_numpy()[chosen]
         bad = (summary["status"] != "ok").to_numpy()[chosen]
         figures = dict(zip(columns, values[chosen].T, strict=True))
-        found.append(
+        samples.append(
             Setting(dict(zip(others, point, strict=True)), tuple(ids), figures, tuple(dict.fromkeys(ids[bad])))
         )
-    return found
+    return samples
 
 
-def _key(summary, paths: list[str]) -> list[tuple]:
+def _key(summary: pd.DataFrame, paths: list[str]) -> list[tuple]:
     """Return the values of these columns in every row; a value that is not in use is None."""
     lists = [summary[path].astype(object).where(summary[path].notna(), None).tolist() for path in paths]
     return list(zip(*lists, strict=True)) if paths else [()] * len(summary)
@@ -188,8 +190,14 @@ def sobol_indices(setting: Setting, figure: str, paths: list[str]) -> list[Index
     resampled, count = np.random.default_rng(_SEED), values.shape[1]
     again = [_indices(values[:, resampled.integers(0, count, count)]) for _ in range(RESAMPLES)]
     ends = np.nanquantile(again, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0), axis=0)  # (2, 2, variables)
-    found = np.stack([_indices(values), *ends])  # estimate, low, high; first-order, total; variables
-    return [Index(path, *(Estimate(*map(float, three)) for three in found[:, :, k].T)) for k, path in enumerate(paths)]
+    estimates = np.stack([_indices(values), *ends])  # estimate, low, high; first-order, total; variables
+    return [_index(path, estimates[:, :, k]) for k, path in enumerate(paths)]
+
+
+def _index(path: str, estimates: np.ndarray) -> Index:
+    """Return the indices of one variable from (estimate, low, high) by (first-order, total)."""
+    first, total = (Estimate(*map(float, column)) for column in estimates.T)
+    return Index(path, first, total)
 
 
 def _indices(values: np.ndarray) -> np.ndarray:
@@ -216,7 +224,8 @@ def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
     if variance > 0.0 and np.isfinite(scatter):
         return Chance(float(min(1.0, 0.5 * scatter**2 / variance)), True)
     first, _, *mixed = setting.figures.get(MOTION, np.arange(setting.figures[figure].size)).reshape(blocks)
-    totals = [index.total.value for index, one in zip(indices, mixed, strict=True) if np.any(one != first)]
+    moved = [bool(np.any(disturbed != first)) for disturbed in mixed]
+    totals = [index.total.value for index, moves in zip(indices, moved, strict=True) if moves]
     return Chance(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
 
 
@@ -236,18 +245,11 @@ def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
     middle, *rest = _complete(setting, figure).tolist()
     low, high, disturbed = (rest[start::3] for start in range(3))
     scatter = float(np.nanmax([max(middle, *disturbed) - min(middle, *disturbed), disturbance(setting, figure)]))
-    found = [
-        Effect(
-            path,
-            at_low,
-            middle,
-            at_high,
-            scatter,
-            0.0 < max(at_low, middle, at_high) - min(at_low, middle, at_high) <= scatter,
-        )
-        for path, at_low, at_high in zip(paths, low, high, strict=True)
-    ]
-    return sorted(found, key=lambda one: -abs(one.high - one.low))
+    alone = []
+    for path, at_low, at_high in zip(paths, low, high, strict=True):
+        reach = max(at_low, middle, at_high) - min(at_low, middle, at_high)
+        alone.append(Effect(path, at_low, middle, at_high, scatter, 0.0 < reach <= scatter))
+    return sorted(alone, key=lambda effect: -abs(effect.high - effect.low))
 
 
 def _complete(setting: Setting, figure: str) -> np.ndarray:

@@ -9,7 +9,10 @@ from matplotlib.figure import Figure
 from .. import simulation, wording
 from ..case import Case
 from ..errors import InputError
-from . import cases, figures, page
+from ..results import Trajectory
+from ..store import Run
+from . import motion, page
+from .picture import STYLE, Picture
 from .study import Study, prepare, resolved
 
 SAMPLES = 1440  # per revolution at least, so that single contacts show
@@ -17,7 +20,7 @@ COLUMNS = 2  # of panels in a PNG or SVG
 ENDINGS = (".html", ".png", ".svg")
 
 
-def show(run, case_id: str, out: Path) -> Path:
+def show(run: Run, case_id: str, out: Path) -> Path:
     """Simulate a case of a run again and draw it, as HTML, PNG or SVG by the ending of `out`; return `out`."""
     if out.suffix.lower() not in ENDINGS:
         raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
@@ -25,14 +28,13 @@ def show(run, case_id: str, out: Path) -> Path:
     if case_id not in study.cases.index and case_id not in study.failed.index:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
     result = simulation.solve(to_draw(study, case_id))
-    panels = drawn(study, case_id, result)
-    if not panels:
+    pictures = drawn(study, case_id, result)
+    if not pictures:
         raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
-    title = f"{study.run.grid.get('name') or 'case'}, case {case_id}"
     out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix.lower() == ".html":
-        return page.save(_page(study, case_id, result, panels, title), out)
-    return _sheet(panels, f"{title}\n{study.setting(case_id)}".strip(), out)
+        return page.save(_page(study, case_id, result, pictures), out)
+    return _sheet(pictures, f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(), out)
 
 
 def to_draw(study: Study, case_id: str) -> Case:
@@ -42,40 +44,40 @@ def to_draw(study: Study, case_id: str) -> Case:
     return case._replace(save=case.save._replace(orbits=orbits, samples=max(case.save.samples, SAMPLES)))
 
 
-def drawn(study: Study, case_id: str, result) -> list[cases.Panel]:
-    """Return the panels of a simulated case; none where it left no history."""
+def drawn(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
+    """Return the pictures of a simulated case; none where it left no history."""
     path = result.channels
     if len(path.get("t", ())) < 2:
         return []
-    onsets = cases.impacts(study, case_id, pd.DataFrame(result.events))
-    return cases.panels(study, case_id, path) + ([onsets] if onsets else [])
+    return motion.pictures(study, case_id, path) + motion.onsets(study, case_id, pd.DataFrame(result.events))
 
 
-def _page(study: Study, case_id: str, result, panels: list[cases.Panel], title: str) -> str:
-    canvas = figures.Canvas()
-    units = study.units
-    rows = [(name, wording.text(value, units.get(name, "1"))) for name, value in result.summary.items()]
+def _title(study: Study, case_id: str) -> str:
+    return f"{study.run.grid.get('name') or 'case'}, case {case_id}"
+
+
+def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture]) -> str:
     return page.fill(
         "case.html.j2",
-        title=title,
+        title=_title(study, case_id),
         setting=study.setting(case_id),
         status=result.status,
         message=result.message,
-        rows=rows,
-        pictures=[cases.picture(panel, canvas) for panel in panels],
+        pictures=pictures,
+        rows=[(name, wording.text(value, study.unit(name))) for name, value in result.summary.items()],
     )
 
 
-def _sheet(panels: list[cases.Panel], title: str, out: Path) -> Path:
-    rows = -(-len(panels) // COLUMNS)
-    with rc_context({**figures.STYLE, "svg.hashsalt": "case"}):
+def _sheet(pictures: list[Picture], title: str, out: Path) -> Path:
+    rows = -(-len(pictures) // COLUMNS)
+    with rc_context({**STYLE, "svg.hashsalt": "case"}):
         figure = Figure(figsize=(5.2 * COLUMNS, 3.5 * rows + 0.6), dpi=150, layout="constrained")
         figure.suptitle(title, fontsize=10)
-        axes = figure.subplots(rows, COLUMNS, squeeze=False).flat
-        for ax, panel in zip(axes, panels, strict=False):
-            panel.paint(ax)
-            ax.set_title(panel.title, fontsize=9, pad=22)
-        for ax in list(axes)[len(panels) :]:
+        axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+        for ax, picture in zip(axes, pictures, strict=False):
+            picture.paint(ax)
+            ax.set_title(picture.title, fontsize=9, pad=22)
+        for ax in axes[len(pictures) :]:
             ax.set_visible(False)
         temporary = out.with_name(f".{out.name}.part")
         figure.savefig(

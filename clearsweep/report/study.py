@@ -1,7 +1,7 @@
 """A run prepared for reading: its axes in units for people, its finished and failed cases, its joints."""
 
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,13 +9,17 @@ import pandas as pd
 from .. import grid, simulation, wording
 from ..case import Case
 from ..case import Joint as CaseJoint
+from ..results import ELASTIC_ONSET
+from ..store import Run
 from ..wording import Scale
 
 BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json keeps the values that make a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
-RATIO = "p99_over_ideal"  # figure of a joint that is made here: force p99 over the peak of the ideal joint
+RATIO = "p99_over_ideal"  # figure of a joint that is computed here: force p99 over the peak of the ideal joint
+ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)
 
 DIGITS = 4  # of a swept value, where these tell its values apart
+FEW_NUMBERS, FEW_NAMES = 6, 16  # values of an axis that a sentence names one by one
 MANY = 30  # different values of an axis in step above which they are scattered, not levels to compare
 
 
@@ -31,16 +35,26 @@ class Axis(NamedTuple):
 
     @property
     def numeric(self) -> bool:
-        """Tell whether the values are numbers, not names."""
+        """Return whether the values are numbers, not names."""
         return not any(isinstance(value, str) for value in self.values)
 
-    def number(self, value) -> str:
+    def number(self, value: float | str) -> str:
         """Return a value without its unit."""
         return value if isinstance(value, str) else self.scale.given_number(value, self.digits)
 
-    def text(self, value) -> str:
+    def text(self, value: float | str) -> str:
         """Return a value with its unit."""
         return value if isinstance(value, str) else self.scale.given(value, self.digits)
+
+    def listed(self) -> str:
+        """Return the values in a sentence: a few one by one, the unit once; of many the number and the ends."""
+        if self.scattered or len(self.values) > (FEW_NUMBERS if self.numeric else FEW_NAMES):
+            return f"in {self.span()}"
+        return self.scale.joined(", ".join(self.number(value) for value in self.values))
+
+    def span(self) -> str:
+        """Return how many values there are and between which ends."""
+        return f"{len(self.values)} values, {self.text(self.values[0])} to {self.text(self.values[-1])}"
 
     def label(self) -> str:
         """Return name and unit, for the edge of a figure."""
@@ -77,19 +91,29 @@ class Study(NamedTuple):
     others. `base` is the resolved case in SI before the sweep's values.
     """
 
-    run: object
+    run: Run
     axes: tuple[Axis, ...]
     joints: tuple[Joint, ...]
     mechanism: str
     cases: pd.DataFrame
     failed: pd.DataFrame
-    units: dict
+    units: dict[str, str]  # SI, by column of the summary and by dotted path of the grid
     base: dict
 
     @property
     def lead(self) -> Lead:
-        """Return the robust measure of the force; two bodies that meet now and then have none but the peak."""
-        return PEAK if self.mechanism == "impact-pair" else P99
+        """Return the robust measure of the force; bodies that nothing drives meet a few times and have but a peak."""
+        return P99 if self.driven else PEAK
+
+    @property
+    def driven(self) -> bool:
+        """Return whether a drive keeps the mechanism moving: forces then have quantiles, and onsets a rate."""
+        return "drive" in self.base
+
+    @property
+    def onsets(self) -> str:
+        """Return what the figure `impacts_per_rev` counts."""
+        return "impacts per revolution" if self.driven else "impacts"
 
     def swept(self) -> tuple[Axis, ...]:
         """Return the axes that have more than one value."""
@@ -108,7 +132,7 @@ class Study(NamedTuple):
             if axis is not without and not pd.isna(row[axis.path])
         )
 
-    def value(self, case_id: str, path: str):
+    def value(self, case_id: str, path: str) -> float | str | None:
         """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
         if any(axis.path == path for axis in self.axes):
             value = self._row(case_id)[path]
@@ -119,26 +143,34 @@ class Study(NamedTuple):
         """Return the joint with the largest leading figure of all finished cases."""
         return max(self.joints, key=lambda joint: _peak(self.cases, joint.column(self.lead.figure)))
 
+    def where(self, joint: Joint, form: str) -> str:
+        """Return `form`, such as ' in joint {}', with a joint's name in it; '' where there is but one joint."""
+        return form.format(joint.title) if len(self.joints) > 1 else ""
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of a column or of a dotted path, '1' where there is none."""
+        return self.units.get(name, "1")
+
     def scale(self, column: str) -> Scale:
         """Return the scale that suits a column of the finished cases."""
-        return wording.scale(self.units.get(column, "1"), self.cases[column])
+        return wording.scale(self.unit(column), self.cases[column])
 
     def text(self, case_id: str, column: str) -> str:
         """Return one figure of one case with its unit."""
-        return wording.text(self.cases.at[case_id, column], self.units.get(column, "1"))
+        return wording.text(self.cases.at[case_id, column], self.unit(column))
 
     def has(self, column: str) -> bool:
-        """Tell whether any finished case has this figure."""
+        """Return whether any finished case has this figure."""
         return column in self.cases and bool(self.cases[column].notna().any())
 
-    def _row(self, case_id: str):
+    def _row(self, case_id: str) -> pd.Series:
         return (self.cases if case_id in self.cases.index else self.failed).loc[case_id]
 
 
-def prepare(run) -> Study:
+def prepare(run: Run) -> Study:
     """Return a run (of the store) prepared for reading."""
     summary, layout, record = run.summary, run.layout, run.grid
-    units = dict(summary.attrs.get("units", {}))
+    units = grid.units(record, simulation.catalogue()) | summary.attrs.get("units", {})
     base = {key: record[key] for key in BASE if key in record}
     axes = _axes(record, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
@@ -158,7 +190,7 @@ def prepare(run) -> Study:
 
 def joint_of(case: Case, joint: Joint) -> CaseJoint:
     """Return the joint of a case that a column speaks of."""
-    return next(one for one in case.joints if one.column == joint.name)
+    return next(section for section in case.joints if section.column == joint.name)
 
 
 def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
@@ -181,42 +213,47 @@ def position(axis: Axis, values: pd.Series) -> np.ndarray:
     return np.where(np.isclose(known[nearest], given, rtol=1e-9, atol=0.0), nearest, -1)
 
 
-def dig(tree: dict, path: str):
-    """Return the value at a dotted path of a nested dict, None where there is none."""
+def dig(tree: Mapping, path: str) -> Any:
+    """Return the value at a dotted path of a nested mapping, None where there is none."""
+    value: Any = tree
     for key in path.split("."):
-        if not isinstance(tree, dict) or key not in tree:
+        if not isinstance(value, Mapping) or key not in value:
             return None
-        tree = tree[key]
-    return tree
+        value = value[key]
+    return value
 
 
-def _axes(record: dict, units: dict, joints: int) -> tuple[Axis, ...]:
+def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
+    """Return the leaves of a nested mapping: dotted path, value."""
+    pairs: list[tuple[str, object]] = []
+    for key, value in tree.items():
+        pairs += leaves(value, f"{start}{key}.") if isinstance(value, Mapping) else [(f"{start}{key}", value)]
+    return pairs
+
+
+def _axes(record: Mapping, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
     """Return the axes of a run: swept, in step, and drawn."""
     swept, step = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {})
     drawn = (record.get("sample") or {}).get("drawn", {})
-    found = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
+    axes = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
     for path, values in (step | drawn).items():
         different = tuple(dict.fromkeys(values))
         if path in drawn or len(different) > MANY:
-            axis = _axis(path, tuple(sorted(different))[:: max(len(different) - 1, 1)], units.get(path, "1"), joints)
-            found.append(axis._replace(values=tuple(sorted(different)), digits=DIGITS, scattered=True))
+            ordered = tuple(sorted(different))
+            ends = _axis(path, ordered[:: max(len(ordered) - 1, 1)], units.get(path, "1"), joints)
+            axes.append(ends._replace(values=ordered, digits=DIGITS, scattered=True))
         else:
-            found.append(_axis(path, different, units.get(path, "1"), joints))
-    return tuple(found)
+            axes.append(_axis(path, different, units.get(path, "1"), joints))
+    return tuple(axes)
 
 
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
     numbers = [value for value in values if not isinstance(value, str)]
-    shown = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else Scale(1.0, "")
-    digits = next(
-        (
-            digits
-            for digits in range(DIGITS, 16)
-            if len({shown.given_number(value, digits) for value in numbers}) == len(set(numbers))
-        ),
-        16,
-    )
-    return Axis(path, wording.axis_name(path, joints), shown, values, digits)
+    scale = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else Scale(1.0, "")
+    digits = DIGITS
+    while digits < 16 and len({scale.given_number(value, digits) for value in numbers}) < len(set(numbers)):
+        digits += 1
+    return Axis(path, wording.axis_name(path, joints), scale, values, digits)
 
 
 def _peak(cases: pd.DataFrame, column: str) -> float:

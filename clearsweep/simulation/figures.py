@@ -1,88 +1,398 @@
-"""The figures of merit, events and wear that an integration came to."""
+"""The figures of merit: one block each, with all there is to say of it and its formula over what was summed up.
+
+To add one is to add its block; its column, its unit in every file, `until`, `limits`, the JSON Schema, the tables of
+reports and documents follow from that.  The order is that of the columns.
+"""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from ..mechanics.mechanism import ideal
+from ..case import Case
+from ..catalogue import Figure, Mechanism, Shown
+from ..layout import Layout
+from ..mechanics.joint import dry
+from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.observe import tally as tallies
+from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE
-from .run import Run, period
-from .scene import Scene
+from .sums import DepthRate, ForceExceeded, Mean, PerRevolution, RootMean
 
 
-def events_of(scene: Scene, run: Run) -> np.ndarray:
-    """Return the event log as a structured array."""
-    events = np.empty(len(run.events), EVENT_DTYPE)
-    names = np.array([part.name for part in scene.layout.joints])
-    events["t"], events["rate"], events["force_peak"] = run.events[:, 0], run.events[:, 3], run.events[:, 4]
-    events["joint"] = names[run.events[:, 1].astype(int)]
-    events["kind"] = np.where(run.events[:, 2] == loop.ONSET, "on", "off")
-    return events
+class Window(NamedTuple):
+    """What a run came to after `discard`: what formulas of figures are functions of, with a joint's place."""
+
+    case: Case
+    mechanism: Mechanism
+    layout: Layout
+    joints: tuple[dry.Joint, ...]
+    tally: tallies.Tally
+    counts: np.ndarray  # see solver.event, of all that was integrated
+    seconds: float  # s, that integrating took
+    duration: float  # s
+    turns: float  # revolutions; 1 where nothing turns
 
 
-def wear_of(scene: Scene, run: Run) -> dict:
-    """Return the wear depths of bearing and journal, m, by joint."""
-    depths = run.tally.wear.reshape(len(scene.layout.joints), 2, -1)
+def largest(column: int, of: str = "joint"):
+    """Return the formula of a figure that is kept as it is in Tally.joint or Tally.whole."""
+    if of == "joint":
+        return lambda window, place: window.tally.joint[place, column]
+    return lambda window, _: window.tally.whole[column]
+
+
+def depth(window: Window, place: int) -> float:
+    """Return how far (m) the journal came beyond the bearing, negative where it never touched it."""
+    return float(max(window.tally.joint[place, tallies.DEPTH_MAX], -window.joints[place].clearance))
+
+
+def wear_depths(layout: Layout, tally: tallies.Tally, place: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the wear depths (m) of the bearing and the journal of a joint, by bin."""
+    bearing, journal = tally.wear.reshape(len(layout.joints), 2, -1)[place, :, : layout.joints[place].wear_bins]
+    return bearing, journal
+
+
+def volume(window: Window, place: int) -> float:
+    """Return the volume (m^3) worn off both bodies of a joint."""
+    joint, bins = window.joints[place], window.layout.joints[place].wear_bins
+    bearing, journal = wear_depths(window.layout, window.tally, place)
+    cell = 2.0 * math.pi / bins * joint.wear.length
+    return cell * (joint.bearing_radius * bearing.sum() + joint.journal_radius * journal.sum())
+
+
+def narrow_arcs(window: Window, place: int) -> float:
+    """Return the share of the wear steps whose arc was narrower than five bins."""
+    arcs, narrow = window.tally.account[place]
+    return narrow / arcs if arcs else 0.0
+
+
+def restitution(window: Window, place: int) -> float | None:
+    """Return the mean of rebound over approach speed, None where nothing rebounded."""
+    counted = window.tally.joint[place, tallies.REBOUNDS]
+    return window.tally.joint[place, tallies.RESTITUTION] / counted if counted else None
+
+
+def ideal_peak(window: Window, place: int) -> float:
+    """Return the largest reaction (N) in the mechanism without clearance."""
+    bodies, speed = window.case.mechanism.values, window.case.drive.speed
+    return largest_reactions(window.mechanism, bodies, speed)[window.case.joints[place].name]
+
+
+JOINT = (
+    Figure(
+        "force_peak",
+        "N",
+        "largest normal force in the window, located",
+        of="joint",
+        value=largest(tallies.FORCE_MAX),
+        shown=(Shown("forces", "force peak", 1), Shown("sample", "force peak", 3), Shown("case", "peak", 3)),
+    ),
+    Figure(
+        "force_rms",
+        "N",
+        "root mean square of the normal force over the window's time, free flight counting as zero",
+        of="joint",
+        sums=RootMean(tallies.FORCE_SQUARE),
+        shown=(Shown("forces", "force rms", 3), Shown("sample", "force rms", 2), Shown("case", "rms", 2)),
+    ),
+    Figure(
+        "force_p99",
+        "N",
+        "normal force exceeded during 1 % of the window's time",
+        of="joint",
+        sums=ForceExceeded(0.01),
+        shown=(
+            Shown("forces", "force p99", 2),
+            Shown("sample", "force p99", 1),
+            Shown("case", "p99", 1),
+            Shown("wear", "force p99", 60),
+        ),
+    ),
+    Figure(
+        "impacts_per_rev",
+        "1",
+        "contact onsets in the window per revolution (impact-pair: in all)",
+        of="joint",
+        sums=PerRevolution(tallies.ONSETS),
+        shown=(
+            Shown("forces", "impacts per rev.", 6),
+            Shown("sample", "impacts per rev.", 4),
+            Shown("case", "impacts per revolution", 6),
+        ),
+    ),
+    Figure(
+        "contact_fraction",
+        "1",
+        "share of the window's time in contact",
+        of="joint",
+        sums=Mean(tallies.CONTACT_TIME),
+        shown=(Shown("forces", "time in contact", 7), Shown("case", "time in contact", 7)),
+    ),
+    Figure(
+        "onset_rate_max",
+        "m/s",
+        "largest closing rate at a contact onset",
+        of="joint",
+        value=largest(tallies.ONSET_MAX),
+        shown=(Shown("forces", "fastest onset", 8), Shown("case", "fastest onset", 8)),
+    ),
+    Figure(
+        "penetration_max",
+        "m",
+        "largest penetration",
+        of="joint",
+        value=lambda window, place: max(depth(window, place), 0.0),
+        shown=(Shown("forces", "penetration", 9),),
+    ),
+    Figure(
+        "eccentricity_max",
+        "m",
+        "largest distance of the journal centre from the bearing centre",
+        of="joint",
+        value=lambda window, place: window.joints[place].clearance + depth(window, place),
+    ),
+    Figure(
+        "law_limit_fraction",
+        "1",
+        "share of the window's time at a penetration beyond the elastic law's range",
+        of="joint",
+        sums=Mean(tallies.BEYOND_TIME),
+        shown=(Shown("forces", "time past its law's range", 10, if_any=True),),
+    ),
+    Figure(
+        "force_clips",
+        "1",
+        "times a contact's force law turned to traction and was clipped at zero",
+        of="joint",
+        value=largest(tallies.CLIPS),
+        shown=(Shown("forces", "clips", 11, if_any=True),),
+    ),
+    Figure(
+        "force_peak_ideal",
+        "N",
+        "largest reaction of the same joint in the ideal mechanism",
+        of="joint",
+        needs=("turns",),
+        value=ideal_peak,
+        differs=False,
+        shown=(Shown("forces", "ideal peak", 4), Shown("case", "ideal peak", 4)),
+    ),
+    Figure(
+        "wear_depth_max",
+        "m",
+        "largest wear depth in the window, of both bodies",
+        of="joint",
+        needs=("wear",),
+        value=lambda window, place: max(map(np.max, wear_depths(window.layout, window.tally, place))),
+        shown=(Shown("wear", "depth"), Shown("sample", "wear depth", 5), Shown("effects", "wear depth", 4)),
+    ),
+    Figure(
+        "wear_rate_max",
+        "m/s",
+        "largest wear depth over the window's time",
+        of="joint",
+        needs=("wear",),
+        sums=DepthRate(),
+        shown=(Shown("wear", "depth rate"),),
+    ),
+    Figure(
+        "wear_volume",
+        "m^3",
+        "volume worn off both bodies in the window",
+        of="joint",
+        needs=("wear",),
+        value=volume,
+        shown=(Shown("wear", "volume"), Shown("sample", "wear volume", 6)),
+    ),
+    Figure(
+        "wear_narrow_arcs",
+        "1",
+        "contact arcs narrower than five wear bins when worn (share of the wear steps)",
+        of="joint",
+        needs=("wear",),
+        value=narrow_arcs,
+        shown=(Shown("wear", "narrow arcs", 70),),
+    ),
+    Figure(
+        "restitution",
+        "1",
+        "mean of rebound over approach speed",
+        of="joint",
+        needs=("rests",),
+        value=restitution,
+        shown=(Shown("output", "restitution"), Shown("sample", "restitution"), Shown("effects", "restitution", 6)),
+    ),
+)
+MECHANISM = (
+    Figure(
+        "acceleration_peak",
+        "{output}/s^2",
+        "largest {output} acceleration, absolute",
+        of="output",
+        value=largest(tallies.ACCELERATION_MAX, "output"),
+        shown=(Shown("output", "{output} acc. peak", 2), Shown("sample", "{output} acc. peak", 21)),
+    ),
+    Figure(
+        "acceleration_rms",
+        "{output}/s^2",
+        "root mean square of the {output} acceleration over time",
+        of="output",
+        sums=RootMean(tallies.ACCELERATION_SQUARE),
+        shown=(Shown("output", "{output} acc. rms", 3),),
+    ),
+    Figure(
+        "error_max",
+        "{output}",
+        "largest distance of the {output} from its place in the ideal mechanism",
+        of="output",
+        value=largest(tallies.ERROR_MAX, "output"),
+        shown=(
+            Shown("output", "{output} error", 1),
+            Shown("forces", "{output} error", 12),
+            Shown("sample", "{output} error", 20),
+            Shown("case", "{output} error", 9),
+            Shown("effects", "{output} error", 5),
+        ),
+    ),
+    Figure(
+        "crank_torque_peak",
+        "N*m",
+        "largest drive torque, absolute",
+        needs=("turns",),
+        value=largest(tallies.TORQUE_MAX, "case"),
+        shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
+    ),
+)
+#: What only a run that is watched tells, under these names: see `lyapunov` and `until`.
+WATCHED = (
+    Figure(
+        "lyapunov_exponent",
+        "1/s",
+        "largest Lyapunov exponent: mean rate at which a disturbance grows",
+        needs=("horizon",),
+        shown=(Shown("certainty", "Lyapunov exponent", 6),),
+    ),
+    Figure(
+        "horizon_revolutions",
+        "1",
+        "revolutions until a disturbance of the tolerance times the clearance is 1 % of the clearance; null: it never "
+        "is",
+        needs=("horizon",),
+        differs=False,
+        shown=(Shown("certainty", "horizon (rev.)", 7),),
+    ),
+    Figure(
+        "revolutions_run",
+        "1",
+        "length of the run, `discard` included",
+        needs=("until",),
+        differs=False,
+        shown=(Shown("certainty", "revolutions", 1),),
+    ),
+    Figure(
+        "period",
+        "1",
+        "revolutions after which the motion repeats itself; null: it was not seen to",
+        needs=("until",),
+        kind="int",
+        differs=False,
+        shown=(Shown("certainty", "period", 2),),
+    ),
+    Figure(
+        "settled",
+        "1",
+        "1: periodic, or the interval is narrow enough; 0: max_revolutions ended the run",
+        needs=("until",),
+        kind="int",
+        differs=False,
+        shown=(Shown("certainty", "settled", 3),),
+    ),
+    Figure(
+        "figure_ci",
+        "{until}",
+        "half-width of the 95 % interval of {until}, from blocks of revolutions",
+        needs=("until",),
+        differs=False,
+        shown=(Shown("certainty", "95 % interval, half", 5),),
+    ),
+)
+RESIDUAL = Figure(
+    "energy_residual",
+    "1",
+    "largest energy imbalance at a step or event end over the largest kinetic energy",
+    value=lambda window, _: window.tally.whole[tallies.RESIDUAL] / window.tally.whole[tallies.KINETIC_MAX],
+    differs=False,
+)
+#: What a case took, also one that failed; runs beside it are added.
+COST = (
+    Figure(
+        "steps",
+        "1",
+        "accepted steps",
+        value=lambda window, _: window.counts[events.STEPS],
+        kind="int",
+        differs=False,
+    ),
+    Figure(
+        "steps_rejected",
+        "1",
+        "rejected steps",
+        value=lambda window, _: window.counts[events.REJECTED],
+        kind="int",
+        differs=False,
+    ),
+    Figure(
+        "rhs_evaluations",
+        "1",
+        "evaluations of the equations of motion, locating events included",
+        value=lambda window, _: window.counts[events.EVALUATIONS],
+        kind="int",
+        differs=False,
+    ),
+    Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
+)
+FIGURES = (*JOINT, *MECHANISM, *WATCHED, RESIDUAL, *COST)
+
+
+def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
+    """Return the figure that a column of the summary holds, and the place of its joint, None for no joint's."""
+    column = next(column for column in layout.columns if column.name == name)
+    figure = next(figure for figure in FIGURES if figure.name == column.figure)
+    return figure, _places(layout).get(column.joint)
+
+
+def _places(layout: Layout) -> dict[str, int]:
+    return {joint.name: place for place, joint in enumerate(layout.joints)}
+
+
+def figures_of(window: Window, *, failed: bool = False) -> dict:
+    """Return the figures of merit that follow from sums, by column; of a run that `failed`, what it took."""
+    known = {figure.name: figure for figure in (COST if failed else FIGURES)}
+    places, found = _places(window.layout), {}
+    for column in window.layout.columns:
+        figure = known.get(column.figure)
+        formula = figure and (figure.sums.value if figure.settles else figure.value)
+        if formula:
+            value = formula(window, places.get(column.joint))
+            found[column.name] = value if value is None else (int if figure.kind == "int" else float)(value)
+    return found
+
+
+def events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
+    """Return the event log of a run, (events, 5), as a structured array."""
+    found = np.empty(len(log), EVENT_DTYPE)
+    names = np.array([joint.name for joint in layout.joints])
+    found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
+    found["joint"] = names[log[:, 1].astype(int)]
+    found["kind"] = np.where(log[:, 2] == loop.ONSET, "on", "off")
+    return found
+
+
+def wear_of(layout: Layout, tally: tallies.Tally) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the wear depths (m) of bearing and journal by joint, where there is wear."""
     return {
-        part.name: (depths[place, 0, : part.wear_bins].copy(), depths[place, 1, : part.wear_bins].copy())
-        for place, part in enumerate(scene.layout.joints)
-        if part.wear_bins
-    }
-
-
-def figures_of(scene: Scene, run: Run, end: float) -> dict:
-    """Return the figures of merit of an integration that went through."""
-    pair = scene.layout.mechanism == "impact-pair"
-    whole, settings = run.tally.whole, scene.case.simulate
-    duration = run.work.y[run.work.time] if pair else end - settings.discard * period(scene)
-    turns = 1.0 if pair else settings.revolutions - settings.discard
-    figures = {"energy_residual": float(whole[tallies.RESIDUAL] / whole[tallies.KINETIC_MAX])}
-    for place, (part, joint) in enumerate(zip(scene.layout.joints, scene.value.joints, strict=True)):
-        row = run.tally.joint[place]
-        depth = float(max(row[tallies.DEPTH_MAX], -joint.clearance))
-        p99 = tallies.force_exceeded(run.tally.time[place], run.tally.ramp[place], 0.01 * duration)
-        found = {
-            "force_peak": row[tallies.FORCE_MAX],
-            "force_rms": math.sqrt(row[tallies.FORCE_SQUARE] / duration),
-            "force_p99": p99,
-            "impacts_per_rev": row[tallies.ONSETS] / turns,
-            "contact_fraction": row[tallies.CONTACT_TIME] / duration,
-            "onset_rate_max": row[tallies.ONSET_MAX],
-            "penetration_max": max(depth, 0.0),
-            "eccentricity_max": joint.clearance + depth,
-            "force_clips": row[tallies.CLIPS],
-            "law_limit_fraction": row[tallies.BEYOND_TIME] / duration,
-        }
-        if part.wear_bins:
-            found |= _wear_figures(scene, run, place, duration)
-        figures |= {f"{part.name}_{name}": float(value) for name, value in found.items()}
-    if pair:
-        joint = run.tally.joint[0]
-        counted = joint[tallies.REBOUNDS]
-        figures["pair_restitution"] = float(joint[tallies.RESTITUTION] / counted) if counted else None
-        return figures
-    for name, value in ideal.largest_reactions(scene.case.mechanism.values, scene.value.pace).items():
-        if f"{name}_force_peak" in figures:
-            figures[f"{name}_force_peak_ideal"] = value
-    figures["slider_acceleration_peak"] = float(whole[tallies.ACCELERATION_MAX])
-    figures["slider_acceleration_rms"] = math.sqrt(whole[tallies.ACCELERATION_SQUARE] / duration)
-    figures["slider_error_max"] = float(whole[tallies.ERROR_MAX])
-    figures["crank_torque_peak"] = float(whole[tallies.TORQUE_MAX])
-    return figures
-
-
-def _wear_figures(scene: Scene, run: Run, place: int, duration: float) -> dict:
-    """Return the figures of one joint's wear."""
-    part, joint = scene.layout.joints[place], scene.value.joints[place]
-    bearing, journal = wear_of(scene, run)[part.name]
-    deepest = max(bearing.max(), journal.max())
-    cell = 2.0 * math.pi / part.wear_bins * joint.wear.length
-    arcs, narrow = run.tally.account[place]
-    return {
-        "wear_depth_max": deepest,
-        "wear_rate_max": deepest / duration,
-        "wear_volume": cell * (joint.bearing_radius * bearing.sum() + joint.journal_radius * journal.sum()),
-        "wear_narrow_arcs": narrow / arcs if arcs else 0.0,
+        joint.name: tuple(depths.copy() for depths in wear_depths(layout, tally, place))
+        for place, joint in enumerate(layout.joints)
+        if joint.wear_bins
     }

@@ -16,7 +16,6 @@ from ..mechanics.observe.record import Record
 from ..mechanics.rates import JOINT_WIDTH, JOINTS, rates_of, samples_of, slopes_of
 from ..mechanics.solver import dop853, loop, newton
 from ..mechanics.solver import event as events
-from ..results import channels
 from . import watch
 from .lyapunov import Perturbed
 from .scene import Scene
@@ -58,7 +57,7 @@ class Run:
             wear=np.zeros(2 * len(joints) * bins),
             account=np.zeros((len(joints), ACCOUNT)),
         )
-        self.record = Record(times, np.zeros((times.size, len(channels(scene.layout)))))
+        self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))))
         self.work = events.Work(
             rates=rates_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
@@ -66,7 +65,7 @@ class Run:
             time=2 * len(value.coordinates),
             pace=value.pace,
             sigma=value.sigma,
-            longest=math.inf if scene.layout.mechanism == "impact-pair" else LONGEST * period(scene),
+            longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
             y=scene.start.copy(),
             end=np.empty(n),
             z=np.empty(n),
@@ -115,17 +114,9 @@ class Run:
         self.duration += other.duration
 
 
-def _arm(scene: Scene) -> np.ndarray:
-    """Return what makes a place (m) of each coordinate."""
-    arm = np.ones(len(scene.value.coordinates))
-    if scene.layout.mechanism == "slider-crank":
-        arm[0] = scene.case.mechanism.values["rod.length"]  # the first coordinate is an angle
-    return arm
-
-
 def _unit(scene: Scene) -> np.ndarray:
     """Return a clearance as change of each coordinate, and a clearance times crank rate of each rate."""
-    unit = min(joint.clearance for joint in scene.value.joints) / _arm(scene)
+    unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
     return np.concatenate([unit, unit * scene.value.pace])
 
 
@@ -139,13 +130,9 @@ def _places(value, law) -> np.ndarray:
 def _scale(scene: Scene) -> np.ndarray:
     """Return the error (n,) that one step may make in each component of the state."""
     value, tolerance = scene.value, scene.case.simulate.tolerance
-    clearance, arm = min(joint.clearance for joint in value.joints), _arm(scene)
-    size = clearance
-    if scene.layout.mechanism == "slider-crank":
-        values = scene.case.mechanism.values
-        size = values["crank.length"] + values["rod.length"]
-    place = np.maximum(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size) / arm
-    rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.pace / arm
+    clearance, size, lengths = min(joint.clearance for joint in value.joints), scene.built.size, scene.built.lengths
+    place = np.maximum(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size) / lengths
+    rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.pace / lengths
     moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.pace
     root = np.full(len(value.joints), ROOT_WEIGHT * tolerance * math.sqrt(clearance))
     return np.concatenate([place, rate, [moment], root, tolerance * np.array(value.memories)])
@@ -175,15 +162,15 @@ def integrate(scene: Scene, run: Run, end: float, keep_events: bool, watchers=()
 def control_of(scene: Scene, end: float, keep_events: bool) -> loop.Control:
     """Return how to integrate a scene up to `end` (s)."""
     settings = scene.case.simulate
-    pair = scene.layout.mechanism == "impact-pair"
-    window = 0.0 if pair else settings.discard * period(scene)
-    turns = settings.impacts if pair else max(settings.revolutions, 1.0)
+    turning = scene.mechanism.turns
+    window = settings.discard * period(scene) if turning else 0.0
+    units = max(settings.revolutions, 1.0) if turning else settings.impacts
     return loop.Control(
         window=window,
         end=end,
-        separations=int(settings.impacts) if pair else 0,
-        step_budget=int(settings.step_budget * turns),
-        event_budget=int(settings.event_budget * turns),
+        separations=0 if turning else int(settings.impacts),
+        step_budget=int(settings.step_budget * units),
+        event_budget=int(settings.event_budget * units),
         method=_METHODS[settings.method],
         keep_events=keep_events,
     )

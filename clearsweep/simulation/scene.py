@@ -7,18 +7,17 @@ import numpy as np
 
 from .. import grid
 from ..case import Case, Joint
+from ..catalogue import Catalogue, JointSite, Mechanism
 from ..errors import InputError
+from ..layout import Layout
 from ..mechanics import rates
 from ..mechanics.joint import dry, registry
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.joint.internal_state import memory
-from ..mechanics.mechanism import ideal
-from ..mechanics.mechanism import slider_crank as mechanisms
-from ..mechanics.mechanism.slider_crank import COORDINATES, Links, Pair
-from ..results import Layout
+from ..mechanics.mechanism import MECHANISMS
+from ..mechanics.mechanism.contract import Built
+from . import figures
 
-JOINTS = {"ground-crank": "A", "crank-rod": "B", "rod-slider": "C"}
-_DISTAL = {"ground-crank": "crank", "crank-rod": "rod", "rod-slider": "slider"}
 _WEAR_WARNING = 1e-2  # of coefficient times hardness
 
 
@@ -27,15 +26,17 @@ class Scene:
     """A case made ready: its compiled form and where it starts."""
 
     case: Case
+    mechanism: Mechanism
+    built: Built
     value: rates.Scene
     layout: Layout
     start: np.ndarray  # (n,) initial state, see mechanics.rates
     in_contact: bool  # all joints begin in contact
 
 
-def catalogue():
-    """Return all laws that a grid can name."""
-    return registry.catalogue()
+def catalogue() -> Catalogue:
+    """Return all that a grid can name, and all that its cases can give."""
+    return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, rates.JOINT_CHANNELS)
 
 
 def load_case(source, overrides: dict | None = None) -> Scene:
@@ -54,30 +55,19 @@ def load_case(source, overrides: dict | None = None) -> Scene:
 
 def build(case: Case) -> Scene:
     """Return the scene of a resolved case.  Raises InputError where it cannot start as asked."""
-    layout = Layout.of(case)
-    joints = tuple(map(_joint, case.joints))
-    if case.mechanism.type == "impact-pair":
-        return _pair_scene(case, layout, joints)
-    open_joints = "".join(JOINTS[joint.name] for joint in case.joints)
-    mechanism = getattr(mechanisms, f"Open{open_joints}")(_links(case))
-    sigma = math.sqrt(min(joint.clearance for joint in joints))
-    memories = _memories(joints)
-    value = rates.Scene(mechanism, joints, (0.0,) * COORDINATES[type(mechanism)], case.drive.speed, sigma, memories)
-    offsets, roots = _offsets(case, joints)
-    start = np.append(_start(case, open_joints, offsets, roots), np.zeros(len(memories)))
-    return Scene(case, value, layout, start, bool(np.any(roots)))
-
-
-def _pair_scene(case: Case, layout: Layout, joints: tuple) -> Scene:
-    """Return the scene of an impact pair: centred, approaching."""
-    values = case.mechanism.values
-    first, second, speed = values["masses.0"], values["masses.1"], values["speed"]
-    clearance = joints[0].clearance
-    memories = _memories(joints)
-    value = rates.Scene(
-        Pair(first * second / (first + second)), joints, (0.0,), speed / clearance, math.sqrt(clearance), memories
-    )
-    return Scene(case, value, layout, np.array([0.0, speed, 0.0, 0.0] + [0.0] * len(memories)), False)
+    mechanism, bodies = MECHANISMS[case.mechanism.type], case.mechanism.values
+    drive = case.drive.speed if case.drive else None
+    joints = {joint.name: _joint(mechanism.site(joint.name), joint) for joint in case.joints}
+    offsets, roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(joints))
+    if case.simulate.start == "seated":
+        offsets, roots = _seated(mechanism.ideal(bodies, drive, 0.0).reactions, joints)
+    built = mechanism.build(bodies, drive, joints, offsets)
+    terms = tuple(joints.values())
+    memories = _memories(terms)
+    sigma = math.sqrt(min(term.clearance for term in terms))
+    value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, memories)
+    start = np.concatenate([built.start, roots, np.zeros(len(memories))])
+    return Scene(case, mechanism, built, value, Layout.of(case, catalogue()), start, bool(np.any(roots)))
 
 
 def _memories(joints: tuple) -> tuple:
@@ -85,11 +75,11 @@ def _memories(joints: tuple) -> tuple:
     return tuple(size for joint in joints for law in (joint.law, joint.friction) for size in memory(law))
 
 
-def _joint(joint: Joint) -> dry.Joint:
+def _joint(site: JointSite, joint: Joint) -> dry.Joint:
     """Return the compiled form of a joint."""
     law, elastic = registry.contact_terms(joint)
-    side = 1.0 if joint.journal == _DISTAL.get(joint.name) or joint.name == "pair" else -1.0
-    radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning in an impact pair
+    side = 1.0 if joint.journal in (None, site.distal) else -1.0
+    radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
     return dry.Joint(
         joint.clearance,
         radius,
@@ -102,42 +92,20 @@ def _joint(joint: Joint) -> dry.Joint:
     )
 
 
-def _links(case: Case) -> Links:
-    values = case.mechanism.values
-    return Links(
-        values["crank.length"],
-        values["crank.center"],
-        values["crank.mass"],
-        values["crank.inertia"],
-        values["rod.length"],
-        values["rod.center"],
-        values["rod.mass"],
-        values["rod.inertia"],
-        values["slider.mass"],
-        values["gravity"],
-        case.drive.speed,
-    )
+def _seated(reactions, joints: dict[str, dry.Joint]) -> tuple[dict, np.ndarray]:
+    """Return where the distal pin of each joint starts relative to the proximal one, and the penetrations' roots.
 
-
-def _offsets(case: Case, joints: tuple) -> tuple[dict, np.ndarray]:
-    """Return where the distal pin of each open joint starts relative to the proximal one, and the penetrations' roots.
-
-    Seated: displaced along the load of the ideal mechanism to static penetration.
+    It is displaced along the load (N) of the ideal mechanism to static penetration.
     """
     offsets, roots = {}, np.zeros(len(joints))
-    if case.simulate.start == "centred":
-        return offsets, roots
-    loads = ideal.reactions(case.mechanism.values, case.drive.speed, 0.0)._asdict()
-    for place, (joint, term) in enumerate(zip(case.joints, joints, strict=True)):
-        force = loads[joint.column]
+    for place, (name, joint) in enumerate(joints.items()):
+        force = reactions[name]
         load = float(np.hypot(*force))
         if load == 0.0:
-            raise InputError(
-                f"simulate.start: seated needs a load, but {joint.name} carries none at t = 0; use centred"
-            )
-        depth = static_penetration(term.elastic, load)
+            raise InputError(f"simulate.start: seated needs a load, but {name} carries none at t = 0; use centred")
+        depth = static_penetration(joint.elastic, load)
         roots[place] = math.sqrt(depth)
-        offsets[JOINTS[joint.name]] = -(joint.clearance + depth) * force / load
+        offsets[name] = -(joint.clearance + depth) * force / load
     return offsets, roots
 
 
@@ -152,28 +120,6 @@ def static_penetration(elastic, load: float) -> float:
             break
         low, high = (middle, high) if elastic_force(elastic, middle) < load else (low, middle)
     return high
-
-
-def _start(case: Case, open_joints: str, offsets: dict, roots: np.ndarray) -> np.ndarray:
-    """Return the state at crank angle 0 with the pins apart by `offsets` and at rest relative to each other."""
-    values, speed = case.mechanism.values, case.drive.speed
-    radius, length, center = values["crank.length"], values["rod.length"], values["rod.center"]
-    a, b, c = (np.asarray(offsets.get(joint, (0.0, 0.0))) for joint in "ABC")
-    crank_pin = a + np.array([radius, 0.0]) + b
-    sin2 = -(crank_pin[1] + c[1]) / length
-    cos2 = math.sqrt(1.0 - sin2**2)
-    rate = -radius * speed / (length * cos2)
-    rod_center = crank_pin + center * np.array([cos2, sin2])
-    rod_velocity = np.array([0.0, radius * speed]) + center * rate * np.array([-sin2, cos2])
-    places = [[math.asin(sin2), crank_pin[0] + length * cos2 + c[0]]]
-    rates = [[rate, -length * rate * sin2]]
-    if "B" in open_joints and "C" in open_joints:
-        places.append(rod_center)
-        rates.append(rod_velocity)
-    if "A" in open_joints and len(open_joints) > 1:
-        places.append(a)
-        rates.append([0.0, 0.0])
-    return np.concatenate([*places, *rates, [0.0], roots]).astype(float)
 
 
 def signature(case: Case) -> tuple:

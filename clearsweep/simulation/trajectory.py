@@ -7,13 +7,14 @@ import numpy as np
 
 from ..case import Case
 from ..errors import InputError
+from ..layout import DIFFERENCE
 from ..mechanics.joint import registry
 from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
-from ..results import Trajectory, channels, differ, summary_columns
+from ..results import Trajectory
 from ..validity import past_limits
-from .figures import events_of, figures_of, wear_of
+from .figures import COST, Window, events_of, figures_of, wear_of
 from .run import Run, call, control_of, integrate, integrated, period
 from .scene import Scene, build
 from .until import Until, longest, marks
@@ -60,13 +61,13 @@ def simulate(scene: Scene, times=None, watchers=()) -> Trajectory:
 
 def _simulate(scene: Scene, times, watchers=()) -> Trajectory:
     """Return the trajectory of a scene whose length is given."""
-    pair = scene.layout.mechanism == "impact-pair"
-    end = math.inf if pair else scene.case.simulate.revolutions * period(scene)
+    turning = scene.mechanism.turns
+    end = scene.case.simulate.revolutions * period(scene) if turning else math.inf
     if times is not None:
         times = checked_times(times, end)
     elif scene.case.save.orbits == "none":
         times = np.empty(0)
-    elif pair:  # its duration is known afterwards
+    elif not turning:  # its duration is known afterwards
         last = integrated(scene, np.empty(0), end)
         times = np.linspace(0.0, last.work.y[last.work.time], scene.case.save.samples + 1)
     else:
@@ -122,8 +123,16 @@ def _check_error(scene: Scene, found: Trajectory) -> None:
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter["revolutions"] = found.summary["revolutions_run"]
-    made = dataclasses.replace(_changed(scene, **tighter), layout=scene.layout._replace(error_check=False, until=""))
-    differ(found.summary, _simulate(made, np.empty(0)).summary)
+    _differ(found.summary, _simulate(_changed(scene, **tighter), np.empty(0)).summary)
+
+
+def _differ(summary: dict, tighter: dict) -> None:
+    """Enter into a summary how far its figures are from those at a tighter tolerance, and add what the latter cost."""
+    for name in [name for name in summary if name.endswith(DIFFERENCE)]:
+        values = (summary[name.removesuffix(DIFFERENCE)], tighter[name.removesuffix(DIFFERENCE)])
+        summary[name] = None if None in values else abs(values[0] - values[1])
+    for figure in COST:
+        summary[figure.name] += tighter[figure.name]
 
 
 def compile_for(case: Case) -> None:
@@ -145,32 +154,43 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
         events=run.work.counts[events.EVENTS],
         budget=control_of(scene, end, False).step_budget,
     )
-    counts = run.counts
-    summary = dict.fromkeys(column.name for column in summary_columns(scene.layout))
-    if run.status == loop.OK:
-        summary.update(figures_of(scene, run, end) | run.found)
-        message = past_limits(
-            (
-                joint.name,
-                joint.contact.elastic or "",
-                registry.penetration_limit(joint),
-                summary[f"{joint.column}_law_limit_fraction"],
-            )
-            for joint in scene.case.joints
-        )
-    summary.update(
-        steps=int(counts[events.STEPS]),
-        steps_rejected=int(counts[events.REJECTED]),
-        rhs_evaluations=int(counts[events.EVALUATIONS]),
-        run_time=run.duration,
-    )
-    if run.status != loop.OK:
+    failed = run.status != loop.OK
+    summary = dict.fromkeys(column.name for column in scene.layout.columns)
+    summary |= figures_of(window_of(scene, run, end), failed=failed)
+    if failed:
         return Trajectory(status, message, summary)
-    names = [channel.name for channel in channels(scene.layout)]
+    summary |= run.found
+    message = past_limits(
+        (
+            joint.name,
+            joint.contact.elastic or "",
+            registry.penetration_limit(joint),
+            summary[f"{joint.column}_law_limit_fraction"],
+        )
+        for joint in scene.case.joints
+    )
+    names = [channel.name for channel in scene.layout.channels]
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
     )
-    return Trajectory(status, message, summary, histories, events_of(scene, run), wear_of(scene, run))
+    log, wear = events_of(scene.layout, run.events), wear_of(scene.layout, run.tally)
+    return Trajectory(status, message, summary, histories, log, wear)
+
+
+def window_of(scene: Scene, run: Run, end: float) -> Window:
+    """Return what an integration up to `end` (s) came to."""
+    settings, turning = scene.case.simulate, scene.mechanism.turns
+    return Window(
+        case=scene.case,
+        mechanism=scene.mechanism,
+        layout=scene.layout,
+        joints=scene.value.joints,
+        tally=run.tally,
+        counts=run.counts,
+        seconds=run.duration,
+        duration=end - settings.discard * period(scene) if turning else run.work.y[run.work.time],
+        turns=settings.revolutions - settings.discard if turning else 1.0,
+    )
 
 
 def checked_times(times, end: float) -> np.ndarray:

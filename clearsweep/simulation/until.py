@@ -8,7 +8,6 @@ import numpy as np
 from .. import case
 from ..case import Simulate
 from ..mechanics.solver.event import Work
-from ..results import channels
 from .batch_means import Blocks, Interval
 from .scene import Scene
 from .watch import Moment, mark, moment_of
@@ -65,7 +64,7 @@ class Until:
 
 def _journals(scene: Scene) -> tuple[list[int], np.ndarray]:
     """Return the channels that tell where the journals are and how fast, and what counts as 1 in each."""
-    names = [channel.name for channel in channels(scene.layout)]
+    names = [channel.name for channel in scene.layout.channels]
     places: list[int] = []
     units: list[float] = []
     for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):

@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 
 from .. import results
 from ..grid import Grid
+from ..layout import Column, Layout
 
 ID_LENGTH = 16  # hexadecimal characters of a case_id
 CASE, SAMPLE, EVENT = "case", "sample", "event"
@@ -30,7 +31,7 @@ class Axis(NamedTuple):
 class Form(NamedTuple):
     """What decides the columns and datasets of a run; all its cases share it."""
 
-    layout: results.Layout
+    layout: Layout
     axes: tuple[Axis, ...]
     histories: bool  # False: neither samples nor events are stored
 
@@ -41,7 +42,7 @@ class Form(NamedTuple):
             Axis(path, grid.unit(path), all(isinstance(value, str) for value in values))
             for path, values in grid.axes.items()
         )
-        return cls(grid.layout(), axes, grid.frame().get("save.orbits") != "none")
+        return cls(grid.layout, axes, grid.frame().get("save.orbits") != "none")
 
 
 class Row(NamedTuple):
@@ -66,15 +67,13 @@ class Dataset(NamedTuple):
 def summary_schema(form: Form) -> pa.Schema:
     """Return the schema of a summary; every field's metadata hold `unit` and `description`."""
     types = {"float": pa.float64(), "int": pa.int64(), "text": pa.string()}
-    columns = [results.Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
+    columns = [Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
+    columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
     columns += [
-        results.Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes
+        Column("status", "", "'ok', or the word for how the case failed", "text"),
+        Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
     ]
-    columns += [
-        results.Column("status", "", "'ok', or the word for how the case failed", "text"),
-        results.Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
-    ]
-    columns += results.summary_columns(form.layout)
+    columns += form.layout.columns
     return pa.schema(
         [
             pa.field(column.name, types[column.kind], metadata={"unit": column.unit, "description": column.description})
@@ -123,7 +122,7 @@ def datasets(form: Form) -> tuple[Dataset, ...]:
     if form.histories:
         found += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
-            for column in results.channels(form.layout)
+            for column in form.layout.channels
         ]
         found += _event_datasets(form.layout)
     for joint in form.layout.joints:
@@ -142,7 +141,7 @@ def datasets(form: Form) -> tuple[Dataset, ...]:
     return tuple(found)
 
 
-def _event_datasets(layout: results.Layout) -> list[Dataset]:
+def _event_datasets(layout: Layout) -> list[Dataset]:
     joints = h5py.enum_dtype({joint.name: code for code, joint in enumerate(layout.joints)}, basetype="i1")
     kinds = h5py.enum_dtype({kind: code for code, kind in enumerate(results.EVENT_KINDS)}, basetype="i1")
     return [

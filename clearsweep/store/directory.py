@@ -121,7 +121,7 @@ class RunDirectory:
             **written,
             "keys": list(written),
             "source": grid.source,
-            "layout": grid.layout(),
+            "layout": grid.layout.written(),
             "frame": grid.frame(),
             "model_version": clearsweep.MODEL_VERSION,
             "units": {path: grid.unit(path) for path in grid.axes},

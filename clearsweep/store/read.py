@@ -9,6 +9,8 @@ import pyarrow.parquet as pq
 
 from .. import results
 from ..errors import DirectoryError, InputError
+from ..grid import SCHEMA_VERSION
+from ..layout import Layout
 from .batch import EVENT, SAMPLE
 from .directory import read_record
 
@@ -20,19 +22,25 @@ class StoredRun:
     ----------
     directory : Path
     grid : dict, the content of run.json: name, axes and base case in SI, units of the axes, versions, machine, counts.
-    layout : results.Layout, what the scene has.
+    layout : Layout, what the scene has.
     summary : DataFrame, one row per case in case_id order; `attrs["units"]` and `attrs["descriptions"]` by column.
     """
 
     def __init__(self, directory: str | Path):
         self.directory = Path(directory)
         self.grid = read_record(self.directory)
-        mechanism, joints, *asked = self.grid["layout"]
-        self.layout = results.Layout(mechanism, tuple(results.JointLayout(*joint) for joint in joints), *asked)
         self._check()
+        self.layout = Layout.read(self.grid["layout"])
 
     def _check(self) -> None:
-        """Raise DirectoryError where the merged files are missing, damaged or of different runs."""
+        """Raise DirectoryError where the merged files are missing, damaged, of different runs or of another form."""
+        form = self.grid.get("frame", {}).get("schema")
+        if form != SCHEMA_VERSION:
+            written = self.grid.get("versions", {}).get("clearsweep", "unknown")
+            raise DirectoryError(
+                f"{self.directory}: has form {form} of run directories, written by clearsweep {written}; this version "
+                f"reads form {SCHEMA_VERSION}: run the grid again into another directory, or read it with that version"
+            )
         try:
             mark = pq.read_metadata(self.directory / "summary.parquet").metadata[b"clearsweep"].decode()
             with h5py.File(self.directory / "orbits.h5", "r") as file:
@@ -82,7 +90,7 @@ class StoredRun:
 
         It is empty for a failed case and where `save.orbits` is none.
         """
-        channels = results.channels(self.layout)
+        channels = self.layout.channels
         frame = self._frame(case_id, SAMPLE, [channel.name for channel in channels])
         frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
         return frame

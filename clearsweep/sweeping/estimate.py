@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import results
 from ..grid import Grid
 from . import executors, signals, sweep
 from .shard import Shard
@@ -91,8 +90,8 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[
 
 def _case_bytes(grid: Grid, events: float) -> float:
     """Return the bytes that one case takes in its batch and in the merged files together."""
-    layout = grid.layout()
+    layout = grid.layout
     history = sweep.case_bytes(grid)
     wear = sum(2 * 8 * joint.wear_bins for joint in layout.joints)
-    row = 8 * (len(results.summary_columns(layout)) + len(grid.axes)) + 32
+    row = 8 * (len(layout.columns) + len(grid.axes)) + 32
     return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import grid as grids
-from .. import results, store
+from .. import store
 from ..case import Case
 from ..errors import InputError
 from . import executors, progress, signals
@@ -230,7 +230,7 @@ def case_bytes(grid: grids.Grid) -> float:
     turns = {"none": 0.0, "last": save.revolutions, "all": most}[save.orbits]
     if case.drive is None and save.orbits != "none":
         turns = 1.0  # samples are counted in all
-    return 8.0 * turns * save.samples * len(results.channels(grid.layout()))
+    return float(8.0 * turns * save.samples * len(grid.layout.channels))
 
 
 def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:

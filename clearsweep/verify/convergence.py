@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from .. import grid
+from ..layout import Layout
 from ..mechanics.solver.event import Work
-from ..results import Layout
 from ..simulation import scene
 from ..simulation.batch_means import Blocks, Interval
 from ..simulation.trajectory import simulate

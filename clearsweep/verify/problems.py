@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import lambertw
 
 from .. import grid
+from ..case import column_name
 from ..mechanics.solver.event import ONSET, SEPARATION
 from ..simulation import scene
 from ..simulation.trajectory import simulate
@@ -179,7 +180,7 @@ def _trajectory(name: str, entry: dict) -> Trajectory:
         "save": {"orbits": "none"},
     }
     samples = np.array(entry["samples"])
-    names = [joint.replace("-", "_") for joint in entry["joints"]]
+    names = [column_name(joint) for joint in entry["joints"]]
     events = [(t, names.index(joint), KINDS[kind], rate, peak) for t, joint, kind, rate, peak in entry["events"]]
     speed = 2.0 * math.pi * entry["revolutions"] / samples[-1, 0]
     order, places = ([0, 1], 2) if len(names) == 1 else ([2, 3, 0, 1], 4)  # two joints: the rod's centre comes first
@@ -212,7 +213,7 @@ def found_by_simulate(problem, trajectory) -> Solution:
     summary, channels = trajectory.summary, trajectory.channels
     names = _channel_names(problem)
     states = np.column_stack([channels[name] for name in names]) if channels and names else np.empty((0, 0))
-    events, joints = trajectory.events, [joint.replace("-", "_") for joint in problem.grid["joints"]]
+    events, joints = trajectory.events, [column_name(joint) for joint in problem.grid["joints"]]
     rows = [(e["t"], joints.index(e["joint"]), KINDS[e["kind"]], e["rate"], e["force_peak"]) for e in events]
     return Solution(
         states, np.array(rows).reshape(-1, 5), summary["steps"], summary["steps_rejected"], summary["rhs_evaluations"]

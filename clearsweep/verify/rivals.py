@@ -15,8 +15,7 @@ from scipy.integrate import solve_ivp
 
 from ..mechanics.compiled.family import OPTIONS, Entry, entry, flatten, invoke, kernel, shaped
 from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, joint_load
-from ..mechanics.mechanism.dynamics import motion
-from ..mechanics.mechanism.slider_crank import gaps, pose
+from ..mechanics.mechanism.contract import accelerate, gaps, place
 from ..mechanics.solver.event import ONSET, SEPARATION
 from ..mechanics.solver.loop import ONSET_FLOOR
 
@@ -78,16 +77,16 @@ def rates_in_time(scene, y, state, onset, k, row):
     y : (n,) coordinates, rates, time; k : (ROWS, n + JOINT_WIDTH * joints); state, onset : (joints,).
     """
     half = len(scene.coordinates)
-    p = pose(scene.mechanism, y)
-    loads = loads_of(scene.joints, gaps(scene.mechanism, p), state, onset, 0)
-    acceleration = motion(scene.mechanism, p, loads)
+    pose = place(scene.mechanism, y)
+    loads = loads_of(scene.joints, gaps(scene.mechanism, pose), state, onset, 0)
+    motion = accelerate(scene.mechanism, pose, loads)
     for i in range(half):
         k[row, i] = y[half + i]
-        k[row, half + i] = acceleration[i]
+        k[row, half + i] = motion.accelerations[i]
     k[row, 2 * half] = 1.0
     for j in range(len(scene.joints)):
-        load, place = loads[j], 2 * half + 1 + JOINT_WIDTH * j
-        k[row, place + DEPTH], k[row, place + RATE], k[row, place + NORMAL] = load.depth, load.rate, load.normal
+        load, first = loads[j], 2 * half + 1 + JOINT_WIDTH * j
+        k[row, first + DEPTH], k[row, first + RATE], k[row, first + NORMAL] = load.depth, load.rate, load.normal
 
 
 def rates_entry(scene, y, state, onset, k, row):

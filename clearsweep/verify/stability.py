@@ -30,7 +30,7 @@ import numpy as np
 
 from .. import grid
 from ..case import Case
-from ..mechanics.mechanism import ideal
+from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.solver.loop import ONSET_FLOOR
 from ..results import Trajectory
 from ..simulation import scene
@@ -82,9 +82,9 @@ def some(table: list[Extreme], count: int = QUICK) -> list[Extreme]:
 def run(case: Extreme) -> dict[str, Any]:
     """Return the row of a case; `failure` is empty where it passes."""
     made, note = scene_of(case)
-    pair = made.layout.mechanism == "impact-pair"
-    turns = 1.0 if pair else made.case.simulate.revolutions
-    times = np.empty(0) if pair else np.linspace(0.0, turns * 2.0 * math.pi / made.value.pace, SAMPLES + 1)
+    turns = made.case.simulate.revolutions if made.layout.turns else 1.0
+    duration = turns * 2.0 * math.pi / made.value.pace
+    times = np.linspace(0.0, duration, SAMPLES + 1) if made.layout.turns else np.empty(0)
     found = simulate(made, times=times)
     summary = found.summary
     row = {
@@ -150,11 +150,11 @@ def _largest_escape(made: scene.Scene, found: Trajectory, place: int, name: str)
 def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
     """Return the largest penetration of a run over its bound, the largest of its joints."""
     energies, loads = [], []
-    for part, joint in zip(made.layout.joints, made.value.joints, strict=True):
+    for part, written, joint in zip(made.layout.joints, made.case.joints, made.value.joints, strict=True):
         rate = summary[f"{part.name}_onset_rate_max"]
         factor = getattr(joint.law, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws divide by no less
         energies.append(_damped_energy(_reduced_mass(made.case, part.name), rate, factor))
-        loads.append(_largest_load(made.case, part.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
+        loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for part, joint, load in zip(made.layout.joints, made.value.joints, loads, strict=True):
         stiffness, exponent = joint.elastic.stiffness, getattr(joint.elastic, "exponent", _exponent(joint.elastic))
@@ -175,11 +175,9 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
     return mass * rate**2 * (factor - math.log1p(factor)) / factor**2
 
 
-def _largest_load(case: Case, name: str) -> float:
-    """Return LOAD times the largest load (N) of a joint in the ideal mechanism."""
-    if case.drive is None:
-        return 0.0
-    return LOAD * ideal.largest_reactions(case.mechanism.values, case.drive.speed)[name]
+def _largest_load(made: scene.Scene, name: str) -> float:
+    """Return LOAD times the largest load (N) of a joint in the ideal mechanism, 0 where there is none."""
+    return LOAD * largest_reactions(made.mechanism, made.case.mechanism.values, made.built.rate).get(name, 0.0)
 
 
 def _reduced_mass(case: Case, name: str) -> float:

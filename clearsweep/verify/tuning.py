@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import grid
+from ..case import column_name
 from ..simulation import scene
 from ..simulation.trajectory import simulate
 from .extremes import Extreme
@@ -74,7 +75,7 @@ def _graze(case: Extreme, path: str, low: float, high: float) -> tuple[float, st
 
 def _meeting(case: Extreme, path: str, low: float, high: float) -> tuple[float, str]:
     """Return the clearance at which the first onset of its joint falls upon one of the other joint."""
-    joint = path.split(".")[1].replace("-", "_")
+    joint = column_name(path.split(".")[1])
 
     def ahead(value: float) -> int:  # onsets of the other joint before the first one of this
         log = onsets(case.grid, path, value)

@@ -4,10 +4,12 @@ The compiler knows what those of `math` do to a Dual; where nothing is compiled,
 """
 
 import math
+import sys
 from math import *  # noqa: F403
 
 from numba import config
 
+from . import dual
 from .direction import direction
 from .dual import FUNCTIONS, Dual, turned
 
@@ -20,3 +22,4 @@ def _either(function, rule):
 if config.DISABLE_JIT:
     globals().update({name: _either(getattr(math, name), rule) for name, rule in FUNCTIONS.items()})
     direction = _either(direction, turned)
+    dual.math, dual.direction = sys.modules[__name__], direction  # Duals of Duals: what the rules call has rules

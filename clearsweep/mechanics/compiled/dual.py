@@ -3,6 +3,9 @@
 A `Dual` is a value and its slope along one direction of the state (Griewank & Walther 2008, "Evaluating Derivatives",
 2nd ed., chapter 3).  Every rule stands here once: the compiler takes it for its own type of such numbers, and Python
 for the class.  A kernel that is to be differentiated calls the functions of `calculus` where it would call `math`.
+
+The value and the slope may be Duals themselves: what is differentiated twice has both seeded at the state, so that all
+numbers that vary nest equally deep; a number that nests less deep is constant along the outer direction.
 """
 
 import builtins
@@ -237,16 +240,17 @@ Dual.__hash__ = None
 
 
 class DualType(types.Type):
-    """The compiler's type of a Dual; numbers become one where the two meet."""
+    """The compiler's type of a Dual of the type `part`; numbers become one where the two meet, and so does a `part`."""
 
-    def __init__(self):
-        super().__init__("Dual")
+    def __init__(self, part):
+        self.part = part
+        super().__init__(f"Dual({part})")
 
     def unify(self, typing_context, other):
-        return self if isinstance(other, types.Number) else None
+        return self if isinstance(other, types.Number) or other == self.part else None
 
     def can_convert_from(self, typing_context, other):
-        return Conversion.safe if isinstance(other, types.Number) else None
+        return Conversion.safe if isinstance(other, types.Number) or other == self.part else None
 
 
 class SeededType(types.Type):
@@ -257,13 +261,10 @@ class SeededType(types.Type):
         super().__init__(f"Seeded({values})")
 
 
-dual = DualType()
-
-
 @register_model(DualType)
 class _DualModel(models.StructModel):
     def __init__(self, manager, kind):
-        super().__init__(manager, kind, [("value", types.float64), ("slope", types.float64)])
+        super().__init__(manager, kind, [("value", kind.part), ("slope", kind.part)])
 
 
 @register_model(SeededType)
@@ -279,7 +280,7 @@ for _kind, _fields in ((DualType, ("value", "slope")), (SeededType, ("values", "
 
 @type_callable(Dual)
 def _type_dual(context):
-    return lambda value, slope: dual
+    return lambda value, slope: DualType(next((x for x in (value, slope) if isinstance(x, DualType)), types.float64))
 
 
 @type_callable(Seeded)
@@ -287,32 +288,36 @@ def _type_seeded(context):
     return lambda values, direction: SeededType(values)
 
 
-@lower_builtin(Dual, types.float64, types.float64)
-@lower_builtin(Seeded, types.Array, types.int64)
-def _construct(context, builder, signature, given):
+@lower_builtin(Dual, types.Any, types.Any)
+@lower_builtin(Seeded, types.Array, types.Any)
+def construct(context, builder, signature, given):
+    """Emit a struct of its fields, each cast to its type."""
     made = cgutils.create_struct_proxy(signature.return_type)(context, builder)
-    for field, part in zip(made._datamodel._fields, given, strict=True):
-        setattr(made, field, part)
+    model = made._datamodel
+    for field, kind, wanted, part in zip(model._fields, signature.args, model._members, given, strict=True):
+        setattr(made, field, context.cast(builder, part, kind, wanted))
     return impl_ret_borrowed(context, builder, signature.return_type, made._getvalue())
 
 
 @lower_cast(types.Number, DualType)
-def _number_to_dual(context, builder, source, target, number):
+@lower_cast(DualType, DualType)
+def _constant_to_dual(context, builder, source, target, number):
     made = cgutils.create_struct_proxy(target)(context, builder)
-    made.value = context.cast(builder, number, source, types.float64)
-    made.slope = context.get_constant(types.float64, 0.0)
+    zero = context.get_constant(types.float64, 0.0)
+    made.value = context.cast(builder, number, source, target.part)
+    made.slope = context.cast(builder, zero, types.float64, target.part)
     return made._getvalue()
 
 
 def _teach(function, rule):
-    """Let the compiler use `rule` for `function` where one of its arguments is a Dual."""
+    """Let the compiler use `rule` for `function` where one of its arguments is a Dual; two are to nest equally deep."""
     binary = rule.__code__.co_argcount == 2
 
     def select_one(a):
         return rule if isinstance(a, DualType) else None
 
     def select_two(a, b):
-        return rule if isinstance(a, DualType) or isinstance(b, DualType) else None
+        return rule if len({x for x in (a, b) if isinstance(x, DualType)}) == 1 else None
 
     overload(function, strict=False, jit_options=dict(OPTIONS, forceinline=True))(select_two if binary else select_one)
 
@@ -351,6 +356,6 @@ def _lifted(x):
 
 @overload(alike, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _alike(x, model):
-    if isinstance(model, DualType) and not isinstance(x, DualType):
-        return lambda x, model: Dual(x, 0.0)
+    if isinstance(model, DualType) and x != model:
+        return lambda x, model: Dual(alike(x, model.value), alike(0.0, model.value))
     return lambda x, model: x

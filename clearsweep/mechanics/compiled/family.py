@@ -37,30 +37,45 @@ def inlined(function):
 def family(stub):
     """Return `stub` as a function whose code is chosen by the type of its first argument.
 
-    `@stub.member(cls)` enters the code for `cls`, a NamedTuple; for None, that for all types not entered.  In compiled
-    code the choice costs nothing and only the chosen body is compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as
-    plain Python.
+    `@stub.member(cls)` enters the code for `cls`, a NamedTuple; for None, that for all types not entered.  A field that
+    is a plain tuple may narrow it: `member(cls, field=(A, None))` is for values whose field holds an `A` and anything;
+    the first one entered that fits is taken.  In compiled code the choice costs nothing and only the chosen body is
+    compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
     """
     members = {}
 
     @functools.wraps(stub)
     def dispatch(first, *rest):
-        cls = type(first)
-        return members[cls if cls in members else None](first, *rest)
+        return _chosen(members, type(first), lambda field: map(type, getattr(first, field)))(first, *rest)
 
-    def member(cls):
+    def member(cls, **narrowed):
         def enter(body):
-            members[cls] = body
+            members.setdefault(cls, []).append((narrowed, body))
             return body
 
         return enter
 
     def select(first, *rest):
-        return members.get(getattr(first, "instance_class", None), members.get(None))
+        def classes(field):
+            return (item.instance_class for item in first.types[first.fields.index(field)])
+
+        return _chosen(members, getattr(first, "instance_class", None), classes)
 
     overload(dispatch, strict=False, jit_options=dict(OPTIONS))(select)
     dispatch.member, dispatch.members = member, members
     return dispatch
+
+
+def _chosen(members, cls, classes):
+    """Return the body for a class, or None; `classes(field)` : the classes of the items of a field."""
+    for narrowed, body in members.get(cls, members.get(None, ())):
+        if all(_fits(wanted, tuple(classes(field))) for field, wanted in narrowed.items()):
+            return body
+    return None
+
+
+def _fits(wanted, classes):
+    return all(cls in (None, there) for cls, there in zip(wanted, classes, strict=True))
 
 
 class Entry(NamedTuple):

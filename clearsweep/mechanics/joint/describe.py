@@ -6,7 +6,7 @@ import textwrap
 from ...case import Contact, Joint, Material
 from ...catalogue import Field, Law
 from ...errors import InputError, nearest
-from ..mechanism.description import MECHANISMS
+from ..mechanism import MECHANISMS
 from .elastic.contract import elastic_force
 from .recipe import RECIPES, Recipe
 
@@ -46,7 +46,7 @@ def text(name: str | None = None) -> str:
 
 def _everything() -> tuple[Law, ...]:
     """Return the mechanisms and all laws."""
-    return (*MECHANISMS, *(recipe.law for recipe in RECIPES.values()))
+    return (*(mechanism.law for mechanism in MECHANISMS.values()), *(recipe.law for recipe in RECIPES.values()))
 
 
 def _list() -> str:

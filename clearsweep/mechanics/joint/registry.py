@@ -6,7 +6,7 @@ To add a law is to add one block, with its type where it needs a new one, to a f
 import math
 
 from ...case import Joint
-from ...catalogue import Catalogue
+from ...catalogue import Law
 from .describe import text
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
@@ -25,9 +25,9 @@ from .wear import archard, pressure  # noqa: F401
 
 __all__ = [
     "RECIPES",
-    "catalogue",
     "contact_terms",
     "derived",
+    "described",
     "elastic_choices",
     "elastic_forces",
     "friction_term",
@@ -39,9 +39,9 @@ __all__ = [
 ]
 
 
-def catalogue() -> Catalogue:
-    """Return all laws a grid can name."""
-    return Catalogue(tuple(recipe.law for recipe in RECIPES.values()))
+def described() -> tuple[Law, ...]:
+    """Return all laws a grid can name, as they are described."""
+    return tuple(recipe.law for recipe in RECIPES.values())
 
 
 def _elastic(joint: Joint) -> Recipe | None:
@@ -79,7 +79,7 @@ def elastic_choices(joint: Joint) -> dict[str, Joint]:
     sizes = {key: value for key, value in joint._asdict().items() if isinstance(value, float)}
     material = {f"contact.material.{key}": value for key, value in contact.material._asdict().items()}
     there = {*sizes, "material"}
-    for law in catalogue().of("elastic"):
+    for law in (law for law in described() if law.family == "elastic"):
         defaults = {field.name: field.default for field in law.fields if field.default is not None}
         values = defaults | contact.values
         follows = {*values, "stiffness"}  # from the material

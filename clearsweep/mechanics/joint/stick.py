@@ -10,8 +10,7 @@ from typing import NamedTuple
 from numba.extending import overload
 
 from ..compiled.family import OPTIONS, kernel
-from ..mechanism.dynamics import motion
-from ..mechanism.gap_acceleration import swings
+from ..mechanism.contract import accelerate, gap_accelerations
 from .dry import STUCK, Load
 from .friction.contract import holding
 
@@ -36,14 +35,14 @@ class Surface(NamedTuple):
 
 
 @kernel
-def slip_rate(surface, swing):
-    """Return the rate (m/s^2) of the sliding speed of a joint in contact."""
+def slip_rate(surface, gap):
+    """Return the rate (m/s^2) of the sliding speed of a joint in contact, from its GapAcceleration."""
     x, y, vx, vy = surface.x, surface.y, surface.vx, surface.vy
     squared = x * x + y * y
-    across = x * swing.ay - y * swing.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
-    spin = swing.distal * surface.journal_radius - swing.proximal * surface.bearing_radius
+    across = x * gap.ay - y * gap.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
+    spin = gap.distal * surface.journal_radius - gap.proximal * surface.bearing_radius
     if surface.side < 0.0:
-        spin = swing.proximal * surface.journal_radius - swing.distal * surface.bearing_radius
+        spin = gap.proximal * surface.journal_radius - gap.distal * surface.bearing_radius
     return across / squared**0.5 + spin
 
 
@@ -113,13 +112,13 @@ def _carried(surfaces, loads, j, force):
 
 
 @kernel
-def rate_under(scene, p, surfaces, loads, j):
+def rate_under(scene, y, pose, surfaces, loads, j):
     """Return the rate (m/s^2) of the sliding speed of joint `j` under the loads."""
-    swing = swings(scene.mechanism, p, motion(scene.mechanism, p, loads))[j]
-    return slip_rate(surfaces[j], swing)
+    motion = accelerate(scene.mechanism, pose, loads)
+    return slip_rate(surfaces[j], gap_accelerations(scene.mechanism, y, motion)[j])
 
 
-def held(scene, p, relative, loads, state):
+def held(scene, y, pose, relative, loads, state):
     """Return the loads with the tangential forces of joints that stick such as let their sliding speed die away.
 
     It dies away with the rate `scene.pace`, as what it has left is the band's width and of no account; where that takes
@@ -135,9 +134,9 @@ def held(scene, p, relative, loads, state):
             if state[j] != STUCK or limit == 0.0:
                 continue
             now = loads[j].tangential
-            wanted = -scene.pace * loads[j].slip - rate_under(scene, p, surfaces, loads, j)
+            wanted = -scene.pace * loads[j].slip - rate_under(scene, y, pose, surfaces, loads, j)
             other = carried(surfaces, loads, j, now + limit)
-            gain = wanted + scene.pace * loads[j].slip + rate_under(scene, p, surfaces, other, j)
+            gain = wanted + scene.pace * loads[j].slip + rate_under(scene, y, pose, surfaces, other, j)
             force = min(max(now + limit * wanted / gain, -limit), limit)
             change = max(change, abs(force - now) / limit)
             loads = carried(surfaces, loads, j, force)
@@ -147,7 +146,8 @@ def held(scene, p, relative, loads, state):
 
 
 @overload(held, strict=False, jit_options=dict(OPTIONS))
-def _held(scene, p, relative, loads, state):
+def _held(scene, y, pose, relative, loads, state):
     joints = scene.types[scene.fields.index("joints")]
     laws = [joint.types[joint.fields.index("friction")].instance_class for joint in joints]
-    return held if any(law in holding.members for law in laws) else lambda scene, p, relative, loads, state: loads
+    sticks = any(law in holding.members for law in laws)
+    return held if sticks else lambda scene, y, pose, relative, loads, state: loads

@@ -8,7 +8,7 @@ from numba import types
 from numba.extending import overload
 
 from ...compiled.family import OPTIONS, Entry, entry, kernel, shaped
-from ...mechanism.slider_crank import body_angles, gaps, pose
+from ...mechanism.contract import body_angles, gaps, place
 from ...observe.tally import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP
 from ..dry import FREE
 from .contract import ACCOUNT, Bins, Rubbing, wear_rate
@@ -117,7 +117,7 @@ def wear_entry(scene, y, end, state, course, length, depths, account, stride):
     joints = len(here.joints)
     n = 2 * len(here.coordinates) + 1 + joints
     start, finish = shaped(y, (n,)), shaped(end, (n,))
-    before, after = pose(here.mechanism, start), pose(here.mechanism, finish)
+    before, after = place(here.mechanism, start), place(here.mechanism, finish)
     step = Step(
         gaps(here.mechanism, before),
         gaps(here.mechanism, after),

@@ -1,0 +1,50 @@
+"""The SI unit of every number of a grid, by the key table: what a value alone does not say."""
+
+from collections.abc import Mapping
+
+from .. import quantity
+from ..catalogue import Catalogue
+from .key_table import shape
+from .keys import Number, Word
+from .resolve import leaves
+
+VARIATIONS = ("sweep", "zip", "cases")  # sections of a resolved grid that hold dotted path -> values
+
+
+def units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
+    """Return dotted path -> SI unit of every number in use in a grid that `Grid.resolved` gave.
+
+    A number that belongs to a law which the catalogue does not know has none.
+    """
+    mechanism = catalogue.mechanism(resolved["mechanism"]["type"])
+    keys = shape(mechanism, catalogue) if mechanism else {}
+    axes = {path: values for way in VARIATIONS for path, values in (resolved.get(way) or {}).items()}
+    values = dict(leaves(resolved))
+    names = {
+        path: frozenset(axes.get(path) or [values.get(path, node.default)])
+        for path, node in keys.items()
+        if isinstance(node, Word)
+    }
+    named = {}
+    for path, node in keys.items():
+        if isinstance(node, Number):
+            beside = f"{path.rpartition('.')[0]}.exponent"
+            exponent = None if beside in axes else values.get(beside, _default(keys.get(beside), names))
+            named[path] = unit(node, names, exponent)
+    return {path: name for path, name in named.items() if name}
+
+
+def unit(node: Number, names: Mapping[str, frozenset[str]], exponent: float | None) -> str:
+    """Return the SI unit of a number with the law names in play, 'A or B' where they differ; '' if none is in use.
+
+    `exponent` is the value of the key `exponent` beside it, None where there is none or it varies.
+    """
+    written = [field.unit for field in node.fields(names)]
+    exact = written if exponent is None else [quantity.exponent_of(name, exponent) for name in written]
+    return " or ".join(dict.fromkeys(exact))
+
+
+def _default(node: object, names: Mapping[str, frozenset[str]]) -> float | None:
+    """Return the default of a key that is not written, None where it is no number or has no default."""
+    fields = node.fields(names) if isinstance(node, Number) else ()
+    return fields[0].default if fields else None

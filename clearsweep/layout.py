@@ -1,0 +1,160 @@
+"""What a case of a grid gives: its columns and time histories, with names, units and meaning, worked out once."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+from .case import Case, column_name
+from .catalogue import Catalogue, Figure, Mechanism
+
+DIFFERENCE = "_difference"  # what the name of a figure's error check ends in
+TIME = "t"  # the channel that all others are over
+
+
+class Column(NamedTuple):
+    """A figure of merit of one case (a column of the summary) or a time history (a channel of the orbits)."""
+
+    name: str
+    unit: str  # SI
+    description: str
+    kind: str = "float"  # 'float', 'int' or 'text'
+    figure: str = ""  # name of the catalogue.Figure it holds; '' where it holds none
+    joint: str = ""  # of that figure; '' where it is no joint's
+
+
+class JointLayout(NamedTuple):
+    """What decides what is stored about a clearance joint."""
+
+    name: str  # 'rod_slider': the name of the joint in columns and channels
+    wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
+
+
+class Layout(NamedTuple):
+    """What a scene has and gives; every case of a grid shares it."""
+
+    mechanism: str
+    turns: bool  # a drive turns it: there are revolutions
+    output: str  # the body by whose motion it is judged, '' for none
+    joints: tuple[JointLayout, ...]  # those with clearance, in the order of the grid's keys
+    columns: tuple[Column, ...]  # the figures of merit, in the order of the summary
+    channels: tuple[Column, ...]  # the time histories, `t` first
+    horizon: bool = False  # simulate.horizon
+    error_check: bool = False  # simulate.error_check
+    until: str = ""  # simulate.until.figure
+
+    @classmethod
+    def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
+        """Return the layout of a case, and so of all cases of its grid."""
+        mechanism, simulate = catalogue.mechanism(case.mechanism.type), case.simulate
+        assert mechanism is not None, case.mechanism.type  # a case is of a known one
+        joints = tuple(JointLayout(joint.column, joint.wear.bins if joint.wear else 0) for joint in case.joints)
+        until = simulate.until.figure if simulate.until else ""
+        asked = {name for name in ("horizon", "error_check", "until") if getattr(simulate, name)}
+        parts = {joint.column: {"wear"} if joint.wear else set() for joint in case.joints}
+        return cls(
+            mechanism.name,
+            mechanism.turns,
+            mechanism.output.name if mechanism.output else "",
+            joints,
+            columns_of(catalogue, mechanism, parts, asked, until),
+            _channels(catalogue, mechanism, joints),
+            simulate.horizon,
+            simulate.error_check,
+            until,
+        )
+
+    def written(self) -> dict[str, Any]:
+        """Return the layout as run.json holds it."""
+        listed = {name: [each._asdict() for each in getattr(self, name)] for name in _LISTED}
+        return self._asdict() | listed
+
+    @classmethod
+    def read(cls, written: Mapping[str, Any]) -> "Layout":
+        """Return the layout that `written` gave."""
+        listed: dict[str, Any] = {name: tuple(kind(**each) for each in written[name]) for name, kind in _LISTED.items()}
+        return cls(**(dict(written) | listed))
+
+
+_LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
+
+
+def columns_of(
+    catalogue: Catalogue, mechanism: Mechanism, parts: Mapping[str, set], asked: set, until: str = ""
+) -> tuple[Column, ...]:
+    """Return the figures of merit of a case, in the order of the summary's columns.
+
+    parts : joint with clearance ('rod_slider') -> what it has besides contact ('wear'); asked : what `simulate` asks
+    for ('horizon', 'error_check', 'until'); until : the figure that `simulate.until` judges.
+    """
+    there = {*asked, "turns" if mechanism.turns else "rests"}
+    columns: list[Column] = []
+    for joint, has in parts.items():
+        wanted = (figure for figure in catalogue.figures if figure.of == "joint")
+        columns += [_column(figure, joint, mechanism) for figure in wanted if there | has >= {*figure.needs}]
+    for figure in catalogue.figures:
+        if figure.of == "joint" or not there >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
+            continue
+        judged = {column.name: column.unit for column in columns}.get(until, "1")
+        columns.append(_column(figure, "", mechanism, until, judged))
+    if "error_check" not in asked:
+        return tuple(columns)
+    differing = {figure.name for figure in catalogue.figures if figure.differs}
+    return tuple(
+        each
+        for column in columns
+        for each in ((column, _difference(column)) if column.figure in differing else (column,))
+    )
+
+
+def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", judged: str = "") -> Column:
+    """Return the column of a figure; `judged` is the unit of the figure `until`."""
+    output = mechanism.output
+    name = figure.column(output.name if output and figure.of == "output" else joint)
+    text = figure.text.format(output=output.name if output else "", until=until)
+    unit = figure.unit.format(output=output.unit if output else "", until=judged)
+    return Column(name, unit, text, figure.kind, figure.name, joint)
+
+
+def _difference(column: Column) -> Column:
+    """Return the column in which the error check of a figure stands."""
+    text = f"absolute difference of {column.name} from a run at a tenth of the tolerance"
+    return Column(f"{column.name}{DIFFERENCE}", column.unit, text)
+
+
+def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[JointLayout]) -> tuple[Column, ...]:
+    """Return the time histories of a case, as its compiled form gives them."""
+    inside = (
+        channel._replace(name=f"joints/{joint.name}/{channel.name}")
+        for joint in joints
+        for channel in catalogue.joint_channels
+    )
+    return (Column(TIME, "s", "time"), *(Column(*channel) for channel in (*mechanism.channels, *inside)))
+
+
+def settling(catalogue: Catalogue, mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the columns that settle as a run grows longer, with clearance and wear in every joint."""
+    parts = {column_name(site.name): {"wear"} for site in mechanism.joints}
+    settled = {figure.name for figure in catalogue.figures if figure.settles}
+    return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in settled)
+
+
+def markdown(catalogue: Catalogue) -> str:
+    """Return a table in Markdown of the figures that cases may give, `J` standing for the column name of a joint."""
+    outputs = [mechanism.output for mechanism in catalogue.mechanisms if mechanism.output]
+    rows = ["| column | unit | what it is | where |", "| --- | --- | --- | --- |"]
+    for figure in catalogue.figures:
+        owners = {"joint": ("J",), "output": tuple(output.name for output in outputs)}.get(figure.of, ("",))
+        names = ", ".join(f"`{figure.column(owner)}`" for owner in owners)
+        units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}
+        text = figure.text.format(output=" or ".join(output.name for output in outputs), until="the judged figure")
+        where = ", ".join(_WHERE[need] for need in figure.needs)
+        rows.append(f"| {names}{' *' if figure.settles else ''} | {', '.join(sorted(units))} | {text} | {where} |")
+    return "\n".join(rows) + "\n"
+
+
+_WHERE = {
+    "turns": "a drive turns the mechanism",
+    "rests": "nothing turns",
+    "wear": "the joint wears",
+    "horizon": "`simulate.horizon`",
+    "until": "`simulate.until`",
+}

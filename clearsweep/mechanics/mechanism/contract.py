@@ -1,0 +1,175 @@
+"""What a mechanism is: one value that describes it, and the functions of its compiled form.
+
+A mechanism is a file, or a folder where that would be long: a `catalogue.Mechanism` that describes it, and the members
+of the families below for the type of its compiled form.  Nothing else names it: its name, keys, joints and channels are
+read from that description, and the types in the compiled form choose the code.
+
+Joints without clearance are types too: a compiled form holds a tuple with `Ideal()` or `Open()` for each joint site,
+and where the equations depend on what is open, members for that tuple are chosen by them (`slider_crank`).  A
+four-bar is one such file; the planar mechanism of any topology is another, whose sites are as many as its joints and
+whose one body of `accelerate` eliminates the constraints of the ideal ones; a free crank is a coordinate more and
+`turns` as before; loads on bodies are further values of the compiled form that `accelerate` reads.
+"""
+
+import functools
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.extending import lower_builtin, overload, type_callable
+
+from ...catalogue import Mechanism
+from ..compiled.dual import alike, slope
+from ..compiled.family import OPTIONS, family, inlined, kernel
+from ..compiled.moving import Moving
+
+
+class IdealMotion(NamedTuple):
+    """A mechanism without clearance at angles of what drives it, arrays of any shape (...)."""
+
+    place: np.ndarray  # m, of the output
+    velocity: np.ndarray  # m/s
+    acceleration: np.ndarray  # m/s^2
+    reactions: Mapping[str, np.ndarray]  # joint -> (..., 2) N, force on its distal body
+
+
+class Built(NamedTuple):
+    """A mechanism with numbers and clearances."""
+
+    value: tuple  # the compiled form
+    start: np.ndarray  # (2 n + 1,) coordinates, their rates, time, with the distal pins where they were asked to be
+    lengths: np.ndarray  # (n,) m: how far the bodies move for a unit of each coordinate
+    size: float  # m, of the whole: what places are rounded to follows from it
+    rate: float  # rad/s, by which time is measured: that of the crank, or of approach over clearance
+
+
+def largest_reactions(mechanism: Mechanism, bodies: Mapping[str, float], drive: float) -> Mapping[str, float]:
+    """Return the largest reaction (N) of each joint without clearance over a turn; none where nothing turns."""
+    return _largest_reactions(mechanism.ideal, tuple(bodies.items()), drive) if mechanism.ideal else {}
+
+
+@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
+def _largest_reactions(ideal: Callable, bodies: tuple, drive: float) -> Mapping[str, float]:
+    count = 720  # with the parabola, exact to about 1e-9
+    angles = 2.0 * np.pi * np.arange(count) / count
+    result = {}
+    for name, forces in ideal(dict(bodies), drive, angles).reactions.items():
+        size = np.hypot(forces[:, 0], forces[:, 1])
+        top = int(np.argmax(size))
+        before, here, after = size[top - 1], size[top], size[(top + 1) % count]
+        bend = before - 2.0 * here + after
+        result[name] = float(here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here)  # parabola
+    return result
+
+
+# ---------------------------------------------------------------------------------------------- the compiled form
+
+
+class Ideal(NamedTuple):
+    """A joint without clearance: its pins coincide."""
+
+
+class Open(NamedTuple):
+    """A joint with clearance: nothing but its load acts between its bodies."""
+
+
+class Motion(NamedTuple):
+    """How a mechanism accelerates."""
+
+    accelerations: tuple  # of the coordinates
+    output: float  # m/s^2, of the output; 0 where there is none
+    torque: float  # N m, of the drive; 0 where there is none
+
+
+class GapAcceleration(NamedTuple):
+    """How the rates of a Gap change."""
+
+    ax: float  # m/s^2
+    ay: float
+    proximal: float  # rad/s^2
+    distal: float
+
+
+@family
+def place(mechanism, y):
+    """Return the pose, a NamedTuple of the mechanism's own, at the state `y`: coordinates, their rates, time."""
+
+
+@family
+def gaps(mechanism, pose):
+    """Return one Gap per open joint, in the order of the sites."""
+
+
+@family
+def accelerate(mechanism, pose, loads):
+    """Return the Motion under the joint loads `loads`, one Load per open joint."""
+
+
+@family
+def energy(mechanism, pose):
+    """Return the kinetic energy (J) and the power of gravity (W)."""
+
+
+@family
+def body_angles(mechanism, y):
+    """Return the angles (rad) of the proximal and the distal body of every open joint at the state `y`."""
+
+
+@family
+def output_error(mechanism, pose):
+    """Return how far (m) the output is from its place in the ideal mechanism, and the rate (m/s) of that."""
+
+
+@family
+def describe(mechanism, y, pose, motion, out):
+    """Put the time histories of the bodies into `out`, in the order of their channels; return how many there are."""
+
+
+@inlined
+def gap_accelerations(mechanism, y, motion):
+    """Return one GapAcceleration per open joint: the slopes in time of the rates that `gaps` gives."""
+    return _slopes(gaps(mechanism, place(mechanism, Moving(y, motion.accelerations))))
+
+
+@kernel
+def _slope(gap):
+    """Return the GapAcceleration of a Gap of Duals; all its numbers have one type, whatever those of the Gap."""
+    ax = slope(gap.vx)
+    return GapAcceleration(
+        ax, alike(slope(gap.vy), ax), alike(slope(gap.spin_proximal), ax), alike(slope(gap.spin_distal), ax)
+    )
+
+
+def _slopes(relative):
+    return tuple(map(_slope, relative))
+
+
+@overload(_slopes, strict=False, jit_options=dict(OPTIONS))
+def _compiled_slopes(relative):
+    if len(relative) == 1:
+        return lambda relative: (_slope(relative[0]),)
+    return lambda relative: (_slope(relative[0]),) + _slopes(relative[1:])  # noqa: RUF005
+
+
+def at_open(sites, values):
+    """Return those of `values`, a tuple with one for each of `sites`, that belong to open joints."""
+    return tuple(item for site, item in zip(sites, values, strict=True) if isinstance(site, Open))
+
+
+def _open_places(sites):
+    return [place for place, site in enumerate(sites) if site.instance_class is Open]
+
+
+@type_callable(at_open)
+def _type_at_open(context):
+    def typed(sites, values):
+        return types.BaseTuple.from_types([values[place] for place in _open_places(sites)])
+
+    return typed
+
+
+@lower_builtin(at_open, types.BaseTuple, types.BaseTuple)
+def _emit_at_open(context, builder, signature, given):
+    items = [builder.extract_value(given[1], place) for place in _open_places(signature.args[0])]
+    return context.make_tuple(builder, signature.return_type, items)

@@ -1,0 +1,112 @@
+"""The slider-crank: crank at constant speed, rod, slider, and clearance in any of the three revolute joints."""
+
+import math
+
+import numpy as np
+
+from ....catalogue import Channel, Field, JointSite, Keys, Mechanism, Order, Output
+from ..contract import Built, Ideal, IdealMotion, Open
+from . import motion  # noqa: F401 - enters the equations of motion
+from .ideal import reactions, slider
+from .pose import ROD, SLIDER, Links, SliderCrank, places
+
+_LENGTH = Field("length", "m", "distance between its pins")
+_CENTER = Field(
+    "center",
+    "m",
+    "distance of the centre of mass from the pin nearer the drive; default: half the length",
+    -math.inf,
+    optional=True,
+)
+_CRANK = (
+    _LENGTH,
+    Field("mass", "kg", "mass", low_open=False),
+    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
+    _CENTER,
+)
+_ROD = (
+    _LENGTH,
+    Field("mass", "kg", "mass"),
+    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass"),
+    _CENTER,
+)
+_SITES = (
+    JointSite("ground-crank", "ground", "crank"),
+    JointSite("crank-rod", "crank", "rod"),
+    JointSite("rod-slider", "rod", "slider", journal="rod"),
+)
+_CHANNELS = (
+    Channel("crank_angle", "rad", "crank angle, unwrapped"),
+    Channel("crank/torque", "N*m", "drive torque on the crank"),
+    Channel("slider/x", "m", "position of the slider"),
+    Channel("slider/v", "m/s", "velocity of the slider"),
+    Channel("slider/a", "m/s^2", "acceleration of the slider"),
+    Channel("rod/angle", "rad", "angle of the line from crank pin to slider pin, counter-clockwise"),
+    Channel("rod/rate", "rad/s", "its rate"),
+    Channel("rod/x", "m", "rod's centre of mass, x"),
+    Channel("rod/y", "m", "rod's centre of mass, y"),
+    Channel("rod/vx", "m/s", "velocity of the rod's centre of mass, x"),
+    Channel("rod/vy", "m/s", "velocity of the rod's centre of mass, y"),
+)
+
+
+def build(bodies, drive, joints, offsets) -> Built:
+    """Return the slider-crank at crank angle 0, its pins apart by `offsets` and at rest relative to each other."""
+    links = Links(*(drive if name == "speed" else bodies[name.replace("_", ".")] for name in Links._fields))
+    mechanism = SliderCrank(links, tuple(Open() if site.name in joints else Ideal() for site in _SITES))
+    lengths = np.ones(places(mechanism).count)
+    lengths[ROD] = links.rod_length  # an angle
+    start = _start(mechanism, [np.asarray(offsets.get(site.name, (0.0, 0.0))) for site in _SITES])
+    return Built(mechanism, start, lengths, links.crank_length + links.rod_length, drive)
+
+
+def _start(mechanism: SliderCrank, offsets: list) -> np.ndarray:
+    """Return coordinates, their rates and time; offsets : (2,) m, of the distal pin from the proximal one, A to C."""
+    links = mechanism.links
+    radius, length, center, speed = links.crank_length, links.rod_length, links.rod_center, links.speed
+    a, b, c = offsets
+    crank_pin = a + np.array([radius, 0.0]) + b
+    sin2 = -(crank_pin[1] + c[1]) / length
+    cos2 = math.sqrt(1.0 - sin2**2)
+    rate = -radius * speed / (length * cos2)
+    at, count = places(mechanism), places(mechanism).count
+    start = np.zeros(2 * count + 1)
+    start[ROD], start[SLIDER] = math.asin(sin2), crank_pin[0] + length * cos2 + c[0]
+    start[count + ROD], start[count + SLIDER] = rate, -length * rate * sin2
+    if at.center:
+        start[at.center : at.center + 2] = crank_pin + center * np.array([cos2, sin2])
+        rates = np.array([0.0, radius * speed]) + center * rate * np.array([-sin2, cos2])
+        start[count + at.center : count + at.center + 2] = rates
+    if at.pivot:
+        start[at.pivot : at.pivot + 2] = a
+    return start
+
+
+def ideal(bodies, drive, angles) -> IdealMotion:
+    """Return the motion of the slider and the reactions without clearance at crank angles `angles` (rad)."""
+    x, v, a = slider(bodies["crank.length"], bodies["rod.length"], angles, drive)
+    return IdealMotion(x, v, a, reactions(bodies, drive, angles))
+
+
+MECHANISM = Mechanism(
+    "slider-crank",
+    "crank at constant speed, rod, slider; clearance in any of its three revolute joints",
+    "Newton-Euler in minimal coordinates; ideal: x = r cos(t) + sqrt(l^2 - r^2 sin^2(t))",
+    "Newton-Euler; coordinates by which joints are open, see mechanics/mechanism",
+    "The rod is longer than the crank; the slider moves along the x axis through the crank's pivot.",
+    bodies=("ground", "crank", "rod", "slider"),
+    joints=_SITES,
+    keys=(
+        Keys("mechanism.crank", "the crank", _CRANK),
+        Keys("mechanism.rod", "the rod", _ROD),
+        Keys("mechanism.slider", "the slider", (Field("mass", "kg", "mass"),)),
+        Keys("mechanism", "", (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),)),
+        Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied"),
+    ),
+    channels=_CHANNELS,
+    turns=True,
+    build=build,
+    output=Output("slider", "m"),
+    orders=(Order("mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod"),),
+    ideal=ideal,
+)

@@ -1,0 +1,266 @@
+"""The drawings that compare cases: effects, strips, curves, heat maps, clouds, histograms."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.ticker import FuncFormatter
+
+from ... import wording
+from ...wording import Scale
+from ..main_effects import MainEffect
+from ..study import Axis
+from .style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PALE,
+    PURPLE,
+    RED,
+    TICKS_NAMED,
+    colour_bar,
+    logarithmic,
+    name_values,
+    named_bar,
+    plain_axes,
+    with_unit,
+)
+
+CURVES = (BLUE, RED, GREEN, ORANGE, PURPLE, "#56B4E9", INK)  # of many curves; the next seven are dashed
+WRITTEN = (9, 8)  # rows and columns of a heat map up to which its cells carry numbers
+CELLS_VECTOR = 150  # and with more than this are drawn as pixels
+BINS_DRAWN = 41  # edges of a histogram's bars, at most
+POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
+DECADES = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
+
+
+class Curve(NamedTuple):
+    """The medians of one figure of one joint over the values of an axis."""
+
+    name: str  # in the legend; '' for none
+    colour: str
+    band: bool  # with the range from the 10th to the 90th percentile, and a solid line
+    effect: MainEffect
+
+
+def effect(ax: Axes, curves: Sequence[Curve], unit: str, limits: tuple[float, float], name: str) -> None:
+    """Draw medians of a figure (SI unit `unit`, within `limits`) over the values of one axis."""
+    axis = curves[0].effect.axis
+    scale = wording.scale(unit, limits)
+    places, spacing = _places(axis)
+    ticks, named = places, spacing == "name"
+    joints = list(dict.fromkeys(curve.colour for curve in curves if curve.band))
+    strength = 0.15 if len(curves) <= 2 else 0.06
+    for curve in curves:
+        low, high = curve.effect.low / scale.factor, curve.effect.high / scale.factor
+        if named:  # side by side, and no line: between names there is nothing
+            beside = joints.index(curve.colour) if curve.colour in joints else 0
+            places = ticks + 0.16 * (beside - 0.5 * (len(joints) - 1))
+        if curve.band and named:
+            ax.vlines(places, low, high, color=curve.colour, alpha=0.3, linewidth=6)
+        elif curve.band:
+            ax.fill_between(places, low, high, color=curve.colour, alpha=strength, linewidth=0)
+        ax.plot(
+            places,
+            curve.effect.medians / scale.factor,
+            color=curve.colour,
+            linewidth=1.5,
+            linestyle="" if named else "-" if curve.band else "--",
+            label=curve.name,
+            markersize=4,
+            marker=("o" if curve.band else "s") if named or len(places) <= TICKS_NAMED else None,
+        )
+    ax.set(xlabel=axis.label(), ylabel=with_unit(name, scale))
+    if spacing == "log":
+        ax.set_xscale("log")
+    if named:
+        ax.set_xlim(-0.5, len(places) - 0.5)
+    if named or len(places) <= TICKS_NAMED:
+        name_values(ax.xaxis, axis, ticks)
+    elif spacing == "log":
+        logarithmic(ax, "x")
+    if limits[0] > 0.0 and limits[1] > DECADES * limits[0]:
+        logarithmic(ax, "y")
+    ax.set_ylim(limits[0] / scale.factor * 0.9, limits[1] / scale.factor * 1.1)
+    plain_axes(ax)
+    if len(curves) > 1:
+        above: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (-0.12, 1.0), "ncols": 3, "borderaxespad": 0.2}
+        ax.legend(**above, columnspacing=1.0, handlelength=1.6, frameon=False)
+
+
+def strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: Scale) -> None:
+    """Draw one row of points (SI, scaled) for each name, from the bottom up, with a bar at its median."""
+    for place, (_, values) in enumerate(groups):
+        ax.plot(
+            values / scale.factor,
+            np.full(len(values), place),
+            "o",
+            color=BLUE,
+            markersize=4.5,
+            alpha=0.55,
+            markeredgewidth=0,
+            rasterized=len(values) > POINTS_VECTOR,
+        )
+        ax.plot(np.median(values) / scale.factor, place, "|", color=RED, markersize=11, markeredgewidth=2.2)
+    everything = np.concatenate([values for _, values in groups])
+    if everything.min() > 0.0 and everything.max() > 4.0 * everything.min():  # else a logarithmic axis has no ticks
+        logarithmic(ax, "x")
+    _rows(ax, [law for law, _ in groups])
+    ax.set_xlabel(with_unit(name, scale))
+
+
+def returned(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
+    """Draw, name by name, the restitution given back beside that asked for; a row is (name, asked for, given back)."""
+    names = list(dict.fromkeys(row[0] for row in rows))[::-1]
+    for number, (name, wanted, given) in enumerate(rows):
+        place = names.index(name)
+        ax.plot([wanted, given], [place, place], "-", color=GREY, linewidth=1.2, zorder=1)
+        ax.plot(
+            wanted,
+            place,
+            "o",
+            markerfacecolor="white",
+            color=INK,
+            markersize=6,
+            label="asked for" if number == 0 else None,
+        )
+        ax.plot(given, place, "D", color=RED, markersize=4.5, label="given back" if number == 0 else None)
+    _rows(ax, names)
+    ax.set_xlabel("restitution")
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
+
+
+def elastic(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
+    """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used: the others are grey)."""
+    scale = wording.scale("m", depths)
+    for (name, forces, used), number in zip(curves, _counted(curves), strict=True):
+        dash = ("-", "--", ":")[number // len(CURVES) % 3]
+        ax.plot(
+            depths / scale.factor,
+            forces,
+            color=CURVES[number % len(CURVES)] if used else PALE,
+            linestyle=dash if used else "-",
+            linewidth=1.6 if used else 1.1,
+            label=name if used else None,
+            zorder=2 if used else 1,
+        )
+    ax.set(xscale="log", yscale="log", xlabel=f"penetration [{scale.unit}]", ylabel="elastic force [N]")
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
+    if not all(used for *_, used in curves):
+        ax.plot([], [], color=PALE, linewidth=1.1, label="others")
+    plain_axes(ax)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=2.4)
+
+
+def _counted(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:
+    """Return how many used curves come before each."""
+    return [sum(used for *_, used in curves[:place]) for place in range(len(curves))]
+
+
+def _rows(ax: Axes, names: Sequence[str]) -> None:
+    """Name the rows of a drawing, from the bottom up."""
+    ax.set_yticks(np.arange(len(names)), names)
+    ax.set_ylim(-0.6, len(names) - 0.4)
+    ax.tick_params(axis="y", length=0)
+    plain_axes(ax)
+
+
+def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name: str) -> None:
+    """Draw a figure (SI, shape (values of `up`, values of `across`), NaN where no case finished) as a heat map."""
+    shown = table / scale.factor
+    finite = shown[np.isfinite(shown)]
+    wide = finite.size and finite.min() > 0.0 and finite.max() > DECADES * finite.min()
+    norm = LogNorm(finite.min(), finite.max()) if wide else Normalize(*_ends(finite))
+    ax.set_facecolor("#e8ebee")  # what shows through where no case finished
+    edges = [np.arange(size + 1) - 0.5 for size in shown.shape[::-1]]
+    mesh = ax.pcolormesh(
+        *edges,
+        np.ma.masked_invalid(shown),
+        norm=norm,
+        cmap="viridis",
+        rasterized=shown.size > CELLS_VECTOR,
+        edgecolors="face",
+        linewidth=0.3,
+    )
+    if all(size <= most for size, most in zip(shown.shape, WRITTEN, strict=True)):
+        for (row, column), value in np.ndenumerate(shown):
+            known = np.isfinite(value)
+            ax.text(
+                column,
+                row,
+                wording.plain(value, 3) if known else wording.DASH,
+                ha="center",
+                va="center",
+                fontsize=8,
+                color="white" if known and norm(value) < 0.55 else "black",
+            )
+    name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
+    name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
+    ax.set(xlabel=across.label(), ylabel=up.label())
+    ax.tick_params(length=0)
+    colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=bool(wide))
+
+
+def cloud(
+    ax: Axes,
+    x: np.ndarray,
+    y: np.ndarray,
+    colour: tuple[np.ndarray, Axis] | None,
+    names: tuple[str, str],
+    scales: tuple[Scale, Scale],
+) -> None:
+    """Draw one point per case (SI, scaled); `colour` gives each the place of its value on an axis."""
+    x, y = x / scales[0].factor, y / scales[1].factor
+    style: dict[str, Any] = {
+        "s": 16 if len(x) <= POINTS_VECTOR else 6,
+        "linewidths": 0,
+        "alpha": 0.85,
+        "rasterized": len(x) > POINTS_VECTOR,
+    }
+    if colour is None:
+        ax.scatter(x, y, color=BLUE, **style)
+    else:
+        places, axis = colour
+        norm = Normalize(0, max(len(axis.values) - 1, 1))
+        ax.scatter(x, y, c=places, norm=norm, cmap="viridis", **style)
+        named_bar(ax, axis, norm)
+    for which, values in (("x", x), ("y", y)):
+        positive = values[np.isfinite(values)]
+        if positive.size and positive.min() > 0.0 and positive.max() > DECADES * positive.min():
+            logarithmic(ax, which)
+    ax.set(xlabel=with_unit(names[0], scales[0]), ylabel=with_unit(names[1], scales[1]))
+    plain_axes(ax)
+
+
+def histogram(
+    ax: Axes, values: np.ndarray, name: str, scale: Scale, marks: tuple[float, ...], limit: float | None
+) -> None:
+    """Draw how values (SI, scaled) are distributed, with marked values and a limit."""
+    shown = values / scale.factor
+    bins = "auto" if np.ptp(shown) > 1e-9 * np.abs(shown).max() else 1
+    edges = np.histogram_bin_edges(shown, bins)
+    edges = edges if len(edges) <= BINS_DRAWN else np.linspace(edges[0], edges[-1], BINS_DRAWN)
+    ax.hist(shown, edges.tolist(), weights=np.full(len(shown), 100.0 / len(shown)), color=BLUE, alpha=0.85, linewidth=0)
+    for mark in marks:
+        ax.axvline(mark / scale.factor, color=INK, linewidth=0.9, linestyle=":")
+    if limit is not None:
+        ax.axvline(limit / scale.factor, color=RED, linewidth=1.4)
+    ax.set(xlabel=with_unit(name, scale), ylabel="cases [%]")
+    plain_axes(ax)
+
+
+def _places(axis: Axis) -> tuple[np.ndarray, str]:
+    """Return where the values of an axis stand on an abscissa, and its kind."""
+    if not axis.numeric:
+        return np.arange(len(axis.values), dtype=float), "name"
+    places = np.asarray(axis.values, float) / axis.scale.factor
+    return places, "log" if places.min() > 0.0 and places.max() >= 8.0 * places.min() else "linear"
+
+
+def _ends(finite: np.ndarray) -> tuple[float, float]:
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)

@@ -1,0 +1,124 @@
+"""The drawings of one motion: orbit, force, histories, wear and contact onsets."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle
+from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import MaxNLocator
+
+from ... import wording
+from .style import BLUE, GREY, INK, PALE, RED, colour_bar, over_crank, plain_axes
+
+
+def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
+    """Draw the path of the journal centre (m) inside the clearance circle, in contact coloured by the force (N)."""
+    scale = wording.scale("m", clearance)
+    x, y, radius = x / scale.factor, y / scale.factor, clearance / scale.factor
+    ax.add_patch(Circle((0.0, 0.0), radius, facecolor="#f3f6f9", edgecolor=INK, linewidth=1.0, zorder=0))
+    ax.plot(x, y, color=GREY, linewidth=0.5, alpha=0.8, rasterized=len(x) > 5000)
+    touching = force > 0.0
+    reach = 1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0)))
+    if touching.any():
+        unit = wording.scale("N", force)
+        points = ax.scatter(
+            x[touching],
+            y[touching],
+            c=force[touching] / unit.factor,
+            s=4,
+            cmap="viridis",
+            zorder=3,
+            linewidths=0,
+            rasterized=True,
+        )
+        colour_bar(ax, points, f"normal force [{unit.unit}]")
+    ax.set(
+        xlim=(-reach, reach),
+        ylim=(-reach, reach),
+        aspect="equal",
+        xlabel=f"journal x [{scale.unit}]",
+        ylabel=f"journal y [{scale.unit}]",
+    )
+    ax.xaxis.set_major_locator(MaxNLocator(5))
+    ax.yaxis.set_major_locator(MaxNLocator(5))
+
+
+def force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
+    """Draw the normal force (N) over the crank angle (rad), with named levels (N) as horizontal lines."""
+    scale = wording.scale("N", [*normal, *(level for _, level in levels)])
+    ax.fill_between(
+        np.degrees(angle), normal / scale.factor, color=BLUE, alpha=0.25, linewidth=0, rasterized=len(angle) > 5000
+    )
+    ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7, rasterized=len(angle) > 5000)
+    for (name, level), colour, dash in zip(levels, (RED, INK), ("--", ":"), strict=False):
+        ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=dash, label=name)
+    ax.set(ylabel=f"normal force [{scale.unit}]", ylim=(0.0, None))
+    over_crank(ax, angle, legend=bool(levels))
+
+
+def against_ideal(
+    ax: Axes, angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
+) -> None:
+    """Draw a quantity (SI) over the crank angle (rad) and, where there is one, its course in the ideal mechanism."""
+    scale = wording.scale(unit, actual)
+    ax.plot(
+        np.degrees(angle),
+        actual / scale.factor,
+        color=BLUE,
+        linewidth=0.7,
+        label="with clearance",
+        rasterized=len(angle) > 5000,
+    )
+    if ideal is not None:
+        ax.plot(np.degrees(angle), ideal / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="ideal")
+    ax.set(ylabel=f"{name} [{scale.unit}]")
+    over_crank(ax, angle, legend=ideal is not None)
+
+
+def over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
+    """Draw a quantity (SI) over time (s)."""
+    scale, clock = wording.scale(unit, values), wording.scale("s", t)
+    ax.plot(t / clock.factor, values / scale.factor, color=BLUE, linewidth=0.8, rasterized=len(t) > 5000)
+    ax.set(xlabel=f"time [{clock.unit}]", ylabel=f"{name} [{scale.unit}]")
+    plain_axes(ax)
+
+
+def phase(ax: Axes, x: np.ndarray, v: np.ndarray) -> None:
+    """Draw rate (m/s) over displacement (m)."""
+    place, rate = wording.scale("m", x), wording.scale("m/s", v)
+    ax.plot(x / place.factor, v / rate.factor, color=BLUE, linewidth=0.8, rasterized=len(x) > 5000)
+    ax.set(xlabel=f"displacement [{place.unit}]", ylabel=f"rate [{rate.unit}]")
+    plain_axes(ax)
+
+
+def wear(ax: PolarAxes, bearing: np.ndarray, journal: np.ndarray) -> None:
+    """Draw the wear depths (m, one per angular bin of each body's own frame) on polar axes."""
+    scale = wording.scale("m", [*bearing, *journal])
+    for depth, name, colour, dash in ((bearing, "bearing", BLUE, "-"), (journal, "journal", RED, "--")):
+        middle = (np.arange(len(depth)) + 0.5) * 2.0 * np.pi / len(depth)
+        ax.plot(
+            np.append(middle, middle[0]),
+            np.append(depth, depth[0]) / scale.factor,
+            color=colour,
+            linewidth=1.2,
+            linestyle=dash,
+            label=name,
+        )
+    ax.set_rlabel_position(22.5)
+    ax.set_xticks(np.radians(np.arange(0, 360, 45)))
+    ax.yaxis.set_major_locator(MaxNLocator(4))
+    ax.set_ylim(0.0, None)
+    ax.tick_params(axis="y", labelsize=7)
+    ax.grid(color=PALE, linewidth=0.5)
+    ax.legend(loc="upper left", bbox_to_anchor=(0.92, 1.12), frameon=False, title=f"depth [{scale.unit}]")
+
+
+def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:
+    """Draw the closing rate (m/s) of every contact onset over the crank angle (rad), and the elastic limit."""
+    scale = wording.scale("m/s", [*rate, floor])
+    ax.vlines(np.degrees(angle), 0.0, rate / scale.factor, color=BLUE, linewidth=0.6, rasterized=len(angle) > 500)
+    ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
+    ax.axhline(floor / scale.factor, color=RED, linewidth=1.1, linestyle="--", label="elastic up to here (steel)")
+    ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
+    over_crank(ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=True)  # whole turns

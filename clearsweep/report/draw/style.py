@@ -1,0 +1,105 @@
+"""What all drawings share: colours, and how axes, ticks and colour bars look."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullLocator
+
+from ... import wording
+from ...wording import Scale
+from ..study import Axis
+
+BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"  # Okabe and Ito 2008
+INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
+JOINT_COLOURS = (BLUE, RED, GREEN)
+TICKS_NAMED = 9  # axes with more values than this name only some of them
+SLANTED: dict[str, Any] = {
+    "rotation": 40,
+    "ha": "right",
+    "rotation_mode": "anchor",
+}  # names that do not fit beside each other
+WIDTH = 36  # characters that fit beside each other below a figure
+
+
+def over_crank(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
+    """Set up the crank angle as abscissa."""
+    degrees = np.round(np.degrees(angle), 3)  # so that whole turns end on a tick
+    turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
+    step = 90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, int(np.ceil(turns / 6)))
+    ax.xaxis.set_major_locator(MultipleLocator(step))
+    if len(degrees):
+        ax.set_xlim(degrees.min(), max(degrees.max(), degrees.min() + 1.0))
+    ax.set_xlabel("crank angle [°]")
+    plain_axes(ax)
+    if legend:
+        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
+
+
+def name_values(side: XAxis | YAxis, axis: Axis, places: np.ndarray) -> None:
+    """Write the values of a grid axis at their places; only some of the numbers where they are many."""
+    longest = max(len(_short(axis, value)) for value in axis.values)
+    if not axis.numeric:
+        slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > WIDTH
+        side.set_ticks(places, axis.values, **(SLANTED if slanted else {}))
+        return
+    room = TICKS_NAMED if side.axis_name == "y" else max(2, WIDTH // (longest + 2))
+    way = np.log(places) if side.get_scale() == "log" else places
+    named, least = [0], 0.99 * (way.max() - way.min()) / room
+    for k in range(1, len(way)):
+        if abs(way[k] - way[named[-1]]) >= least:
+            named.append(k)
+    side.set_major_locator(NullLocator())
+    side.set_minor_locator(NullLocator())
+    side.set_ticks(places[named], [_short(axis, axis.values[k]) for k in named])
+
+
+def _short(axis: Axis, value: float | str) -> str:
+    return value if isinstance(value, str) else wording.short(value / axis.scale.factor, 3)
+
+
+def logarithmic(ax: Axes, which: str) -> None:
+    """Make one side, 'x' or 'y', logarithmic, with ticks at 1, 2 and 5."""
+    getattr(ax, f"set_{which}scale")("log")
+    side = getattr(ax, f"{which}axis")
+    side.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    side.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
+    side.set_minor_locator(NullLocator())
+
+
+def colour_bar(ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bool = False) -> None:
+    """Draw the bar that says what the colours of a drawing mean."""
+    bar = ax.figure.colorbar(coloured, ax=ax, fraction=0.05, pad=0.03)
+    bar.set_label(name)
+    bar.outline.set_visible(False)
+    if bar.solids is not None:
+        bar.solids.set_rasterized(True)
+    if logarithmic:
+        bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        bar.ax.yaxis.set_minor_locator(NullLocator())
+    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 3)))
+
+
+def named_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
+    """Draw the bar of colours that stand for the values of a grid axis."""
+    bar = ax.figure.colorbar(ScalarMappable(norm, "viridis"), ax=ax, fraction=0.05, pad=0.03)
+    name_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
+    bar.set_label(axis.label())
+    bar.outline.set_visible(False)
+    if bar.solids is not None:
+        bar.solids.set_rasterized(True)
+
+
+def plain_axes(ax: Axes) -> None:
+    """Draw a pale grid below, and no line above and to the right."""
+    ax.grid(color=PALE, linewidth=0.5, alpha=0.7)
+    ax.set_axisbelow(True)
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def with_unit(name: str, scale: Scale) -> str:
+    """Return name and unit, for the edge of a drawing."""
+    return f"{name} [{scale.unit}]" if scale.unit else name

@@ -1,0 +1,82 @@
+"""What a swept value does to a figure by itself: medians over its values, its share of the variation."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .study import Axis, Study, position
+
+CLEAR_FACTOR = 1.05  # largest over smallest median below which an axis is said to have no clear effect
+CLEAR_CONTRAST = 4.0  # F ratio below which it is
+PASSES = 20  # of the fit of main effects; one is exact where every combination finished
+
+
+class MainEffect(NamedTuple):
+    """The main effect of one axis on one figure, other axes spread over all their values."""
+
+    axis: Axis
+    column: str
+    medians: np.ndarray  # (values,) SI; NaN where no case finished
+    low: np.ndarray  # (values,) 10th percentile
+    high: np.ndarray  # (values,) 90th percentile
+    share: float  # of the variance of the figure's logarithm, less what chance gives, 0 to 1; NaN: undefined
+    contrast: float  # variance between the values over that which no axis explains (F ratio); NaN: undefined
+
+    def extremes(self) -> tuple[int, int]:
+        """Return the places of the smallest and the largest median."""
+        return int(np.nanargmin(self.medians)), int(np.nanargmax(self.medians))
+
+    def clear(self) -> bool:
+        """Return whether the axis moves the figure by more than the scatter; by its medians if there is none."""
+        enough = bool(self.factor() >= CLEAR_FACTOR)
+        return enough if np.isnan(self.contrast) else enough and self.contrast >= CLEAR_CONTRAST
+
+    def factor(self) -> float:
+        """Return the largest over the smallest median; NaN where that is zero or undefined."""
+        if not np.isfinite(self.medians).any():
+            return np.nan
+        smallest, largest = (self.medians[place] for place in self.extremes())
+        return largest / smallest if smallest > 0.0 else np.nan
+
+
+def main_effects(study: Study, column: str) -> list[MainEffect]:
+    """Return the main effects of all swept axes on a figure over the finished cases, the strongest first."""
+    axes, values = study.levels(), study.cases[column].to_numpy(float)
+    places = [position(axis, study.cases[axis.path]) for axis in axes]
+    shares = explained(values, places)
+    effects = []
+    for axis, place, share in zip(axes, places, shares, strict=True):
+        groups = [values[(place == k) & np.isfinite(values)] for k in range(len(axis.values))]
+        quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
+        medians, low, high = quantiles.T
+        effects.append(MainEffect(axis, column, medians, low, high, *share))
+    return sorted(effects, key=lambda effect: (-np.nan_to_num(effect.share), -np.nan_to_num(effect.factor())))
+
+
+def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float, float]]:
+    """Return per axis its share of the variance of log(values), chance taken off, and its F ratio.
+
+    `places` : per axis the place of each case on it, (cases,).  The scatter is what a sum of all main effects leaves
+    (analysis of variance without interactions); where it leaves no freedom both are NaN.
+    """
+    known = np.isfinite(values) & (values > 0.0)
+    logs = np.log(values[known])
+    groups = [np.unique(place[known], return_inverse=True)[1] for place in places]
+    freedoms = [int(group.max(initial=0)) for group in groups]
+    spare, rest = len(logs) - 1 - sum(freedoms), logs - logs.mean() if len(logs) else logs
+    total = float((rest**2).sum())
+    if spare <= 0 or total <= 1e-20 * len(logs):  # all values the same, but for rounding
+        return [(np.nan, np.nan)] * len(places)
+    between = [float((_means(group, rest)[group] ** 2).sum()) for group in groups]
+    for _ in range(PASSES):
+        for group in groups:
+            rest = rest - _means(group, rest)[group]
+    scatter = max(float((rest**2).sum()) / spare, 1e-12 * total)
+    return [
+        (max(0.0, (part - freedom * scatter) / total), part / freedom / scatter if freedom else np.nan)
+        for part, freedom in zip(between, freedoms, strict=True)
+    ]
+
+
+def _means(group: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.bincount(group, values) / np.bincount(group)

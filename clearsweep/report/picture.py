@@ -1,0 +1,71 @@
+"""A picture of the report: what it shows in words, how it is painted, and its form as one inline SVG."""
+
+import html
+import io
+import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from .draw.style import GREY, INK
+
+STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",  # text stays text: searchable, read aloud, small
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.labelsize": 9,
+    "legend.fontsize": 8,
+    "legend.title_fontsize": 8,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "axes.edgecolor": GREY,
+    "axes.labelcolor": INK,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "text.color": INK,
+    "axes.linewidth": 0.8,
+    "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.use_mathtext": False,
+}
+
+
+class Picture(NamedTuple):
+    """One picture before it is drawn: `paint(axes)` draws it on matplotlib axes."""
+
+    title: str
+    caption: str
+    alt: str  # what a reader who cannot see it should know
+    paint: Callable[[Any], None]
+    size: tuple[float, float] = (4.2, 3.1)  # inches
+    projection: str | None = None  # 'polar'; None: a plane
+
+
+def svg(picture: Picture, key: str) -> str:
+    """Return a picture as an SVG element for a page: no metadata, every id begun with `key`, labelled by its text."""
+    with rc_context({**STYLE, "svg.hashsalt": key}):
+        figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
+        picture.paint(figure.subplots(subplot_kw={"projection": picture.projection}))
+        stream = io.StringIO()
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    text = stream.getvalue()
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
+    text = re.sub(r'\bid="([^"]+)"', rf'id="{key}-\1"', text)
+    text = re.sub(r'(href="#|url\(#)', rf"\1{key}-", text)
+    text = re.sub(r' (?:d|x|y)="[^"]+"', _rounded, text)
+    text = re.sub(r"\s*\n\s*", "\n", text)
+    return text.replace("<svg ", f'<svg role="img" aria-label="{html.escape(picture.alt)}" ', 1)
+
+
+def capital(name: str) -> str:
+    """Return a name as a title begins with it; 'p99' stays as it is."""
+    return name if name.startswith("p99") else f"{name[0].upper()}{name[1:]}"
+
+
+def _rounded(attribute: re.Match[str]) -> str:
+    """Return coordinates rounded to a hundredth of a point."""
+    return re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), attribute[0])

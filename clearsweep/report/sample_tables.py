@@ -1,0 +1,252 @@
+"""What a sample says in tables: how figures spread, how likely limits are exceeded, what drives the spread."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import wording
+from . import sensitivity
+from .case_table import axis_columns
+from .sensitivity import Chance, Effect, Estimate, Setting
+from .study import Axis, Study
+from .table import Column, Quantity, Table, counted
+
+JOINT = (
+    ("force_p99", "force p99"),
+    ("force_rms", "force rms"),
+    ("force_peak", "force peak"),
+    ("impacts_per_rev", "impacts per rev."),
+    ("wear_depth_max", "wear depth"),
+    ("wear_volume", "wear volume"),
+)
+WHOLE = (
+    ("slider_error_max", "slider error"),
+    ("slider_acceleration_peak", "slider acc. peak"),
+    ("crank_torque_peak", "crank torque peak"),
+    ("pair_restitution", "restitution"),
+)
+
+
+class Judged(NamedTuple):
+    """One figure of merit whose spread is shown."""
+
+    column: str
+    name: str
+    unit: str
+    limit: float | None
+
+
+def judged(study: Study) -> list[Judged]:
+    """Return the figures whose spread is shown: those that matter, and those that have a limit."""
+    limits = study.run.grid.get("limits") or {}
+    named = {
+        joint.column(figure): f"{name}{study.where(joint, ' ({})')}" for joint in study.joints for figure, name in JOINT
+    }
+    named |= dict(WHOLE)
+    named |= {column: column.replace("_", " ") for column in limits if column not in named}
+    return [
+        Judged(column, name, study.unit(column), limits.get(column))
+        for column, name in named.items()
+        if study.has(column)
+    ]
+
+
+def spread_table(study: Study, samples: list[Setting]) -> Table:
+    """Return mean, variation and quantiles of every figure."""
+    columns = (
+        *_figure_columns(study),
+        Column("cases"),
+        *_estimate_columns("mean"),
+        *_estimate_columns("cv"),
+        *_estimate_columns("5 % quantile"),
+        *_estimate_columns("median"),
+        *_estimate_columns("95 % quantile"),
+    )
+    rows = []
+    for figure in judged(study):
+        for sample in samples:
+            values = sample.figures[figure.column]
+            if np.isfinite(values).any():
+                spread = sensitivity.spread(values)
+                head = (figure.name, figure.unit, *_point(study, sample), counted(spread.cases))
+                quantiles = [cell for quantile in spread.quantiles for cell in _cells(quantile, figure.unit)]
+                rows.append((*head, *_cells(spread.mean, figure.unit), *_cells(spread.cv, "1"), *quantiles))
+    note = (
+        "In brackets the 95 % confidence interval: of mean and cv (standard deviation over mean) from the "
+        f"bootstrap, of quantiles from order statistics; {wording.DASH}: too few cases to give that end. "
+        f"{_left_out(samples)}"
+    )
+    return Table("distribution", "Spread of the figures", note.strip(), columns, rows)
+
+
+def limit_table(study: Study, samples: list[Setting]) -> Table:
+    """Return the probability that each limit is exceeded."""
+    columns = (
+        *_figure_columns(study),
+        Column("limit"),
+        Column("cases"),
+        *_estimate_columns("probability of exceeding it"),
+    )
+    rows = []
+    for figure in judged(study):
+        if figure.limit is None:
+            continue
+        for sample in samples:
+            values = sample.figures[figure.column]
+            known = int(np.isfinite(values).sum())
+            if known:
+                limit = Quantity(figure.limit, wording.text(figure.limit, figure.unit))
+                chance = sensitivity.exceedance(values, figure.limit)
+                head = (figure.name, figure.unit, *_point(study, sample))
+                rows.append((*head, limit, counted(known), *_cells(chance, "1")))
+    note = f"In brackets the exact 95 % confidence interval (Clopper and Pearson). {_left_out(samples)}"
+    return Table("limits", "How likely limits are exceeded", note.strip(), columns, rows)
+
+
+def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
+    """Return the Sobol indices of every variable on every figure, and what is to be said of chaos."""
+    columns = (
+        Column("figure"),
+        *axis_columns(study, _undrawn(study)),
+        Column("variable"),
+        *_estimate_columns("first-order index"),
+        *_estimate_columns("total index"),
+        Column("share of chance"),
+        Column("chance was", file_only=True),
+        Column("verdict"),
+    )
+    names = _variables(study)
+    rows: list[tuple] = []
+    verdicts: dict[str, str] = {}  # figure that is or may be chaotic -> which of these
+    measured = False
+    for figure in judged(study):
+        for sample in samples:
+            indices = sensitivity.sobol_indices(sample, figure.column, list(names))
+            chance = sensitivity.chance(sample, figure.column, indices)
+            measured |= chance.measured
+            verdict = _verdict(chance)
+            if verdict:
+                verdicts[figure.name] = verdict
+            for place, index in enumerate(indices):
+                head = (figure.name, *_point(study, sample), names[index.path])
+                cells = (*_cells(index.first, "1"), *_cells(index.total, "1"))
+                rows.append((*head, *cells, *_chance_cells(chance, verdict, shown=place == 0)))
+    note = (
+        "First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
+        "interactions. In brackets the bootstrap interval. Share of chance: what of the variance is chaos, not the "
+        "variables; from a half on the figure is chaotic, its spread under a tiny disturbance as large as its "
+        "effect."
+    )
+    sentences = [
+        _advice([name for name in verdicts if verdicts[name] == verdict], verdict)
+        for verdict in dict.fromkeys(verdicts.values())
+    ]
+    if not measured:
+        sentences.append(
+            "Chaos was not measured in this run, only bounded: its share of the variance is at most the "
+            "smallest total index of a variable that moves anything. simulate: {error_check: true} "
+            "measures it."
+        )
+    return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
+
+
+def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
+    """Return the effect of every variable alone on every figure, and what is to be said of chaos."""
+    columns = (
+        *_figure_columns(study),
+        Column("variable"),
+        Column("at its 5 % quantile"),
+        Column("in the middle"),
+        Column("at its 95 % quantile"),
+        Column("scatter"),
+        Column("verdict"),
+    )
+    names = _variables(study)
+    rows: list[tuple] = []
+    chaotic: dict[str, None] = {}  # names of figures, each once
+    for figure in judged(study):
+        for sample in samples:
+            for effect in sensitivity.effects(sample, figure.column, list(names)):
+                if effect.chaotic:
+                    chaotic[figure.name] = None
+                numbers = (effect.low, effect.middle, effect.high, effect.scatter)
+                cells = [Quantity(value, wording.text(value, figure.unit)) for value in numbers]
+                head = (figure.name, figure.unit, *_point(study, sample), names[effect.path])
+                rows.append((*head, *cells, _blur(effect)))
+    note = (
+        "One variable at a time, the others at their medians. Scatter: how far the figure moves under disturbances "
+        "of one part in a thousand million of the variables' ranges, or a tenth of the tolerance where the run "
+        "tried that too."
+    )
+    sentences = [_advice(list(chaotic), "chaotic")] if chaotic else []
+    return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
+
+
+def _verdict(chance: Chance) -> str:
+    if not chance.chaotic:
+        return ""
+    return "chaotic" if chance.measured else "may be chaotic"
+
+
+def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity | str]:
+    """Return the share of chance, where it comes from and the verdict; the page shows them once a figure."""
+    bound = "at most about " if not chance.measured and chance.share >= 0.01 else ""
+    share = Quantity(chance.share, bound + wording.percent(chance.share) if shown else "")
+    return [share, "measured" if chance.measured else "bounded", Quantity(verdict, verdict if shown else "")]
+
+
+def _blur(effect: Effect) -> str:
+    """Return what is to be said of an effect beside its scatter, '' for nothing."""
+    if effect.chaotic:
+        return "chaotic: scatter as large as the effect"
+    blurred = effect.blurred()
+    return "" if np.isnan(blurred) else f"blurred: scatter is {wording.percent(blurred)} of the effect"
+
+
+def _advice(figures: list[str], verdict: str) -> str:
+    """Return what to do about figures that are chaotic or may be."""
+    several = len(figures) > 1
+    state = f"{'are' if several else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
+    state += "chaotic here" if verdict == "chaotic" else "chaos here"
+    names = wording.sentence_list(figures)
+    sentence = f"{names} {state}: what a variable seems to do to {'them' if several else 'it'} may be chance."
+    return f"{sentence[0].upper()}{sentence[1:]} Take p99 or rms in place of peaks, or a longer run."
+
+
+def _variables(study: Study) -> dict[str, str]:
+    """Return the drawn paths, each with its name in words."""
+    return {path: wording.axis_name(path, len(study.joints)) for path in study.run.grid["sample"]["drawn"]}
+
+
+def _undrawn(study: Study) -> list[Axis]:
+    drawn = study.run.grid["sample"]["drawn"]
+    return [axis for axis in study.swept() if axis.path not in drawn]
+
+
+def _figure_columns(study: Study) -> list[Column]:
+    """Return the columns that say of which figure a row is, at which values of the axes that were not drawn."""
+    return [Column("figure"), Column("figure unit", file_only=True), *axis_columns(study, _undrawn(study))]
+
+
+def _point(study: Study, sample: Setting) -> list[float | str]:
+    return [sample.point[axis.path] for axis in _undrawn(study)]
+
+
+def _estimate_columns(name: str) -> list[Column]:
+    return [Column(name), Column(f"{name}, low", file_only=True), Column(f"{name}, high", file_only=True)]
+
+
+def _cells(estimate: Estimate, unit: str) -> list[Quantity]:
+    """Return an estimate with its interval: one cell on the page, three in the file."""
+    scale = wording.scale(unit, [end for end in estimate if np.isfinite(end)])
+    low, high = scale.number(estimate.low), scale.number(estimate.high)
+    return [
+        Quantity(estimate.value, f"{scale.text(estimate.value)} ({low} to {high})"),
+        Quantity(estimate.low, low),
+        Quantity(estimate.high, high),
+    ]
+
+
+def _left_out(samples: list[Setting]) -> str:
+    failed = sum(len(sample.failed) for sample in samples)
+    return f"{wording.count(failed, 'failed case')} left out: the figures may be biased." if failed else ""

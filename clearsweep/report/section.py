@@ -1,0 +1,109 @@
+"""A section of the report, and the blocks of which sections are made; the page has one form for each kind of block."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from .picture import Picture
+from .table import Table
+
+
+class Sentences(NamedTuple):
+    """Paragraphs; text is escaped unless it is Markup."""
+
+    texts: list[str]
+
+
+class Points(NamedTuple):
+    """A list of sentences."""
+
+    texts: list[str]
+
+
+class Note(NamedTuple):
+    """A remark in small print."""
+
+    text: str
+
+
+class Cards(NamedTuple):
+    """The largest figures at a glance: name, value with unit, what it is beside."""
+
+    cards: list[tuple[str, str, str]]
+
+
+class Gallery(NamedTuple):
+    """Pictures side by side, under a note on how to read them."""
+
+    note: str
+    pictures: list[Picture]
+    small: bool = False
+
+
+class Detail(NamedTuple):
+    """One case: why it is shown, its id, its settings in words, its figures (name, value with unit), its pictures."""
+
+    why: str
+    case_id: str
+    setting: str
+    figures: list[tuple[str, str]]
+    pictures: list[Picture]
+
+
+class Facts(NamedTuple):
+    """Names and values in two columns, under a heading."""
+
+    title: str
+    label: str  # for a reader who cannot see the heading
+    rows: list[tuple[str, str]]
+
+
+class Columns(NamedTuple):
+    """Blocks in columns side by side, where the page is wide enough."""
+
+    columns: tuple[list["Block"], ...]
+
+
+Block = Sentences | Points | Note | Cards | Gallery | Detail | Facts | Columns | Table
+
+
+class Section(NamedTuple):
+    """One section: its id on the page, its heading ('': none), and what stands in it from the top down."""
+
+    key: str
+    title: str
+    blocks: list[Block]
+
+    @property
+    def tables(self) -> list[Table]:
+        """Return the tables of the section: those that are written as CSV."""
+        return [block for block in self.blocks if isinstance(block, Table)]
+
+
+class Part(NamedTuple):
+    """What a section says about one question."""
+
+    sentences: list[str]
+    pictures: list[Picture]
+    tables: list[Table]
+
+    def blocks(self) -> list[Block]:
+        """Return sentences, pictures and tables in this order, without those that are empty."""
+        return filled([Sentences(self.sentences), Gallery("", self.pictures), *self.tables])
+
+
+def filled(blocks: Iterable[Block]) -> list[Block]:
+    """Return the blocks that have anything to show."""
+    return [block for block in blocks if _size(block)]
+
+
+def _size(block: Block) -> int:
+    """Return how many things a block shows."""
+    match block:
+        case Table() | Facts():
+            return len(block.rows)
+        case Gallery():
+            return len(block.pictures)
+        case Sentences() | Points():
+            return len(block.texts)
+        case _:
+            return 1

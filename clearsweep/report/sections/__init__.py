@@ -1,0 +1,42 @@
+"""The sections of the report, one a module: each takes a study and returns what there is to show, if anything."""
+
+from collections.abc import Callable
+
+from ..section import Section
+from ..study import Study
+from . import (
+    cases,
+    drivers,
+    elastic_laws,
+    failures,
+    headline,
+    law_choice,
+    maps,
+    peaks,
+    sample,
+    setup,
+    summary,
+    tradeoffs,
+    wear,
+)
+
+SECTIONS: tuple[Callable[[Study], list[Section]], ...] = (  # in the order of the page
+    summary.sections,
+    headline.sections,
+    sample.sections,
+    drivers.sections,
+    law_choice.sections,
+    elastic_laws.sections,
+    maps.sections,
+    tradeoffs.sections,
+    cases.sections,
+    peaks.sections,
+    wear.sections,
+    failures.sections,
+    setup.sections,
+)
+
+
+def of(study: Study) -> list[Section]:
+    """Return the sections of a run that have anything to show."""
+    return [section for sections in SECTIONS for section in sections(study) if section.blocks]

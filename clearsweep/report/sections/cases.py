@@ -1,0 +1,61 @@
+"""The motion of the hardest, the median and the mildest loaded case."""
+
+from markupsafe import Markup
+
+from ..motion import history, onsets, pictures
+from ..section import Block, Detail, Note, Section
+from ..study import Study
+
+FIGURES = (  # of the joint with the largest force
+    ("force_p99", "p99"),
+    ("force_rms", "rms"),
+    ("force_peak", "peak"),
+    ("force_peak_ideal", "ideal peak"),
+    ("impacts_per_rev", ""),  # named by what it counts
+    ("contact_fraction", "time in contact"),
+    ("onset_rate_max", "fastest onset"),
+)
+TITLES = {
+    1: "The motion",
+    2: "The motion of the hardest and the mildest loaded case",
+    3: "The motion of the hardest, the median and the mildest loaded case",
+}
+NOT_SAVED = Markup(
+    "This run saved no time histories (<code>save: {orbits: none}</code>). <code>clearsweep show DIR CASE_ID</code> "
+    "simulates one case again and draws it."
+)
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the cases whose history was saved, drawn, or how to draw one; [] where none finished."""
+    if study.cases.empty:
+        return []
+    details: list[Block] = [*_details(study)]
+    return [Section("cases", TITLES.get(len(details), "The motion"), details or [Note(NOT_SAVED)])]
+
+
+def _details(study: Study) -> list[Detail]:
+    column = study.hardest_joint().column(study.lead.figure)
+    ids = study.cases[column].dropna().sort_values(ascending=False, kind="stable").index
+    places = {"Hardest loaded": 0, "Median": len(ids) // 2, "Mildest loaded": len(ids) - 1}
+    if len(ids) < 3:
+        del places["Median"]
+    if len(ids) < 2:
+        del places["Mildest loaded"]
+    details = []
+    for why, place in places.items() if len(ids) else ():
+        case_id = ids[place]
+        path = history(study.run, case_id)
+        if path is not None:
+            drawn = pictures(study, case_id, path) + onsets(study, case_id, study.run.events(case_id))
+            title = f"{why} case" if len(ids) > 1 else "The case"
+            details.append(Detail(title, case_id, study.setting(case_id), _figures(study, case_id), drawn))
+    return details
+
+
+def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
+    """Return the figures of a case: name, value with unit."""
+    joint = study.hardest_joint()
+    columns = [(joint.column(figure), name or study.onsets) for figure, name in FIGURES]
+    columns.append(("slider_error_max", "slider error"))
+    return [(name, study.text(case_id, column)) for column, name in columns if column in study.cases]

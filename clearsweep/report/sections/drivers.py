@@ -1,0 +1,151 @@
+"""What drives the force: medians over the values of each axis, drawn and tabulated."""
+
+import numpy as np
+
+from ... import wording
+from ..draw import comparison
+from ..draw.comparison import Curve
+from ..draw.style import JOINT_COLOURS, RED
+from ..main_effects import MainEffect, main_effects
+from ..picture import Picture, capital
+from ..section import Gallery, Section, filled
+from ..study import RATIO, Joint, Study
+from ..table import Column, Quantity, Table
+
+FIGURES = (("force_rms", "force rms"), (RATIO, "p99 / ideal"), ("wear_depth_max", "wear depth"))  # of a joint
+WHOLE = (("slider_error_max", "slider error"), ("pair_restitution", "restitution"))  # of the mechanism
+NOTED = 9  # values of an axis up to which the text of a picture gives each median
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section, with a picture for each axis; [] where no axis has values that cases share."""
+    joint = study.hardest_joint()
+    if study.cases.empty or not study.levels() or not study.has(joint.column(study.lead.figure)):
+        return []
+    pictures = _pictures(study, ((study.lead.figure, study.lead.short), ("force_rms", "rms")), "force")
+    if study.has(joint.column(RATIO)) and len(study.levels()) > 1 and ideal_varies(study, joint):
+        pictures += _pictures(study, ((RATIO, "p99 / ideal"),), "p99 / ideal peak")
+    return [
+        Section(
+            "drivers", "What drives the force", filled([Gallery(_note(study), pictures, small=True), _table(study)])
+        )
+    ]
+
+
+def ideal_varies(study: Study, joint: Joint) -> bool:
+    """Return whether a force over that of the ideal joint shows anything that the force itself does not."""
+    column = joint.column("force_peak_ideal")
+    return study.has(column) and study.cases[column].nunique() > 1
+
+
+def _note(study: Study) -> str:
+    note = "Median over all cases that share the value"
+    if len(study.swept()) > 1:
+        note += (
+            "; band: the middle 80 % of them. The steeper the line and the narrower the band, the more the value "
+            "decides by itself"
+        )
+    note += ". Panels of one row share their scale."
+    if len(study.joints) > 1:
+        note += " Solid or dots: p99 of each joint; dashed or squares: its rms."
+    return note
+
+
+def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> list[Picture]:
+    """Return one picture per axis, the strongest first; of the figures (figure, name) the first has a band."""
+    leading = study.hardest_joint().column(figures[0][0])
+    curves: dict[str, list[Curve]] = {effect.axis.path: [] for effect in main_effects(study, leading)}
+    for place, joint in enumerate(study.joints):
+        for number, (figure, word) in enumerate(figures):
+            for curve in _curves(study, joint, place, (figure, word), band=number == 0):
+                curves[curve.effect.axis.path].append(curve)
+    edges = [edge for alike in curves.values() for curve in alike for edge in _edges(curve)]
+    return [_picture(study, alike, name, _range(edges)) for alike in curves.values() if alike]
+
+
+def _curves(study: Study, joint: Joint, place: int, figure: tuple[str, str], *, band: bool) -> list[Curve]:
+    """Return the curves of one figure (figure, name) of the joint at `place`, one an axis."""
+    several, column = len(study.joints) > 1, joint.column(figure[0])
+    if not study.has(column):
+        return []
+    colour = JOINT_COLOURS[place % 3] if several or band else RED
+    dashed = "" if several else figure[1]  # what dashes stand for is explained above the pictures
+    name = joint.title if several and band else dashed
+    return [Curve(name, colour, band, effect) for effect in main_effects(study, column)]
+
+
+def _edges(curve: Curve) -> list[np.ndarray]:
+    return [curve.effect.low, curve.effect.high] if curve.band else [curve.effect.medians]
+
+
+def _range(edges: list[np.ndarray]) -> tuple[float, float]:
+    values = np.concatenate(edges)
+    values = values[np.isfinite(values)]
+    return (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
+
+
+def _picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
+    effect, joint = curves[0].effect, study.joints[0]
+    unit, axis = study.unit(effect.column), effect.axis
+    what = study.lead.short if effect.column == joint.column(study.lead.figure) else "p99 / ideal"
+    what += study.where(joint, ", joint {}")
+    medians = ""
+    if len(axis.values) <= NOTED:
+        steps = zip(axis.values, effect.medians, strict=True)
+        medians = "; ".join(f"{axis.text(value)}: {wording.text(median, unit)}" for value, median in steps)
+    return Picture(
+        f"{capital(name)} over {axis.name}",
+        "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {what}",
+        f"Median of {what} over {axis.name}. {medians}",
+        lambda ax: comparison.effect(ax, curves, unit, limits, name),
+        size=(3.3, 2.8),
+    )
+
+
+def _table(study: Study) -> Table:
+    """Return the main effect of every axis on the figures of every joint and of the mechanism."""
+    columns = (
+        Column("figure"),
+        Column("figure unit", file_only=True),
+        Column("axis"),
+        Column("axis unit", file_only=True),
+        Column("smallest median"),
+        Column("found at"),
+        Column("largest median"),
+        Column("reached at"),
+        Column("factor"),
+        Column("share of the variation"),
+    )
+    rows = [
+        _row(study, name, effect)
+        for column, name in _affected(study)
+        for effect in main_effects(study, column)
+        if np.isfinite(effect.medians).any()
+    ]
+    note = (
+        "Median over all finished cases that share a value; the other axes run over all their values. Share of the "
+        "variation: of the variance of the logarithm of the figure, what the axis explains by itself; the rest "
+        "is interaction and chaos."
+    )
+    return Table("effects", "Main effects", note, columns, rows)
+
+
+def _affected(study: Study) -> list[tuple[str, str]]:
+    """Return the figures whose main effects are tabulated: column, name."""
+    figures = ((study.lead.figure, study.lead.name), *FIGURES)
+    named = [
+        (joint.column(figure), f"{name}{study.where(joint, ' ({})')}")
+        for joint in study.joints
+        for figure, name in figures
+    ]
+    return [(column, name) for column, name in (*named, *WHOLE) if study.has(column)]
+
+
+def _row(study: Study, name: str, effect: MainEffect) -> tuple:
+    axis, unit = effect.axis, study.unit(effect.column)
+    ends = []
+    for place in effect.extremes():
+        median, value = float(effect.medians[place]), axis.values[place]
+        ends += [Quantity(median, wording.text(median, unit)), Quantity(value, axis.text(value))]
+    share = Quantity(effect.share, wording.percent(effect.share))
+    return (name, unit, axis.name, study.unit(axis.path), *ends, effect.factor(), share)

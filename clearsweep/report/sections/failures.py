@@ -1,0 +1,38 @@
+"""The cases that did not finish, with their reasons."""
+
+from markupsafe import Markup
+
+from ...wording import TIMES
+from ..case_table import axis_columns
+from ..section import Section, Sentences
+from ..study import Study
+from ..table import Column, Table, missing
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where every case finished."""
+    if study.failed.empty:
+        return []
+    return [Section("failures", "Failed cases", [Sentences([_reasons(study)]), _table(study)])]
+
+
+def _reasons(study: Study) -> str:
+    """Return how many cases failed with which status, the most frequent first, in a sentence."""
+    counts = study.failed["status"].value_counts(sort=False).items()
+    ordered = sorted(((str(status), int(number)) for status, number in counts), key=lambda pair: (-pair[1], pair[0]))
+    reasons = Markup(", ").join(Markup("{} {} <b>{}</b>").format(number, TIMES, status) for status, number in ordered)
+    return Markup("{}. <code>clearsweep run --retry-failed</code> runs them again.").format(reasons)
+
+
+def _table(study: Study) -> Table:
+    columns = (Column("case_id"), *axis_columns(study, study.swept()), Column("status"), Column("reason"))
+    rows = [
+        (
+            case_id,
+            *(row[axis.path] for axis in study.swept()),
+            str(row["status"]),
+            "" if missing(row["message"]) else str(row["message"]),
+        )
+        for case_id, row in study.failed.iterrows()
+    ]
+    return Table("failed", "Failed cases", "", columns, rows)

@@ -1,0 +1,195 @@
+"""What the run says: the hardest case, what drives the forces, where the model ends, the best design at each speed."""
+
+import numpy as np
+from markupsafe import Markup
+
+from ... import validity, wording
+from ..case_table import axis_columns
+from ..main_effects import MainEffect, main_effects
+from ..section import Points, Section, filled
+from ..study import RATIO, Joint, Study, position
+from ..table import Column, Table
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section of what a designer should know first."""
+    return [Section("headline", "What the run says", filled([Points(_points(study)), _best_by_speed(study)]))]
+
+
+def _points(study: Study) -> list[str]:
+    """Return the sentences about the figures, about failed cases, and the warnings of the run."""
+    points = sentences(study)
+    failed, finished = len(study.failed), len(study.cases)
+    if failed and finished:
+        cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
+        points.append(cases + " and are in no figure or table above the list of failures.")
+    points += [Markup("<b>Warning:</b> {}").format(warning) for warning in study.run.grid.get("warnings") or []]
+    return points
+
+
+def sentences(study: Study) -> list[str]:
+    """Return what a designer should know first, one sentence or two per entry."""
+    if study.cases.empty:
+        return [f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."]
+    joint = study.hardest_joint()
+    return [
+        *_hardest(study, joint),
+        *(_drivers(study, joint) if study.levels() else []),
+        *_slider(study),
+        *_wear(study),
+        *_restitution(study),
+        *limits(study),
+        *_chaos(study, joint),
+    ]
+
+
+def _hardest(study: Study, joint: Joint) -> list[str]:
+    column, lead = joint.column(study.lead.figure), study.lead
+    if not study.has(column):
+        return ["No contact force was recorded in any case."]
+    worst, mildest = study.cases[column].idxmax(), study.cases[column].idxmin()
+    at = f" at {study.setting(worst)}" if study.swept() else ""
+    where = study.where(joint, " in joint {}")
+    if lead.figure == "force_peak":
+        hardest = f"Largest force peak: {study.text(worst, column)}{at}."
+    else:
+        peak = study.text(worst, joint.column("force_peak"))
+        hardest = (
+            f"Largest force{where}: {study.text(worst, column)} is exceeded during 1 % of the time (p99){at}"
+            f"{_over_ideal(study, joint, worst)}; the single largest peak of that case is {peak}."
+        )
+    if worst == mildest:
+        return [hardest]
+    return [hardest, f"Smallest {lead.short}{where}: {study.text(mildest, column)} at {study.setting(mildest)}."]
+
+
+def _over_ideal(study: Study, joint: Joint, case_id: str) -> str:
+    if not study.has(joint.column(RATIO)) or np.isnan(study.cases.at[case_id, joint.column(RATIO)]):
+        return ""
+    ideal = study.text(case_id, joint.column("force_peak_ideal"))
+    return f", {study.text(case_id, joint.column(RATIO))} times the largest reaction of the ideal joint ({ideal})"
+
+
+def _drivers(study: Study, joint: Joint) -> list[str]:
+    effects = main_effects(study, joint.column(study.lead.figure))
+    strong = [effect for effect in effects if effect.clear()]
+    weak = [effect.axis.name for effect in effects if not effect.clear()]
+    if not strong:
+        return [f"None of the swept values moves the {study.lead.name} clearly."]
+    causes = wording.sentence_list([f"{effect.axis.name} ({_span(effect, study)})" for effect in strong])
+    text = f"What drives the {study.lead.name}, strongest first: {causes}."
+    if weak:
+        text += f" No clear effect on it: {wording.sentence_list(weak)}."
+    rms = main_effects(study, joint.column("force_rms"))[0]
+    text += f" The force rms is driven most by {rms.axis.name} ({_span(rms, study)})."
+    return [text, *_beside_ideal(study, joint)]
+
+
+def _beside_ideal(study: Study, joint: Joint) -> list[str]:
+    """Return what drives the force once the ideal mechanism's own reaction is taken out; only where that varies."""
+    if not study.has(joint.column(RATIO)) or study.cases[joint.column("force_peak_ideal")].nunique() < 2:
+        return []
+    strongest = main_effects(study, joint.column(RATIO))[0]
+    if not strongest.clear():
+        return []
+    return [
+        "Measured against the largest reaction of the ideal joint, which itself depends on the swept values, "
+        f"the p99 is driven most by {strongest.axis.name} (ratio: {_span(strongest, study)})."
+    ]
+
+
+def _span(effect: MainEffect, study: Study) -> str:
+    low, high = sorted(effect.extremes())
+    unit, axis = study.unit(effect.column), effect.axis
+    first, last = (
+        f"{wording.text(effect.medians[place], unit)} at {axis.text(axis.values[place])}" for place in (low, high)
+    )
+    if np.isnan(effect.share):
+        return f"{first}, {last}"
+    return f"median {first}, {last}, {wording.percent(effect.share)} of the variation"
+
+
+def _slider(study: Study) -> list[str]:
+    if not study.has("slider_error_max"):
+        return []
+    worst, best = study.cases["slider_error_max"].idxmax(), study.cases["slider_error_max"].idxmin()
+    sizes = (
+        f"up to {study.text(worst, 'slider_error_max')}"
+        if worst == best
+        else f"{study.text(best, 'slider_error_max')} to {study.text(worst, 'slider_error_max')}"
+    )
+    hardest = study.cases["slider_acceleration_peak"].max()
+    return [f"The slider is off its ideal place by {sizes}; its acceleration reaches {wording.text(hardest, 'm/s^2')}."]
+
+
+def _wear(study: Study) -> list[str]:
+    points = []
+    for joint in study.joints:
+        column = joint.column("wear_depth_max")
+        if joint.wears and study.has(column):
+            worst = study.cases[column].idxmax()
+            at = f" at {study.setting(worst)}" if study.swept() else ""
+            points.append(
+                f"Deepest wear in joint {joint.title}: {study.text(worst, column)} in the window, growing by "
+                f"{study.text(worst, joint.column('wear_rate_max'))}{at}."
+            )
+    return points
+
+
+def _restitution(study: Study) -> list[str]:
+    if not study.has("pair_restitution"):
+        return []
+    measured = study.cases["pair_restitution"]
+    figures = " to ".join(dict.fromkeys((wording.plain(measured.min(), 4), wording.plain(measured.max(), 4))))
+    return [f"Measured restitution (rebound over approach speed): {figures}."]
+
+
+def _chaos(study: Study, joint: Joint) -> list[str]:
+    if not study.driven:
+        return []
+    ratio = study.cases[joint.column("force_peak")] / study.cases[joint.column("force_p99")]
+    ratio = ratio[np.isfinite(ratio)]
+    span = " to ".join(dict.fromkeys((wording.plain(ratio.min(), 2), wording.plain(ratio.max(), 2))))
+    figures = f" (here the peak is {span} times the p99)" if len(ratio) > 1 else ""
+    return [
+        "Motion with clearance is chaotic wherever contact is lost: a single peak changes with the smallest "
+        "disturbance. Compare designs by p99 and rms, which are taken over the whole window, not by single "
+        f"peaks{figures}."
+    ]
+
+
+def limits(study: Study) -> list[str]:
+    """Return where the cases leave what their laws are made for, as the run's closing words say it."""
+    remarks = validity.Remarks(joint.name for joint in study.joints)
+    for row in study.cases.reset_index()[validity.columns(remarks.joints)].to_dict("records"):
+        remarks.add(row)
+    return remarks.sentences()
+
+
+def _best_by_speed(study: Study) -> Table:
+    """Return the least and the most loaded design at each crank speed; empty unless speed and another axis vary."""
+    speed = next((axis for axis in study.levels() if axis.path == "drive.speed"), None)
+    others = [axis for axis in study.swept() if axis is not speed]
+    if speed is None or not others or study.cases.empty:
+        return Table("by_speed", "", "", (), [])
+    joint = study.hardest_joint()
+    p99 = joint.column("force_p99")
+    figures = ((p99, "force p99"), (joint.column(RATIO), "p99 / ideal"), ("slider_error_max", "slider error"))
+    places, rows = position(speed, study.cases[speed.path]), []
+    for place, value in enumerate(speed.values):
+        forces = study.cases[places == place][p99].dropna()
+        ends = {"least": forces.idxmin(), "most": forces.idxmax()} if len(forces) else {}
+        for load, case_id in ends.items():
+            row = study.cases.loc[case_id]
+            settings, values = (row[axis.path] for axis in others), (row.get(column, np.nan) for column, _ in figures)
+            rows.append((value, load, *settings, *values, case_id))
+    columns = (
+        *axis_columns(study, [speed]),
+        Column("load"),
+        *axis_columns(study, others),
+        *(Column(heading, study.unit(column)) for column, heading in figures),
+        Column("case_id"),
+    )
+    title = "Least and most loaded design at each crank speed"
+    note = f"Ranked by the 99th percentile of the contact force{study.where(joint, ' in joint {}')}."
+    return Table("by_speed", title, note, columns, rows)

@@ -1,0 +1,173 @@
+"""What the choice of a swept law does: forces law by law, and the spread between laws at otherwise equal values."""
+
+import numpy as np
+import pandas as pd
+
+from ... import wording
+from .. import elastic_comparison, restitution_comparison
+from ..draw import comparison
+from ..main_effects import CLEAR_FACTOR, main_effects
+from ..matching import Matched, axis_key, matched
+from ..picture import Picture, capital
+from ..section import Part, Section
+from ..study import P99, Axis, Joint, Study
+from ..table import Column, Quantity, Table, counted
+
+CHOICES = (".contact.law", ".contact.elastic", ".friction.law")  # paths within a joint that name a law
+FIGURES = (("force_peak", "force peak"), ("force_p99", "force p99"), ("force_rms", "force rms"))
+
+
+def sections(study: Study) -> list[Section]:
+    """Return one section for each law that is swept."""
+    if study.cases.empty:
+        return []
+    return [_section(study, axis) for axis in study.swept() if axis.path.endswith(CHOICES)]
+
+
+def _section(study: Study, axis: Axis) -> Section:
+    beside = matched(study, axis)
+    joint = next(joint for joint in study.joints if axis.path.startswith(f"joints.{joint.title}."))
+    spread = _spread(study, beside)
+    more = Part([], [], [])
+    if axis.path.endswith(".contact.law"):
+        more = restitution_comparison.of_axis(study, axis, joint)
+    elif axis.path.endswith(".contact.elastic"):
+        more = elastic_comparison.of_axis(study, axis, joint)
+    strips = [_strip(study, axis, place, *figure) for place in study.joints for figure in _figures(study, place)]
+    part = Part(
+        [_sentence(study, axis, spread), *more.sentences],
+        [*strips, *more.pictures],
+        [spread, *(_forces(study, beside, place) for place in study.joints), *more.tables],
+    )
+    return Section(axis_key(axis), f"What the choice of {axis.name} does", part.blocks())
+
+
+def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:
+    """Return the forces of a joint that are compared: column, name; a percentile of few impacts says nothing."""
+    named = [(joint.column(figure), name) for figure, name in FIGURES if study.lead is P99 or figure != P99.figure]
+    return [(column, name) for column, name in named if study.has(column)]
+
+
+def _forces(study: Study, beside: Matched, joint: Joint) -> Table:
+    """Return the forces of one joint law by law."""
+    axis, figures = beside.axis, _figures(study, joint)
+    heads = [Column(axis.name), Column("cases")]
+    for column, name in figures:
+        unit = study.unit(column)
+        heads += [
+            Column(name, unit),
+            Column(f"{name}, smallest", unit, file_only=True),
+            Column(f"{name}, largest", unit, file_only=True),
+            Column(f"{name.removeprefix('force ')} beside other laws"),
+        ]
+    ratios = {column: _ratios(study, beside, column) for column, _ in figures}
+    rows = []
+    for law in axis.values:
+        alike = study.cases[study.cases[axis.path] == law]
+        if len(alike) and figures:
+            cells: list[Quantity | float] = []
+            for column, _ in figures:
+                cells += [*_ends(alike[column], study.unit(column)), float(ratios[column].get(law, np.nan))]
+            rows.append((law, counted(len(alike)), *cells))
+    note = (
+        "Median (smallest to largest) of all finished cases with the law. Beside other laws: the figure over the "
+        "median of all laws at otherwise equal values; the median of these ratios."
+    )
+    title = f"Forces in joint {joint.title}, by {axis.name}"
+    return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(heads), rows)
+
+
+def _ratios(study: Study, beside: Matched, column: str) -> pd.Series:
+    """Return law -> a figure over the median of all laws at otherwise equal values, the median of that."""
+    table = beside.table(study, column)
+    return table.div(table.median(axis=1), axis=0).median()
+
+
+def _ends(values: pd.Series, unit: str) -> list[Quantity | float]:
+    """Return the median of a figure with its range in words, the smallest and the largest value."""
+    low, middle, high = values.min(), values.median(), values.max()
+    scale = wording.scale(unit, middle)
+    span = f" ({scale.number(low)} to {scale.number(high)})" if len(values) > 1 else ""
+    return [Quantity(middle, scale.text(middle) + span), low, high]
+
+
+def _spread(study: Study, beside: Matched) -> Table:
+    """Return by which factor each figure differs between laws at otherwise equal values."""
+    rows = []
+    for joint in study.joints:
+        for column, name in _figures(study, joint):
+            table = beside.table(study, column)
+            if table.empty:
+                continue
+            factor = table.max(axis=1) / table.min(axis=1)
+            worst = table.loc[factor.idxmax()].dropna()
+            weakest, strongest = worst.idxmin(), worst.idxmax()
+            at = study.setting(beside.case(factor.idxmax(), weakest), without=beside.axis)
+            ends: list[Quantity | str] = []
+            for law in (weakest, strongest):
+                ends += [Quantity(worst[law], f"{wording.text(worst[law], study.unit(column))}, {law}"), law]
+            factors = (float(factor.median()), float(factor.max()))
+            rows.append((name, joint.title, counted(len(table)), *factors, *ends, at))
+    columns = (
+        Column("figure"),
+        Column("joint"),
+        Column("comparisons"),
+        Column("factor, median"),
+        Column("factor, largest"),
+        Column("there: from", "N"),
+        Column("law of the smallest", file_only=True),
+        Column("to", "N"),
+        Column("law of the largest", file_only=True),
+        Column("at"),
+    )
+    note = "Largest over smallest value among the laws, at otherwise equal values."
+    title = f"Spread between the {_plural(beside.axis)}"
+    return Table(f"{axis_key(beside.axis)}_spread", title, note, columns, rows)
+
+
+def _sentence(study: Study, axis: Axis, spread: Table) -> str:
+    """Return the spread in the joint that bears the largest force in a sentence."""
+    hardest = study.hardest_joint()
+    rows = {name: rest for name, title, *rest in spread.rows if title == hardest.title}
+    if "force peak" not in rows:
+        return f"No two finished cases differ in the {axis.name} alone: what follows does not compare like with like."
+    factors = [
+        f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
+        for name, (_, median, largest, *_) in rows.items()
+    ]
+    where = study.where(hardest, " in joint {}")
+    comparisons, median, *_ = rows["force peak"]
+    sentence = (
+        f"At otherwise equal values the choice among {len(axis.values)} {_plural(axis)} changes "
+        f"{wording.sentence_list(factors)}{where}"
+    )
+    sentence += f", the median of {comparisons.value} comparisons." if comparisons.value > 1 else "."
+    effects = main_effects(study, hardest.column("force_peak"))
+    effect = next((effect for effect in effects if effect.axis is axis), None)
+    if effect is not None and not effect.clear() and median >= CLEAR_FACTOR:
+        sentence += (
+            " For the peak that is within the scatter: it is a single event, and part of its spread is chance; "
+            "p99 and rms compare laws better."
+        )
+    return sentence
+
+
+def _strip(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Picture:
+    """Return the drawing of one point per case, law by law."""
+    values = {law: study.cases.loc[study.cases[axis.path] == law, column].dropna().to_numpy() for law in axis.values}
+    groups = [(law, points) for law, points in values.items() if len(points)]
+    groups.sort(key=lambda group: np.median(group[1]))
+    scale = study.scale(column)
+    title = f"{capital(name)} by {axis.name}{study.where(joint, ', joint {}')}"
+    medians = "; ".join(f"{law}: {scale.text(np.median(points))}" for law, points in groups)
+    return Picture(
+        title,
+        "One point per case; bar: median.",
+        f"{title}, medians. {medians}",
+        lambda ax: comparison.strip(ax, groups, name, scale),
+        size=(4.2, 1.0 + 0.22 * len(groups)),
+    )
+
+
+def _plural(axis: Axis) -> str:
+    return axis.name.replace("law", "laws", 1)

@@ -1,0 +1,79 @@
+"""Heat maps: the leading figure of each joint over pairs of axes, and more figures over the pair that matters most."""
+
+import itertools
+
+import numpy as np
+
+from ... import wording
+from ..draw import comparison
+from ..main_effects import main_effects
+from ..picture import Picture, capital
+from ..section import Gallery, Section, filled
+from ..study import P99, RATIO, Axis, Joint, Study, position
+from .drivers import ideal_varies
+
+PAIRS = 6  # heat maps per joint: every pair of up to four axes
+FIGURES = (("contact_fraction", "time in contact"), ("wear_depth_max", "wear depth"))  # of a joint
+WHOLE = (("slider_error_max", "slider error"), ("pair_restitution", "measured restitution"))  # of the mechanism
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the heat maps of each joint; [] where there are no two axes to map over."""
+    if study.cases.empty:
+        return []
+    return [_section(study, joint) for joint in study.joints]
+
+
+def _section(study: Study, joint: Joint) -> Section:
+    note = "Every pair of swept values; the last maps show further figures over the pair that matters most. "
+    if study.lead is P99:
+        note += "p99: the force exceeded during 1 % of the time, free flight included."
+    title = f"Heat maps{study.where(joint, ', joint {}')}"
+    return Section(f"maps-{joint.name}", title, filled([Gallery(note, _pictures(study, joint))]))
+
+
+def _pictures(study: Study, joint: Joint) -> list[Picture]:
+    lead = joint.column(study.lead.figure)
+    ranked = [effect.axis for effect in main_effects(study, lead)]
+    pairs = [_in_order(study, pair) for pair in itertools.combinations(ranked, 2)][:PAIRS]
+    if not pairs or not study.has(lead):
+        return []
+    more = [(joint.column(RATIO), "p99 / ideal peak")] if ideal_varies(study, joint) else []
+    more.append((joint.column("impacts_per_rev"), study.onsets))
+    more += [(joint.column(figure), name) for figure, name in FIGURES]
+    if joint == study.hardest_joint():
+        more += WHOLE
+    leading = [_picture(study, lead, study.lead.name, pair) for pair in pairs]
+    return leading + [_picture(study, column, name, pairs[0]) for column, name in more if study.has(column)]
+
+
+def _in_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:
+    """Return a pair of axes in the order of the grid."""
+    across, up = sorted(pair, key=study.axes.index)
+    return across, up
+
+
+def _picture(study: Study, column: str, name: str, pair: tuple[Axis, Axis]) -> Picture:
+    across, up = pair
+    table = medians(study, study.cases[column].to_numpy(float), across, up)
+    scale = wording.scale(study.unit(column), table[np.isfinite(table)])
+    others = [axis.name for axis in study.swept() if axis not in pair]
+    caption = f"Median over {wording.sentence_list(others)}." if others else "One case per cell."
+    lowest, highest = (scale.text(value) for value in (np.nanmin(table), np.nanmax(table)))
+    return Picture(
+        f"{capital(name)}: {across.name} {wording.TIMES} {up.name}",
+        caption,
+        f"Heat map of {name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
+        lambda ax: comparison.heat(ax, table, across, up, scale, name),
+    )
+
+
+def medians(study: Study, values: np.ndarray, across: Axis, up: Axis) -> np.ndarray:
+    """Return the median of one value per finished case in every cell (up, across); NaN where there is none."""
+    row, column = position(up, study.cases[up.path]), position(across, study.cases[across.path])
+    cell = row * len(across.values) + column
+    table = np.full(len(up.values) * len(across.values), np.nan)
+    filled_cells = np.isfinite(values) & (row >= 0) & (column >= 0)
+    for place in np.unique(cell[filled_cells]):
+        table[place] = np.median(values[filled_cells & (cell == place)])
+    return table.reshape(len(up.values), len(across.values))

@@ -1,0 +1,71 @@
+"""The section on a sample: how the figures spread, how likely limits are exceeded, what drives the spread."""
+
+import numpy as np
+
+from ... import wording
+from ...errors import InputError
+from .. import sensitivity
+from ..draw import comparison
+from ..picture import Picture, capital
+from ..sample_tables import Judged, effect_table, index_table, judged, limit_table, spread_table
+from ..section import Block, Gallery, Section, Sentences, filled
+from ..sensitivity import Setting
+from ..study import Study
+
+HISTOGRAMS = 12  # drawn at most
+INDEPENDENT = ("sobol", "latin-hypercube", "random")  # methods whose points stand for the distributions
+NOTE = "Share of the cases; dotted: 5 %, 50 % and 95 % quantiles; red: the limit, where one is set."
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where the run has no sample or none of it finished."""
+    samples = [sample for sample in sensitivity.settings(study.run) if len(sample.failed) < len(set(sample.case_ids))]
+    if not samples:
+        return []
+    if study.run.grid["sample"]["method"] in INDEPENDENT:
+        blocks: list[Block] = [spread_table(study, samples), limit_table(study, samples)]
+        blocks.append(Gallery(NOTE, _histograms(study, samples), small=True))
+        return [Section("sample", "Probabilistic study", filled(blocks))]
+    return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
+
+
+def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
+    """Return what the design was made for, or why there is none of it."""
+    table_of = index_table if study.run.grid["sample"]["method"] == "saltelli" else effect_table
+    try:
+        table, sentences = table_of(study, samples)
+    except InputError as refusal:
+        return [Sentences([f"No sensitivity. {refusal}"])]
+    return [Sentences(sentences), table]
+
+
+def _histograms(study: Study, samples: list[Setting]) -> list[Picture]:
+    pictures = [
+        _histogram(study, sample, figure)
+        for figure in judged(study)
+        for sample in samples
+        if np.isfinite(sample.figures[figure.column]).any()
+    ]
+    return pictures[:HISTOGRAMS]
+
+
+def _histogram(study: Study, sample: Setting, figure: Judged) -> Picture:
+    """Return the histogram of one figure, with its quantiles and its limit."""
+    values = sample.figures[figure.column]
+    values = values[np.isfinite(values)]
+    scale = wording.scale(figure.unit, values)
+    marks = tuple(np.quantile(values, sensitivity.QUANTILES))
+    settings = [
+        f"{axis.name} {axis.text(sample.point[axis.path])}"
+        for axis in study.swept()
+        if sample.point.get(axis.path) is not None
+    ]
+    quantiles = zip(sensitivity.QUANTILES, marks, strict=True)
+    alt = ", ".join(f"{share:.0%} quantile {scale.text(mark)}" for share, mark in quantiles)
+    return Picture(
+        capital(figure.name),
+        "; ".join(settings),
+        f"Histogram of {figure.name}, {len(values)} cases. {alt}",
+        lambda ax: comparison.histogram(ax, values, figure.name, scale, marks, figure.limit),
+        size=(3.3, 2.8),
+    )

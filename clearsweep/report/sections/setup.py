@@ -1,0 +1,84 @@
+"""How the run was set up: what was swept, what was the same in every case, what follows from it, where it was run."""
+
+from ... import wording
+from ..section import Block, Columns, Facts, Note, Section, filled
+from ..study import BASE, Axis, Study, leaves
+
+LISTED = 12  # values of an axis that are listed one by one, at most
+ELSEWHERE = (  # in the record of a run, and shown elsewhere or not for people
+    "name",
+    "sweep",
+    "zip",
+    "cases",
+    "limits",
+    "layout",
+    "units",
+    "keys",
+    "frame",
+    "derived",
+    "warnings",
+)
+SUMS = (("steps", "accepted steps, all cases"), ("rhs_evaluations", "evaluations, all cases"))
+RESIDUAL = (
+    "Energy residual: largest imbalance of work, energy and losses over the largest kinetic energy. It says how well "
+    "the equations were solved, not how well they describe a machine."
+)
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section, the values on one side and where they come from on the other."""
+    swept = [(axis.path, _listed(axis)) for axis in study.axes]
+    values: list[Block] = [
+        Facts("Swept", "Swept values", swept),
+        Facts("The same in every case" if study.axes else "The case", "Fixed values", _fixed(study)),
+        Facts("Derived from these", "Derived values", _derived(study)),
+    ]
+    origin: list[Block] = [Facts("Provenance", "Provenance", _provenance(study)), Note(RESIDUAL)]
+    return [Section("setup", "Setup", [Columns((filled(values), origin))])]
+
+
+def _listed(axis: Axis) -> str:
+    if axis.scattered or len(axis.values) > LISTED:
+        return axis.span()
+    return ", ".join(axis.text(value) for value in axis.values)
+
+
+def _fixed(study: Study) -> list[tuple[str, str]]:
+    """Return the values that every case shares: dotted path, value with unit."""
+    swept = {axis.path for axis in study.axes}
+    return [(path, _text(study, path, value)) for path, value in leaves(study.base) if path not in swept]
+
+
+def _text(study: Study, path: str, value: object) -> str:
+    """Return a fixed value, or each of a list, with its unit."""
+    if isinstance(value, list):
+        return ", ".join(_text(study, f"{path}.{place}", item) for place, item in enumerate(value))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value)
+    return wording.scale(study.unit(path), value, speed=path == "drive.speed").given(value)
+
+
+def _derived(study: Study) -> list[tuple[str, str]]:
+    """Return what follows from the given values (such as a stiffness from a material): dotted path, range with unit."""
+    facts = []
+    for path, span in (study.run.grid.get("derived") or {}).items():
+        scale = wording.scale(span["unit"], (span["min"], span["max"]))
+        ends = dict.fromkeys(scale.given(span[end], 4) for end in ("min", "max"))
+        facts.append((path, " to ".join(ends)))
+    return facts
+
+
+def _provenance(study: Study) -> list[tuple[str, str]]:
+    """Return where the figures come from: versions, machine, times, counts, energy residual."""
+    record = {key: value for key, value in study.run.grid.items() if key not in (*BASE, *ELSEWHERE) and value}
+    if "sample" in record:
+        record["sample"] = {key: value for key, value in record["sample"].items() if key != "drawn"}
+    facts = [(path.replace("_", " "), str(value)) for path, value in leaves(record)]
+    if study.has("energy_residual"):
+        residual = study.cases["energy_residual"]
+        facts.append(("energy residual, largest", wording.plain(residual.max(), 2)))
+        facts.append(("energy residual, median", wording.plain(residual.median(), 2)))
+    facts += [(name, wording.plain(study.cases[column].sum(), 4)) for column, name in SUMS if study.has(column)]
+    if study.has("run_time"):
+        facts.append(("integration time, all cases", wording.text(study.cases["run_time"].sum(), "s")))
+    return facts

@@ -1,0 +1,64 @@
+"""All cases at a glance: one figure over another, a point for each case."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..draw import comparison
+from ..main_effects import main_effects
+from ..picture import Picture
+from ..section import Gallery, Section, filled
+from ..study import ELASTIC_TEXT, Axis, Study, position
+
+
+class Cloud(NamedTuple):
+    """One figure over another: columns of the summary and their names."""
+
+    title: str
+    x: str
+    x_name: str
+    y: str
+    y_name: str
+    caption: str
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the clouds: peak over p99, p99 over slider error, p99 over the fastest onset; [] of a few cases."""
+    if len(study.cases) < 3 or not study.driven:
+        return []
+    joint = study.hardest_joint()
+    p99 = joint.column("force_p99")
+    peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
+    chance = "Cases of equal p99 have different peaks: a peak is a single event."
+    elastic = f"Steel stays elastic up to about {ELASTIC_TEXT}."
+    clouds = (
+        Cloud("Force peak against p99", p99, "force p99", peak, "force peak", chance),
+        Cloud(
+            "Position error against force",
+            "slider_error_max",
+            "slider error",
+            p99,
+            "force p99",
+            "Down and to the left is better.",
+        ),
+        Cloud("How hard the journal arrives", onset, "fastest onset", p99, "force p99", elastic),
+    )
+    strongest = next((effect.axis for effect in main_effects(study, p99)), None)
+    pictures = [_picture(study, strongest, cloud) for cloud in clouds if study.has(cloud.x) and study.has(cloud.y)]
+    return [Section("tradeoffs", "All cases at a glance", filled([Gallery("One point per finished case.", pictures)]))]
+
+
+def _picture(study: Study, axis: Axis | None, cloud: Cloud) -> Picture:
+    """Return a cloud, coloured by the values of an axis where there is one."""
+    colour = None
+    if axis is not None:
+        places = position(axis, study.cases[axis.path])
+        colour = (np.where(places < 0, np.nan, places), axis)
+    x, y = (study.cases[column].to_numpy(float) for column in (cloud.x, cloud.y))
+    names, scales = (cloud.x_name, cloud.y_name), (study.scale(cloud.x), study.scale(cloud.y))
+    return Picture(
+        cloud.title,
+        cloud.caption,
+        f"Cloud of {len(study.cases)} cases: {cloud.y_name} over {cloud.x_name}.",
+        lambda ax: comparison.cloud(ax, x, y, colour, names, scales),
+    )

@@ -1,0 +1,70 @@
+"""Wear: where each joint wears, and how much in every finished case."""
+
+import numpy as np
+
+from ... import wording
+from ..case_table import case_table
+from ..draw import motion
+from ..picture import Picture
+from ..section import Block, Gallery, Section, filled
+from ..study import Joint, Study
+from ..table import Table
+
+FIGURES = (
+    ("wear_depth_max", "depth"),
+    ("wear_rate_max", "depth rate"),
+    ("wear_volume", "volume"),
+    ("force_p99", "force p99"),
+    ("wear_narrow_arcs", "narrow arcs"),
+)
+NOTE = (
+    "Polar depth on each body, angles counter-clockwise from that body's own x axis; 0° points along the crank, rod "
+    "or frame."
+)
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where no case finished or nothing wears."""
+    if study.cases.empty:
+        return []
+    blocks: list[Block] = []
+    for joint in study.joints:
+        if joint.wears:
+            blocks += [Gallery(NOTE, _pictures(study, joint)), _table(study, joint)]
+    return [Section("wear", "Wear", filled(blocks))]
+
+
+def _table(study: Study, joint: Joint) -> Table:
+    """Return the wear of one joint, the deepest first."""
+    columns = [(joint.column(figure), heading) for figure, heading in FIGURES]
+    key, title = f"wear_{joint.name}", f"Wear in joint {joint.title}"
+    table = case_table(study, key, title, columns, joint.column("wear_depth_max"))
+    return table._replace(
+        note=f"{table.note} Depth and volume are those of the recorded window; narrow arcs: share of "
+        "the wear steps whose contact arc was narrower than five bins."
+    )
+
+
+def _pictures(study: Study, joint: Joint) -> list[Picture]:
+    """Return the polar wear depth of the deepest worn case, and of the median one where there is one."""
+    column = joint.column("wear_depth_max")
+    if not study.has(column):
+        return []
+    ids = study.cases[column].dropna().sort_values(ascending=False, kind="stable").index
+    pictures = [_picture(study, joint, "Deepest", ids[0])]
+    if len(ids) > 2:
+        pictures.append(_picture(study, joint, "Median", ids[len(ids) // 2]))
+    return pictures
+
+
+def _picture(study: Study, joint: Joint, word: str, case_id: str) -> Picture:
+    bearing, journal = (np.asarray(depth, float) for depth in study.run.wear(case_id)[joint.name])
+    deepest = [wording.text(float(depth.max(initial=0.0)), "m") for depth in (bearing, journal)]
+    return Picture(
+        f"{word} wear, joint {joint.title}",
+        "; ".join(filter(None, (study.setting(case_id), f"case {case_id}"))),
+        f"Polar wear depth: at most {deepest[0]} on the bearing, {deepest[1]} on the journal.",
+        lambda ax: motion.wear(ax, bearing, journal),
+        size=(4.2, 3.4),
+        projection="polar",
+    )

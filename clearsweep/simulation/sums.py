@@ -1,0 +1,175 @@
+"""How figures follow from sums along the motion: over the whole window, and over its blocks, with an interval.
+
+Each kind has three functions.  `take(tally, place)` returns what has been summed so far, of a joint or, where `place`
+is None, of the mechanism; `value(window, place)` the figure over the window; `over_blocks(times, sums, revolutions)`
+the figure over all blocks and the half-width of its 95 % interval, from the times (s) at the ends of the blocks, what
+was taken there, and the revolutions of a block.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ..mechanics.observe import tally as tallies
+from ..mechanics.observe.tally import Tally
+
+CONFIDENCE = 0.95
+STRONGEST = 0.9  # correlation allowed for
+
+
+class Window(Protocol):
+    """The stretch of a run over which a figure is taken."""
+
+    @property
+    def tally(self) -> Tally:
+        """Return what was summed over it."""
+
+    @property
+    def duration(self) -> float:
+        """Return how long it is, s."""
+
+    @property
+    def turns(self) -> float:
+        """Return how many revolutions it has."""
+
+
+def half_width(values: np.ndarray) -> float:
+    """Return half the width of the 95 % interval of the mean of what follows each other."""
+    from scipy.special import stdtrit
+
+    count = len(values)
+    if count < 2:
+        return math.inf
+    off = values - values.mean()
+    squares = float(off @ off)
+    if squares == 0.0:
+        return 0.0
+    together = min(max(float(off[1:] @ off[:-1]) / squares, 0.0), STRONGEST)
+    widened = (1.0 + together) / (1.0 - together)
+    return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(squares / (count * (count - 1)) * widened)
+
+
+def _sum(tally: Tally, place: int | None, column: int) -> Any:
+    return tally.whole[column] if place is None else tally.joint[place, column]
+
+
+def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:
+    """Return a mean over time, and its half-width."""
+    return (sums[-1] - sums[0]) / (times[-1] - times[0]), half_width(np.diff(sums) / np.diff(times))
+
+
+class Mean(NamedTuple):
+    """A mean over time, from an integral over time."""
+
+    column: int  # of Tally.joint or Tally.whole
+
+    def take(self, tally: Tally, place: int | None) -> Any:
+        """Return the integral."""
+        return _sum(tally, place, self.column)
+
+    def value(self, window: Window, place: int | None) -> Any:
+        """Return the mean over the window."""
+        return self.take(window.tally, place) / window.duration
+
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the mean and its half-width."""
+        return _mean(times, sums)
+
+
+class RootMean(NamedTuple):
+    """A root mean square, from the integral of the square over time."""
+
+    column: int  # of Tally.joint or Tally.whole
+
+    def take(self, tally: Tally, place: int | None) -> Any:
+        """Return the integral of the square."""
+        return _sum(tally, place, self.column)
+
+    def value(self, window: Window, place: int | None) -> Any:
+        """Return the root mean square over the window."""
+        return math.sqrt(self.take(window.tally, place) / window.duration)
+
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the root mean square; its half-width follows from that of the square."""
+        square, width = _mean(times, sums)
+        value = math.sqrt(square)
+        return value, 0.5 * width / value if value else 0.0
+
+
+class PerRevolution(NamedTuple):
+    """A mean over revolutions, from a count."""
+
+    column: int  # of Tally.joint or Tally.whole
+
+    def take(self, tally: Tally, place: int | None) -> Any:
+        """Return the count."""
+        return _sum(tally, place, self.column)
+
+    def value(self, window: Window, place: int | None) -> Any:
+        """Return the mean over the window's revolutions."""
+        return self.take(window.tally, place) / window.turns
+
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the mean over revolutions and its half-width."""
+        return (sums[-1] - sums[0]) / (revolutions * (len(sums) - 1)), half_width(np.diff(sums) / revolutions)
+
+
+class DepthRate(NamedTuple):
+    """How fast the deepest wear bin of a joint, of either body, wears (m/s)."""
+
+    def take(self, tally: Tally, place: int | None) -> Any:
+        """Return the depths (m) of all bins of both bodies."""
+        return tally.wear.reshape(len(tally.joint), -1)[place].copy()
+
+    def value(self, window: Window, place: int | None) -> Any:
+        """Return the largest depth over the window's time."""
+        return self.take(window.tally, place).max() / window.duration
+
+    def over_blocks(self, times: np.ndarray, depths: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the rate of the bin that is deepest in the end, and its half-width."""
+        deepest = int(np.argmax(depths[-1] - depths[0]))
+        return _mean(times, [depth[deepest] for depth in depths])
+
+
+class ForceExceeded(NamedTuple):
+    """The normal force (N) of a joint that is exceeded during some share of the time."""
+
+    share: float
+
+    def take(self, tally: Tally, place: int | None) -> Any:
+        """Return the joint's histogram of the force over time."""
+        return tally.time[place].copy(), tally.ramp[place].copy()
+
+    def value(self, window: Window, place: int | None) -> Any:
+        """Return the force that is exceeded during the share of the window's time."""
+        tally = window.tally
+        return tallies.force_exceeded(tally.time[place], tally.ramp[place], self.share * window.duration)
+
+    def over_blocks(self, times: np.ndarray, histograms: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the force that is exceeded during the share of the time.
+
+        Its interval is that of the share of time above it, block by block, read as forces (Woodruff 1952).
+        """
+        time, ramp = histograms[-1][0] - histograms[0][0], histograms[-1][1] - histograms[0][1]
+        duration = times[-1] - times[0]
+
+        def force(share: float) -> float:
+            return float(tallies.force_exceeded(time, ramp, min(max(share, 0.0), 1.0) * duration))
+
+        value = force(self.share)
+        above = np.array([_time_above(value, time, ramp) for time, ramp in histograms])
+        width = half_width(np.diff(above) / np.diff(times))
+        return value, 0.5 * (force(self.share - width) - force(self.share + width))
+
+
+def _time_above(force: float, time: np.ndarray, ramp: np.ndarray) -> float:
+    """Return the time (s) at a higher force than `force` (N) in a histogram."""
+    bins = np.max(np.flatnonzero((time != 0.0) | (ramp != 0.0)), initial=-1) + 1
+    spent = time[:bins] + np.cumsum(ramp[:bins]) * np.diff(tallies.EDGES[: bins + 1])
+    place = int(np.searchsorted(tallies.EDGES, force, side="right")) - 1
+    if place < 0 or place >= bins:
+        return float(spent.sum()) if place < 0 else 0.0
+    low, high = tallies.EDGES[place], tallies.EDGES[place + 1]
+    return float(spent[place + 1 :].sum() + spent[place] * (high - force) / (high - low))

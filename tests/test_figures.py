@@ -1,0 +1,124 @@
+"""Figures of merit, mechanisms and layouts are described once; all that shows them follows from the description."""
+
+import ast
+import json
+from pathlib import Path
+
+import pytest
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep import grid, report, simulation
+from clearsweep.catalogue import Figure, Shown
+from clearsweep.errors import DirectoryError, InputError
+from clearsweep.layout import Layout, markdown
+from clearsweep.mechanics.observe import tally as tallies
+from clearsweep.simulation import figures
+from clearsweep.simulation.sums import Mean
+
+ROOT = Path(__file__).parent.parent
+TEXT = "mean square of the normal force over the window's time"
+FURTHER = Figure(
+    "force_mean_square",
+    "N^2",
+    TEXT,
+    of="joint",
+    sums=Mean(tallies.FORCE_SQUARE),
+    shown=(Shown("forces", "force mean square"), Shown("sample", "force mean square")),
+)
+COLUMN = "rod_slider_force_mean_square"
+
+
+@pytest.fixture
+def further(monkeypatch):
+    """Add a figure made up from a sum that exists: one block, after the other figures of joints."""
+    monkeypatch.setattr(figures, "FIGURES", (*figures.JOINT, FURTHER, *figures.FIGURES[len(figures.JOINT) :]))
+
+
+def source(**changes):
+    """Return a grid of one case of two revolutions; `changes` has `__` for dots."""
+    asked = {key.replace("__", "."): value for key, value in changes.items()}
+    return slider_crank("rod-slider", changes={"simulate.revolutions": 2, "simulate.tolerance": 1e-6} | asked)
+
+
+def problems(**changes):
+    with pytest.raises(InputError) as caught:
+        grid.load(source(**changes), simulation.catalogue())
+    return str(caught.value)
+
+
+def test_a_further_figure_is_a_column_a_row_of_the_report_and_has_an_error_check(further, tmp_path):
+    clearsweep.sweep(source(simulate__error_check=True), out=tmp_path / "run", jobs=1, executor="serial")
+    run = clearsweep.open(tmp_path / "run")
+    (row,) = run.summary.to_dict("records")
+    assert row[COLUMN] == pytest.approx(row["rod_slider_force_rms"] ** 2, rel=1e-12)
+    assert run.summary.attrs["units"][COLUMN] == run.summary.attrs["units"][f"{COLUMN}_difference"] == "N^2"
+    assert run.summary.attrs["descriptions"][COLUMN] == TEXT
+    files = {file.stem: file for file in report.tables(run, tmp_path / "tables")}
+    assert "force mean square [N^2]" in files["peaks_rod_slider"].read_text(encoding="utf-8").splitlines()[0]
+
+
+def test_a_further_figure_can_be_judged_and_limited(further):
+    until = {"figure": COLUMN, "relative_ci": 0.2, "max_revolutions": 4}
+    loaded = grid.load(source(simulate__until=until, limits={COLUMN: "4 kN^2"}), simulation.catalogue())
+    assert loaded.limits == {COLUMN: 4e6}
+    unit = {column.name: column.unit for column in loaded.layout.columns}
+    assert unit["figure_ci"] == unit[COLUMN] == "N^2"
+
+
+def test_a_figure_that_is_not_there_can_be_neither_judged_nor_limited():
+    until = {"figure": COLUMN, "relative_ci": 0.2, "max_revolutions": 4}
+    assert f"unknown word '{COLUMN}'" in problems(simulate__until=until)
+    assert f"limits.{COLUMN}: is no figure of this grid" in problems(limits={COLUMN: 1.0})
+    assert "limits.rod_slider_wear_volume: is no figure" in problems(limits={"rod_slider_wear_volume": 1.0})
+
+
+def test_a_further_figure_is_a_word_of_the_schema_and_a_row_of_the_table_of_columns(further):
+    known = simulation.catalogue()
+    enum = grid.schema(known)["else"]["properties"]["simulate"]["properties"]["until"]["properties"]["figure"]["enum"]
+    assert {COLUMN, "ground_crank_force_mean_square"} <= set(enum)
+    assert f"| `J_force_mean_square` * | N^2 | {TEXT} |  |" in markdown(known).splitlines()
+
+
+def test_the_table_of_columns_in_the_readme_is_made_of_the_figures():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert text.partition("<!-- columns -->\n")[2].startswith(markdown(simulation.catalogue()))
+
+
+def test_figures_have_names_of_their_own_and_need_what_there_is():
+    names = [figure.name for figure in figures.FIGURES]
+    assert len(set(names)) == len(names)
+    needs = {need for figure in figures.FIGURES for need in figure.needs}
+    assert needs <= {"turns", "rests", "wear", "horizon", "until"}
+    assert {figure.of for figure in figures.FIGURES} == {"joint", "output", "case"}
+
+
+def test_every_figure_of_a_case_is_computed():
+    path = clearsweep.simulate(clearsweep.load_case(source()))
+    missing = [name for name, value in path.summary.items() if value is None]
+    assert (path.status, missing) == ("ok", [])
+
+
+def test_a_layout_is_read_from_run_json_as_it_was():
+    layout = grid.load(source(simulate__horizon=True), simulation.catalogue()).layout
+    assert Layout.read(json.loads(json.dumps(layout.written()))) == layout
+    assert isinstance(hash(layout), int)
+
+
+@pytest.mark.parametrize("form", [grid.SCHEMA_VERSION - 1, None])
+def test_a_directory_of_another_form_is_refused_in_a_sentence(tmp_path, form):
+    record = {"layout": ["slider-crank", [["rod_slider", 0]]], "frame": {"schema": form}, "versions": {}}
+    (tmp_path / "run.json").write_text(json.dumps(record), encoding="utf-8")
+    with pytest.raises(DirectoryError, match=f"has form {form} of run directories.*reads form {grid.SCHEMA_VERSION}"):
+        clearsweep.open(tmp_path)
+
+
+def test_nothing_but_its_own_file_compares_with_the_name_of_a_mechanism():
+    names = {mechanism.name for mechanism in simulation.catalogue().mechanisms}
+    package = ROOT / "clearsweep"
+    for path in package.rglob("*.py"):
+        if package / "mechanics/mechanism" in path.parents:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            words = {inner.value for inner in ast.walk(node) if isinstance(inner, ast.Constant)}
+            assert not (isinstance(node, ast.Compare) and words & names), f"{path}:{node.lineno}"

@@ -1,0 +1,102 @@
+"""A section of the report is a value: a further one is found on the page and in the tables."""
+
+import csv
+import typing
+
+import pytest
+from report_fake import Run
+from test_report import Page
+
+from clearsweep import report
+from clearsweep.report import section, sections, study
+from clearsweep.report.picture import Picture
+from clearsweep.report.table import Column, Quantity, Table
+
+LINE = Picture("A line", "from below", "A line that rises.", lambda ax: ax.plot([0.0, 1.0], [0.0, 1.0]))
+LENGTHS = Table("lengths", "Lengths", "", (Column("name"), Column("length", "m")), [("crank", 0.05), ("rod", 0.12)])
+BLOCKS = {
+    section.Sentences: section.Sentences(["Said in full."]),
+    section.Points: section.Points(["Said & listed."]),
+    section.Note: section.Note("Said in small print."),
+    section.Cards: section.Cards([("Length", "50 mm", "of the crank")]),
+    section.Gallery: section.Gallery("How to read it.", [LINE]),
+    section.Detail: section.Detail("Longest", "0123", "speed 3", [("p99", "1 N")], [LINE]),
+    section.Facts: section.Facts("Given", "Given values", [("path", "value")]),
+    section.Columns: section.Columns(([section.Note("Left.")], [section.Facts("Right", "Right", [("a", "b")])])),
+    Table: LENGTHS,
+}
+
+
+def further(given):
+    return [section.Section("further", "A further section", [BLOCKS[kind] for kind in typing.get_args(section.Block)])]
+
+
+@pytest.fixture
+def with_further(monkeypatch):
+    monkeypatch.setattr(sections, "SECTIONS", (*sections.SECTIONS, further))
+    return Run(sweep={}, histories=False, wear=False)
+
+
+def test_a_further_section_is_on_the_page_with_every_kind_of_block(with_further, tmp_path):
+    page = Page(report.write(with_further, tmp_path / "page.html").read_text(encoding="utf-8"))
+    assert page.ids[page.ids.index("setup") + 1 :][0] == "further"
+    assert page.open == []
+    shown = page.text[page.text.index("A further section") :]
+    for words in (
+        "Said in full.",
+        "Said & listed.",
+        "Said in small print.",
+        "Length 50 mm of the crank",
+        "How to read it. A linefrom below",
+        "Longest 0123 speed 3. p99 1 N",
+        "Given path value",
+        "Left. Right a b",
+        "Lengths namelengthmm crank50.0 rod120",
+    ):
+        assert words.replace(" ", "") in shown.replace(" ", "")
+    assert page.figures == 2
+
+
+def test_a_further_section_is_in_the_tables(with_further, tmp_path):
+    files = report.tables(with_further, tmp_path)
+    assert [file.name for file in files][-1] == "lengths.csv"
+    rows = list(csv.reader((tmp_path / "lengths.csv").open(encoding="utf-8")))
+    assert rows == [["name", "length [m]"], ["crank", "0.05"], ["rod", "0.12"]]
+
+
+def test_tables_of_sections_paint_nothing(monkeypatch, tmp_path):
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda *_, **__: pytest.fail("something was drawn"))
+    assert report.tables(Run(failures=8), tmp_path)
+
+
+@pytest.mark.parametrize("given", [{}, {"failures": 108}, {"sweep": {}, "wear": False}], ids=["all", "failed", "one"])
+def test_ids_of_sections_and_tables_are_there_once_and_nothing_is_empty(given):
+    shown = sections.of(study.prepare(Run(**given)))
+    keys = [part.key for part in shown] + [table.key for part in shown for table in part.tables]
+    assert len(keys) == len(set(keys))
+    assert all(part.blocks for part in shown)
+    assert all(table.rows for part in shown for table in part.tables)
+
+
+def test_what_has_nothing_to_show_is_left_out():
+    empty = [
+        section.Sentences([]),
+        section.Points([]),
+        section.Gallery("How to read it.", []),
+        section.Facts("Given", "Given values", []),
+        LENGTHS._replace(rows=[]),
+    ]
+    assert section.filled(empty) == []
+    assert section.filled(BLOCKS.values()) == list(BLOCKS.values())
+
+
+def test_a_table_called_like_its_section_has_no_second_heading(tmp_path):
+    page = Page(report.write(Run(failures=8), tmp_path / "page.html").read_text(encoding="utf-8"))
+    assert page.text.count("Failed cases") == 1
+
+
+def test_a_cell_with_a_unit_of_its_own_is_a_number_in_the_file(tmp_path):
+    table = Table("own", "", "", (Column("a"), Column("b", file_only=True)), [(Quantity(2e-3, "2 mm"), "m")])
+    assert table.shown().rows == [["2 mm"]]
+    assert table.shown().heads[0].numeric
+    assert table.write(tmp_path).read_text(encoding="utf-8").splitlines() == ["a,b", "0.002,m"]
