@@ -37,7 +37,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("grid/grid.py", "from ..mechanics import rates"),
         ("report/study.py", "import numba"),
         ("store/batch.py", "from ..sweeping import sweep"),
-        ("results.py", "from .store import Run"),
+        ("results.py", "from .store import StoredRun"),
     ],
 )
 def test_a_planted_import_the_wrong_way_is_found(copy, file, planted):

@@ -32,22 +32,22 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
             _pressure(draft, path, catalogue)
 
 
-def _until(read: Draft) -> None:
+def _until(draft: Draft) -> None:
     """Check that the figure that `until` judges is one of this grid, and that its longest run is not the shorter."""
-    least, most = read.reached("simulate.revolutions"), read.reached("simulate.until.max_revolutions")
+    least, most = draft.reached("simulate.revolutions"), draft.reached("simulate.until.max_revolutions")
     if least and most and min(most) < max(least):
         path = "simulate.until.max_revolutions"
         sentence = (
             f"found {min(most):.15g}; allowed: at least {max(least):.15g}, the value of simulate.revolutions, the "
             "shortest run"
         )
-        read.problems.add(read.place(path), path, sentence)
+        draft.problems.add(draft.place(path), path, sentence)
     path = "simulate.until.figure"
-    figure = read.values.get(path)
-    if figure and figure not in read.figures:
-        names = [name for name in read.shape[path].options if name in read.figures]
+    figure = str(draft.values.get(path, ""))
+    if figure and figure not in draft.figures:
+        names = [name for name in word_key(draft.shape, path).options if name in draft.figures]
         sentence = f"{figure} is no figure of this grid{nearest(figure, names)} (known: {', '.join(names)})"
-        read.problems.add(read.place(path), path, sentence)
+        draft.problems.add(draft.place(path), path, sentence)
 
 
 def _is_joint(path: str) -> bool:

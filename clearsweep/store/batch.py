@@ -4,7 +4,7 @@ import io
 import json
 import math
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -168,7 +168,7 @@ def offsets_of(form: Form) -> dict[str, Dataset]:
     return found
 
 
-def put(file: h5py.File, dataset: Dataset, values: np.ndarray, **options) -> None:
+def put(file: h5py.File, dataset: Dataset, values: np.ndarray, **options: Any) -> None:
     """Write `values` as one dataset with its unit and description."""
     describe(file.create_dataset(dataset.path, data=values, **options), dataset)
 
