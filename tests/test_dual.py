@@ -10,7 +10,7 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep.mechanics.compiled import calculus
-from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, lifted, slope, value
+from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, as_dual, slope, value
 from clearsweep.mechanics.compiled.family import kernel, pointer_to
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import STUCK
@@ -122,11 +122,11 @@ def jacobian_error(names, friction, state=None):
     run = Run(made, np.empty(0))  # keeps what compiled code reads
     work = run.work
     if state is not None:
-        work.state[:] = state
+        work.mode[:] = state
     work.slopes[:] = slopes_of(made.value, run.parameters)
     half, clearance = len(made.value.coordinates), made.value.joints[0].clearance
     roots = work.y[2 * half + 1 :]
-    size = np.concatenate([np.full(half, clearance), np.full(half, 1.0), [1.0 / made.value.pace], roots])
+    size = np.concatenate([np.full(half, clearance), np.full(half, 1.0), [1.0 / made.value.reference_rate], roots])
     y = work.y + 0.1 * size * np.random.default_rng(7).normal(size=size.size)
     differentiate(work, y)
     jacobian = work.implicit.jacobian[0] * size
@@ -152,7 +152,7 @@ def mixed(y, direction):
     for i in range(3):
         total += z[i] * z[i] / (1.0 + abs(z[i]))
     total -= max(z[0], 0.5) * min(z[1], 2.0) ** 2 + 3.0 / z[2] - (-z[1])
-    made = lifted(total if z[0] > z[1] else 0.0)
+    made = as_dual(total if z[0] > z[1] else 0.0)
     return value(made), slope(made)
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..mechanics.joint.dry import FREE
+from ..mechanics.joint.contract import touches
 from ..mechanics.solver import loop
 from .watch import go_to, moment_of
 
@@ -53,7 +53,7 @@ class Twin:
     def _measure(self, base) -> None:
         """Note how far the twin has departed from `base`, and bring it back."""
         work, n = self.work, self.scale.size
-        alike = bool(np.all(work.state == base.state))
+        alike = bool(np.all(work.mode == base.mode))
         off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
         if not alike and off < SATURATED:
             return
@@ -70,8 +70,8 @@ class Twin:
         go_to(moment_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.onset[:] += self.size * onset
-        roots = work.y[work.time + 1 : work.time + 1 + work.state.size]
-        roots[:] = np.where(work.state == FREE, 0.0, np.maximum(roots, loop.SEED * work.sigma))
+        roots = work.y[work.time + 1 : work.time + 1 + work.mode.size]
+        roots[:] = np.where(touches(work.mode), np.maximum(roots, loop.SEED * work.sigma), 0.0)
 
     def figures(self, turn: float) -> dict:
         """Return the exponent and the horizon; None where they were not found, or where a disturbance does not grow.

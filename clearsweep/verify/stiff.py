@@ -91,7 +91,7 @@ def run(case: Case, tolerance: float, method: str):
         "simulate.step_budget": STEPS,
     }
     made = scene.build(grid.load(case.grid, scene.catalogue(), settings).case(0))
-    turn = 2.0 * math.pi / made.value.pace
+    turn = 2.0 * math.pi / made.value.reference_rate
     return simulate(made, times=np.arange(1, SAMPLES + 1) / SAMPLES * turn)
 
 
