@@ -79,7 +79,9 @@ def picture() -> str:
         ".text{font:11px sans-serif;fill:#333}</style>"
     )
     ground = '<rect width="100%" height="100%" fill="#eef2f5"/>'
-    return "\n".join([head, "<title>The rooms of clearsweep and their layers</title>", style, ground, *parts, "</svg>\n"])
+    return "\n".join(
+        [head, "<title>The rooms of clearsweep and their layers</title>", style, ground, *parts, "</svg>\n"]
+    )
 
 
 if __name__ == "__main__":

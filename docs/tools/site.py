@@ -11,7 +11,14 @@ from mkdocs.structure.files import File
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "clearsweep"
 #: Pages and pictures that lie elsewhere in the repository; they keep their places, so that links hold.
-OUTSIDE = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "results/*.md", "results/accuracy/*.svg", "results/readme/*.png")
+OUTSIDE = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "results/*.md",
+    "results/accuracy/*.svg",
+    "results/readme/*.png",
+)
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 
 
@@ -43,7 +50,9 @@ def reference(room: str, modules: list[Path]) -> str:
     parts = [f"# {top}\n", f"::: {top}\n    options:\n      members: []\n      show_root_heading: false\n"]
     for path in modules:
         name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
-        parts.append(f"## {name.removeprefix('clearsweep.')}\n\n::: {name}\n    options:\n      show_root_heading: false\n")
+        parts.append(
+            f"## {name.removeprefix('clearsweep.')}\n\n::: {name}\n    options:\n      show_root_heading: false\n"
+        )
     return "\n".join(parts)
 
 
