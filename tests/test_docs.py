@@ -25,7 +25,7 @@ TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for
 
 
 def blocks(*languages):
-    """Return (page and place, text) of every fenced block in one of these languages, but those of the README's tests."""
+    """Return every fenced block in one of these languages, but those that the tests of the README run."""
     found = []
     for page, text in TEXTS.items():
         for match in re.finditer(r"(<!-- .* -->\n)?^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):

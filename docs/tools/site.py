@@ -1,4 +1,4 @@
-"""What `mkdocs` needs besides: pages from outside docs/, the reference, and formulas that browsers draw by themselves."""
+"""What `mkdocs` needs besides: pages from outside docs/, the reference, and formulas that browsers draw."""
 
 import ast
 import html
