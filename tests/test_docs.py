@@ -141,3 +141,9 @@ def test_the_picture_shows_the_rooms_that_there_are():
     assert (ROOT / "docs/rooms.svg").read_text(encoding="utf-8") == drawn
     rooms = [path.name for path in (ROOT / "clearsweep").iterdir() if (path / "__init__.py").exists()]
     assert all(f'class="name">{room}<' in drawn for room in rooms)
+
+
+def test_the_citation_is_of_this_version():
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["version"] == clearsweep.__version__
+    assert {"cff-version", "message", "title", "authors"} <= set(citation)

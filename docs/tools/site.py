@@ -15,6 +15,7 @@ OUTSIDE = (
     "README.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
+    "CITATION.cff",
     "results/*.md",
     "results/accuracy/*.svg",
     "results/readme/*.png",
