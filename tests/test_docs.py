@@ -61,7 +61,7 @@ def test_commands_are_there_and_take_these_options(block, monkeypatch):
             assert words[0] in ("python", "git")
 
 
-@pytest.mark.parametrize("block", blocks("console"))
+@pytest.mark.parametrize("block", [each for each in blocks("console") if not each.id.startswith("CONTRIBUTING")])
 def test_what_a_console_shows_runs(block, place):
     for words in commands(block):
         if words[:2] == ["clearsweep", "laws"]:
