@@ -11,7 +11,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PICTURE = ROOT / "docs/rooms.svg"
-WIDTH, MARGIN, GAP, LINE = 960, 14, 10, 15  # px
+WIDTH, MARGIN, GAP, LINE = 720, 14, 10, 15  # px
 LETTER = 5.6  # px, mean width of a letter of a description
 
 
