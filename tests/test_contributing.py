@@ -35,6 +35,7 @@ def test_every_change_shown_is_made_here():
     assert TEXT.count("```diff") == len(CHANGES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_change_works(name, tmp_path):
     change, commands = CHANGES[name]
