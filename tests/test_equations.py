@@ -79,10 +79,9 @@ def expected(opening, q, v, theta, loads):
 def sides(opening, state, motion, loads):
     """Return left and right sides of the page's equations of an opening, with these accelerations, as two arrays."""
     q, v, theta = state
-    l1, s1, m1, l2, s2, m2, j2, m3, gravity, speed = (
-        getattr(LINKS, name)
-        for name in ["crank_length", "crank_center", "crank_mass", "rod_length", "rod_center", "rod_mass", "rod_inertia", "slider_mass", "gravity", "speed"]
-    )
+    l1, s1, m1 = LINKS.crank_length, LINKS.crank_center, LINKS.crank_mass
+    l2, s2, m2, j2 = LINKS.rod_length, LINKS.rod_center, LINKS.rod_mass, LINKS.rod_inertia
+    m3, gravity, speed = LINKS.slider_mass, LINKS.gravity, LINKS.speed
     u1, n1 = np.array([np.cos(theta), np.sin(theta)]), np.array([-np.sin(theta), np.cos(theta)])
     u2, n2 = np.array([np.cos(q[0]), np.sin(q[0])]), np.array([-np.sin(q[0]), np.cos(q[0])])
     h, k, g, rate = l2 - s2, l1 - s1, np.array([0.0, -gravity]), v[0]
