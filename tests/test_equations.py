@@ -1,15 +1,26 @@
 """The equations of motion of docs/model.md, put together from virtual powers, give the accelerations of the code."""
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from clearsweep.mechanics.mechanism.contract import Ideal, Open, accelerate, gaps, place
 from clearsweep.mechanics.mechanism.slider_crank.pose import Links, SliderCrank
 
-from clearsweep.mechanics.joint.dry import Load
 
 LINKS = Links(0.05, 0.02, 0.3, 1e-4, 0.12, 0.07, 0.21, 2.5e-4, 0.14, 9.81, 300.0)
+
+
+class Load(NamedTuple):
+    """What the equations of motion take of a joint."""
+
+    fx: float  # N, on the distal body
+    fy: float  # N
+    moment_proximal: float  # N m
+    moment_distal: float  # N m
+
+
 OPENINGS = [opening for count in (1, 2, 3) for opening in itertools.combinations("ABC", count)]
 STEP = 1e-30  # of the complex step, whose derivative has no rounding
 
@@ -142,7 +153,7 @@ def test_the_code_accelerates_as_the_page_says(opening):
         v = chance.uniform(-1.0, 1.0, n) * np.append(100.0, np.full(n - 1, 10.0))
         time = chance.uniform(0.0, 0.02)
         numbers = chance.uniform(-1.0, 1.0, (len(opening), 4)) * [1000.0, 1000.0, 5.0, 5.0]
-        loads = tuple(Load(*row, *[0.0] * (len(Load._fields) - 4)) for row in numbers)
+        loads = tuple(Load(*row) for row in numbers)
         y = np.concatenate([q, v, [time]])
         motion = accelerate(mechanism, place(mechanism, y), loads)
         accelerations, torque = expected(opening, q, v, LINKS.speed * time, loads)
