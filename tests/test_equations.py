@@ -8,7 +8,6 @@ import pytest
 from clearsweep.mechanics.mechanism.contract import Ideal, Open, accelerate, gaps, place
 from clearsweep.mechanics.mechanism.slider_crank.pose import Links, SliderCrank
 
-
 LINKS = Links(0.05, 0.02, 0.3, 1e-4, 0.12, 0.07, 0.21, 2.5e-4, 0.14, 9.81, 300.0)
 
 
