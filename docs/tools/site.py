@@ -48,12 +48,11 @@ def public() -> str:
 def reference(room: str, modules: list[Path]) -> str:
     """Return the page of a room: its own docstring, then that of every module and function."""
     top = "clearsweep" if room == "clearsweep" else f"clearsweep.{room}"
-    parts = [f"# {top}\n", f"::: {top}\n    options:\n      members: []\n      show_root_heading: false\n"]
+    headless = "    options:\n      show_root_heading: false\n      show_root_toc_entry: false\n"
+    parts = [f"# {top}\n", f"::: {top}\n{headless}      members: []\n"]
     for path in modules:
         name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
-        parts.append(
-            f"## {name.removeprefix('clearsweep.')}\n\n::: {name}\n    options:\n      show_root_heading: false\n"
-        )
+        parts.append(f"## {name.removeprefix('clearsweep.')}\n\n::: {name}\n{headless}")
     return "\n".join(parts)
 
 
