@@ -58,4 +58,5 @@ SAID = {
     "law": {"arctan", "tanh", "passed"},
     "mechanism": {"falling-mass", "slot", "passed"},
     "figure": {"pair_force_crest", "float64"},
+    "section": {"case_id", "steps"},
 }
