@@ -1,8 +1,9 @@
 """The keys of grid files as a page to read, made of the keys there are."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..catalogue import Catalogue
+from ..catalogue import Catalogue, Field
 from .axes import FORMS
 from .json_schema import schema
 from .key_table import MECHANISMS, shape
@@ -33,14 +34,15 @@ class _Row(NamedTuple):
     default: str
     text: str
 
-    def __str__(self):
+    def __str__(self) -> str:
         cells = (f"`{self.key}`", self.unit, self.allowed, self.default, self.text)
         return f"| {' | '.join(cell.replace('|', '&#124;').replace('<', '&lt;') for cell in cells)} |"
 
 
 def markdown(catalogue: Catalogue) -> str:
     """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown."""
-    parts, written = [_HEAD], {}
+    parts = [_HEAD]
+    written: dict[tuple[_Row, ...], tuple[str, str]] = {}
     for mechanism in MECHANISMS:
         parts.append(f"## {mechanism}\n")
         for title, section, rows in _blocks(shape(mechanism, catalogue)):
@@ -58,7 +60,7 @@ def _sentence(section: Section) -> str:
     return f"{section.text[0].upper()}{section.text[1:]}{form}{need}."
 
 
-def _blocks(tree: Shape):
+def _blocks(tree: Shape) -> Iterator[tuple[str, Section, tuple[_Row, ...]]]:
     """Yield (title, section, rows) of each section; joints, which differ only in a few words, are one."""
     joints = [path for path in tree if path.startswith("joints.") and path.count(".") == 1]
     for path, node in tree.items():
@@ -84,7 +86,7 @@ def _merged(tables: dict[str, tuple[_Row, ...]]) -> tuple[_Row, ...]:
     return tuple(merged)
 
 
-def _rows(tree: Shape, path: str):
+def _rows(tree: Shape, path: str) -> Iterator[_Row]:
     """Yield the rows of the keys that stand directly in the section at `path`."""
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
@@ -99,12 +101,12 @@ def _rows(tree: Shape, path: str):
             yield from _quantity(tree, inner, key, node)
 
 
-def _quantity(tree: Shape, path: str, key: str, node: Number):
+def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
     """Yield one row for each meaning of a key that holds a quantity, with the laws for which it has that meaning."""
-    meanings = {}
+    meanings: dict[Field, list[str]] = {}
+    elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
     for field, when in node.uses:
-        elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
-        always = not when or (elastic is not None and when == elastic.when)
+        always = not when or (isinstance(elastic, Word) and when == elastic.when)
         meanings.setdefault(field, []).extend(() if always else sorted(when[-1][1]))
     for field, laws in meanings.items():
         default = "-" if field.optional else "required"
