@@ -120,7 +120,10 @@ def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
 
 def _cases(catalogue: Catalogue) -> str:
     """Return the sections that choose cases."""
-    top = schema(catalogue)["else"]["properties"]
+    top = schema(catalogue)
+    while "else" in top:  # those of any mechanism
+        top = top["else"]
+    top = top["properties"]
     texts = {key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", "limits")}
     texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
     texts["name"] = texts["name"].replace("<name>", "NAME")
