@@ -44,6 +44,7 @@ $(BENCH)/.ready: pyproject.toml constraints.txt
 # what is made of the code is made anew, then the site of all pages; any warning is an error
 docs: $(DOCS)/.ready
 	$(DOCS)/bin/clearsweep schema --markdown >docs/grid.md
+	$(DOCS)/bin/python docs/tools/columns.py
 	$(DOCS)/bin/python docs/tools/rooms.py
 	NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --quiet --strict
 

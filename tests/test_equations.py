@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+
 from clearsweep.mechanics.mechanism.contract import Ideal, Open, accelerate, gaps, place
 from clearsweep.mechanics.mechanism.slider_crank.pose import Links, SliderCrank
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ..catalogue import Catalogue, Field
 from .axes import FORMS
 from .json_schema import schema
-from .key_table import MECHANISMS, shape
+from .key_table import shape
 from .keys import Flag, Number, Section, Shape, Word
 from .sampling import DISTRIBUTIONS, METHODS
 
@@ -43,13 +43,13 @@ def markdown(catalogue: Catalogue) -> str:
     """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown."""
     parts = [_HEAD]
     written: dict[tuple[_Row, ...], tuple[str, str]] = {}
-    for mechanism in MECHANISMS:
-        parts.append(f"## {mechanism}\n")
+    for mechanism in catalogue.mechanisms:
+        parts.append(f"## {mechanism.name}\n")
         for title, section, rows in _blocks(shape(mechanism, catalogue)):
             parts.append(f"### {title}\n\n{_sentence(section)}\n")
-            where = written.setdefault(rows, (mechanism, title))
+            where = written.setdefault(rows, (mechanism.name, title))
             same = f"The same keys as in {where[1].partition(',')[0]} of {where[0]}.\n"
-            parts.append(same if where != (mechanism, title) else "\n".join((_TABLE, *map(str, rows))) + "\n")
+            parts.append(same if where != (mechanism.name, title) else "\n".join((_TABLE, *map(str, rows))) + "\n")
     return "\n".join([*parts, _cases(catalogue)])
 
 
