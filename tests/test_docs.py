@@ -132,6 +132,14 @@ def test_every_figure_is_defined():
     assert len(known) > 20
 
 
+@pytest.mark.parametrize("room", ["mechanism", "joint"])
+def test_every_family_of_a_contract_is_described(room):
+    source = (ROOT / f"clearsweep/mechanics/{room}/contract.py").read_text(encoding="utf-8")
+    families = re.findall(r"^@family\ndef (\w+)", source, re.MULTILINE)
+    assert families
+    assert not [name for name in families if f"`{name}(" not in TEXTS["docs/design.md"]]
+
+
 def test_the_picture_shows_the_rooms_that_there_are():
     drawn = runpy.run_path(str(ROOT / "docs/tools/rooms.py"))["picture"]()
     assert (ROOT / "docs/rooms.svg").read_text(encoding="utf-8") == drawn
