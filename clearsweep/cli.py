@@ -187,11 +187,13 @@ def init(file):
 
 
 @verbs.command()
-def schema():
+@click.option("--markdown", is_flag=True, help="Print all keys as a page to read instead.")
+def schema(markdown):
     """Print the JSON Schema of grid files, for editors."""
     from . import grid, simulation
 
-    click.echo(json.dumps(grid.schema(simulation.catalogue()), indent=2))
+    known = simulation.catalogue()
+    click.echo(grid.markdown(known) if markdown else json.dumps(grid.schema(known), indent=2), nl=not markdown)
 
 
 def _written(write, held, *arguments):

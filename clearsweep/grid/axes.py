@@ -8,7 +8,7 @@ from .document import Entry, Problems
 
 _MOST_WRITTEN = 100_000  # values in a list: what a person or a script may reasonably write out
 _MOST_VALUES = 1_000_000  # values on one axis: they are kept in memory
-_FORMS = {
+FORMS = {
     "linspace": "[first, last, count]",
     "geomspace": "[first, last, count]",
     "logspace": "[exponent of the first, exponent of the last, count] with the unit as a fourth where it is not SI",
@@ -25,10 +25,10 @@ def axis(
     """
     if isinstance(entry.value, list):
         return _listed(problems, where, entry, one, distinct)
-    if unit and isinstance(entry.value, dict) and len(entry.value) == 1 and set(entry.value) <= set(_FORMS):
+    if unit and isinstance(entry.value, dict) and len(entry.value) == 1 and set(entry.value) <= set(FORMS):
         ((kind, given),) = entry.value.items()
         return _generated(problems, where, kind, given, one, unit)
-    spaced = f" or {{linspace: {_FORMS['linspace']}}}, or geomspace or logspace in its place"
+    spaced = f" or {{linspace: {FORMS['linspace']}}}, or geomspace or logspace in its place"
     problems.add(entry, where, f"found {shown(entry.value)}; expected a list such as [a, b]{spaced if unit else ''}")
     return None
 
@@ -69,7 +69,7 @@ def _generated(problems: Problems, where: str, kind: str, given: Entry, one: Cal
     items = given.value if isinstance(given.value, list) else []
     try:
         if len(items) != 3 and not (kind == "logspace" and len(items) == 4):
-            raise InputError(f"found {shown(given.value)} of {len(items)}; expected {_FORMS[kind]}")
+            raise InputError(f"found {shown(given.value)} of {len(items)}; expected {FORMS[kind]}")
         count = quantity.read(items[2].value, "1")
         if count != int(count) or not 2 <= count <= _MOST_VALUES:
             raise InputError(f"found the count {count:.15g}; expected a whole number from 2 to {_MOST_VALUES}")
