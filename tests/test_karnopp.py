@@ -8,9 +8,12 @@ from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics import rates as right_hand_side
+from clearsweep.mechanics.compiled.direction import direction
+from clearsweep.mechanics.compiled.dual import Dual, turned
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.stick import held, rate_under, surfaces_of
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
+from clearsweep.mechanics.mechanism.slider_crank import pose as pose_of_slider_crank
 from clearsweep.simulation import trajectory as simulating
 from clearsweep.simulation.run import integrated
 
@@ -36,6 +39,16 @@ def moving(*joints, seed=1, **changes):
     return made.value, y, np.full(len(joints), STUCK)
 
 
+@pytest.fixture
+def plain(monkeypatch):
+    """Let Python itself run kernels on Duals, though it has the compiler's functions of mathematics."""
+
+    def either(angle):
+        return turned(angle) if isinstance(angle, Dual) else direction(angle)
+
+    monkeypatch.setattr(pose_of_slider_crank, "direction", either)
+
+
 def looked_at(scene, y, state):
     """Return pose, Gaps, Loads before anything is held."""
     pose, first = place(scene.mechanism, y), 2 * len(scene.coordinates) + 1
@@ -46,6 +59,7 @@ def looked_at(scene, y, state):
 # ---------------------------------------------------------------------------------------------- the force that holds
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     scene, y, state = moving(*joints, drive__speed="300 rpm")
@@ -72,6 +86,7 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     np.testing.assert_allclose(found, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_surfaces_that_stick_let_no_sliding_grow(joints):
     strong = KARNOPP | {"static_coefficient": 1e3}
@@ -86,6 +101,7 @@ def test_surfaces_that_stick_let_no_sliding_grow(joints):
         assert abs(still[j].tangential) < 1e3 * still[j].normal
 
 
+@pytest.mark.usefixtures("plain")
 def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
     for seed in range(20):
         scene, y, state = moving(*JOINTS, seed=seed, friction=KARNOPP | {"static_coefficient": 0.12})
