@@ -1,11 +1,12 @@
-# make run, make test: each sets up everything it needs in .venv; make bench in .venv-bench
+# make run, make test: each sets up everything it needs in .venv; make bench in .venv-bench, make docs in .venv-docs
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 BENCH := .venv-bench
+DOCS := .venv-docs
 
-.PHONY: run test test-all lint verify bench torture clean
+.PHONY: run test test-all lint verify bench docs torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -14,7 +15,7 @@ run: $(READY)
 test: $(READY) lint
 	$(BIN)/python -m pytest
 
-test-all: $(READY) lint
+test-all: $(READY) lint docs
 	$(BIN)/python -m pytest -m "slow or not slow"
 
 lint: $(READY)
@@ -41,6 +42,18 @@ $(BENCH)/.ready: pyproject.toml constraints.txt
 	$(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --editable .
 	touch $@
 
+# what is made of the code is made anew, then the site of all pages; any warning is an error
+docs: $(DOCS)/.ready
+	$(DOCS)/bin/clearsweep schema --markdown >docs/grid.md
+	$(DOCS)/bin/python docs/tools/columns.py
+	$(DOCS)/bin/python docs/tools/rooms.py
+	NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --quiet --strict
+
+$(DOCS)/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(DOCS)
+	$(DOCS)/bin/python -m pip install --quiet --constraint constraints.txt --editable ".[docs]"
+	touch $@
+
 torture: $(READY)
 	$(BIN)/python tests/torture.py
 
@@ -50,4 +63,4 @@ $(READY): pyproject.toml constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(BENCH) build *.egg-info
+	rm -rf $(VENV) $(BENCH) $(DOCS) build site *.egg-info

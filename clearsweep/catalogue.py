@@ -153,7 +153,7 @@ class Shown(NamedTuple):
     """Where the report shows a figure."""
 
     table: str  # 'forces', 'output', 'wear', 'certainty', 'sample', 'case', 'effects'
-    heading: str
+    heading: str  # '{output}' stands for the output, '{per_rev}' and '{per_revolution}' for that, where anything turns
     order: int = 50  # the smaller the earlier; those of equal order as in the summary
     if_any: bool = False  # only where it is above zero in some case
 

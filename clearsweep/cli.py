@@ -206,11 +206,13 @@ def init(file: Path | None) -> None:
 
 
 @verbs.command()
-def schema() -> None:
+@click.option("--markdown", is_flag=True, help="Print all keys as a page to read instead.")
+def schema(markdown: bool) -> None:
     """Print the JSON Schema of grid files, for editors."""
     from . import grid, simulation
 
-    click.echo(json.dumps(grid.schema(simulation.catalogue()), indent=2))
+    known = simulation.catalogue()
+    click.echo(grid.markdown(known) if markdown else json.dumps(grid.schema(known), indent=2), nl=not markdown)
 
 
 @contextlib.contextmanager

@@ -22,6 +22,7 @@ _OF_JOINT = {
     **dict.fromkeys(("impacts_per_rev", "contact_fraction", "law_limit_fraction", "force_clips"), "1"),
     **{"onset_rate_max": "m/s", "penetration_max": "m", "eccentricity_max": "m"},
 }
+_WORN = ("depth_max", "rate_max", "volume", "narrow_arcs")
 #: What a grid can name and a case gives here: workers that import it stay as light as without compiled code.
 CATALOGUE = Catalogue(
     laws=(
@@ -43,7 +44,10 @@ CATALOGUE = Catalogue(
                 Keys("mechanism", "", (Field("gravity", "m/s^2", low_open=False, default=0.0),)),
                 Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied"),
             ),
-            channels=tuple(Channel(f"slider/{name}", "m", "made up") for name in "xva"),
+            channels=tuple(
+                Channel(name, "m", "made up")
+                for name in ("crank_angle", "crank/torque", "slider/x", "slider/v", "slider/a")
+            ),
             turns=True,
             build=None,
             output=Output("slider", "m"),
@@ -51,13 +55,18 @@ CATALOGUE = Catalogue(
     ),
     figures=(
         *(Figure(name, unit, "made up", of="joint") for name, unit in _OF_JOINT.items()),
-        *(Figure(f"wear_{name}", "m", "made up", of="joint", needs=("wear",)) for name in ("depth_max", "rate_max")),
+        *(Figure(f"wear_{name}", "m", "made up", of="joint", needs=("wear",)) for name in _WORN),
+        *(Figure(f"acceleration_{name}", "{output}/s^2", "made up", of="output") for name in ("peak", "rms")),
         Figure("error_max", "{output}", "made up", of="output"),
+        Figure("crank_torque_peak", "N*m", "made up"),
         Figure("energy_residual", "1", "made up"),
         *(Figure(name, "1", "made up", kind="int") for name in ("steps", "steps_rejected", "rhs_evaluations")),
         Figure("run_time", "s", "made up"),
     ),
-    joint_channels=(Channel("x", "m", "of the journal"), Channel("force_normal", "N", "on the journal")),
+    joint_channels=(
+        *(Channel(name, "m", "of the journal") for name in ("x", "y")),
+        Channel("force_normal", "N", "on the journal"),
+    ),
 )
 BODIES = {
     "type": "slider-crank",

@@ -10,9 +10,15 @@ from scipy.integrate import solve_ivp
 
 import clearsweep
 from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.contract import (
+    Contact,
+    every_internal_state,
+    internal_rates,
+    internal_state,
+    with_internal_state,
+)
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.internal_state import memory, memory_rate, recalled
 from clearsweep.mechanics.mechanism.contract import gaps, place
 from clearsweep.mechanics.rates import rates
 from clearsweep.simulation.run import integrated
@@ -26,14 +32,16 @@ LUGRE = {
     "bristle_damping": 316.0,
 }
 DAHL = {"law": "dahl", "coefficient": 0.1, "bristle_stiffness": 1e5}
-REMEMBERING = [name for name in names("friction") if memory(registry.friction_term(joint(friction=name)))]
+REMEMBERING = [name for name in names("friction") if internal_state(registry.friction_term(joint(friction=name)))]
 
 
 def term(bend=0.0, **friction):
     """Return a friction law with its bristles bent by `bend` (m)."""
     fields = RECIPES["friction", friction["law"]].law.fields
     defaults = {field.name: field.default for field in fields if field.default is not None}
-    return recalled(registry.friction_term(resolved(written() | {"friction": defaults | friction})), [bend], 0)
+    return with_internal_state(
+        registry.friction_term(resolved(written() | {"friction": defaults | friction})), [bend], 0
+    )
 
 
 def crank(friction, *joints, **changes):
@@ -45,10 +53,16 @@ def crank(friction, *joints, **changes):
     )
 
 
+def bend_rate(law, slip):
+    """Return the rate (m/s) of the bend of a law's bristles at a sliding speed."""
+    (rate,) = internal_rates(law, Contact(100.0, 0.0, slip, 0.0, 0.0, 100.0, 100.0))
+    return rate
+
+
 def slid(law, slip, distance):
     """Return the bend (m) of bristles straight at first, after sliding at an even speed: an independent integration."""
     done = solve_ivp(
-        lambda t, z: [memory_rate(recalled(law, z, 0), slip)],
+        lambda t, z: [bend_rate(with_internal_state(law, z, 0), slip)],
         (0.0, distance / abs(slip)),
         [0.0],
         "Radau",
@@ -94,9 +108,9 @@ def test_dahl_approaches_sliding_as_its_closed_form(shape, bent):
 @pytest.mark.parametrize("shape", [1.0, 1.5, 2.0])
 def test_bristles_bent_too_far_come_back(shape):
     for bend in (1.5e-6, 1e-3):
-        assert memory_rate(term(bend, **DAHL, shape=shape), 1.0) < 0.0
-        assert memory_rate(term(-bend, **DAHL, shape=shape), -1.0) > 0.0
-        assert memory_rate(term(bend, **DAHL, shape=shape), 0.0) == 0.0
+        assert bend_rate(term(bend, **DAHL, shape=shape), 1.0) < 0.0
+        assert bend_rate(term(-bend, **DAHL, shape=shape), -1.0) > 0.0
+        assert bend_rate(term(bend, **DAHL, shape=shape), 0.0) == 0.0
 
 
 def test_lugre_s_bristles_never_drive_unless_their_damping_lasts():
@@ -105,7 +119,7 @@ def test_lugre_s_bristles_never_drive_unless_their_damping_lasts():
         for slip in np.geomspace(1e-7, 10.0, 161):
             for bend in np.linspace(-1.5e-6, 1.5e-6, 61):
                 law = term(bend, **written)
-                stored = 1e5 * bend * memory_rate(law, slip)  # rate at which bristles store energy, per load
+                stored = 1e5 * bend * bend_rate(law, slip)  # rate at which bristles store energy, per load
                 worst = min(worst, (-friction_force(law, 1.0, slip) * slip - stored) / slip)
         return worst
 
@@ -116,13 +130,14 @@ def test_lugre_s_bristles_never_drive_unless_their_damping_lasts():
 @pytest.mark.parametrize("name", REMEMBERING)
 def test_bent_bristles_give_the_same_force_compiled_and_in_any_unit(name):
     term = registry.friction_term(joint(friction=name))
-    (size,) = memory(term)
+    ((size, kept),) = internal_state(term)
+    assert not kept
     slips = np.linspace(-0.01, 0.01, 21)
     for bend in (-0.7 * size, 0.4 * size):
-        law = recalled(term, [bend], 0)
+        law = with_internal_state(term, [bend], 0)
         plain = np.array([friction_force(law, 100.0, slip) for slip in slips])
         np.testing.assert_allclose(compiled_friction(law, 100.0, slips), plain, rtol=1e-13, atol=1e-300)
-        scaled = recalled(registry.friction_term(in_millimetres(written(friction=name))), [1e3 * bend], 0)
+        scaled = with_internal_state(registry.friction_term(in_millimetres(written(friction=name))), [1e3 * bend], 0)
         in_mm = [friction_force(scaled, 100.0, 1e3 * slip) for slip in slips]
         np.testing.assert_allclose(in_mm, plain, rtol=1e-11)
 
@@ -133,9 +148,9 @@ def test_bent_bristles_give_the_same_force_compiled_and_in_any_unit(name):
 def test_a_scene_without_memory_has_no_state_for_it():
     tanh = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
     plain, bristles = crank(tanh), crank(DAHL)
-    assert plain.value.memories == ()
+    assert every_internal_state(plain.value.joints) == []
     assert plain.start.size == 2 * 2 + 1 + 1
-    assert bristles.value.memories == (1e-6,)
+    assert every_internal_state(bristles.value.joints) == [(0, (1e-6, False), 0.0)]
     assert bristles.start.size == plain.start.size + 1
 
 
@@ -212,12 +227,12 @@ def test_only_the_separating_joint_forgets():
         simulate__method="explicit",
         **{"joints__rod-slider__friction": DAHL},
     )
-    done = integrated(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.pace)
-    assert list(done.work.owner) == [0, 1]
-    for part, contact in enumerate(done.work.state):
+    done = integrated(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.reference_rate)
+    assert list(done.work.ended_by) == [0, 1]
+    for part, contact in enumerate(done.work.mode):
         assert (done.work.y[-2 + part] == 0.0) == (contact == FREE)
     alone = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3, simulate__method="explicit")
-    assert alone.value.memories == (1e-6,)
+    assert every_internal_state(alone.value.joints) == [(0, (1e-6, False), 0.0)]
     for scene in (made, alone):
         trajectory = clearsweep.simulate(scene)
         assert trajectory.status == "ok"

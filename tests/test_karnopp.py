@@ -7,10 +7,14 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics import rates as right_hand_side
+from clearsweep.mechanics.compiled.direction import direction
+from clearsweep.mechanics.compiled.dual import Dual, turned
+from clearsweep.mechanics.joint.contract import Present
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
-from clearsweep.mechanics.joint.stick import held, rate_under, surfaces_of
+from clearsweep.mechanics.joint.loads import loads_of
+from clearsweep.mechanics.joint.stick import rate_under, surfaces_of, with_sticking_forces
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
+from clearsweep.mechanics.mechanism.slider_crank import pose as pose_of_slider_crank
 from clearsweep.simulation import trajectory as simulating
 from clearsweep.simulation.run import integrated
 
@@ -36,16 +40,27 @@ def moving(*joints, seed=1, **changes):
     return made.value, y, np.full(len(joints), STUCK)
 
 
+@pytest.fixture
+def plain(monkeypatch):
+    """Let Python itself run kernels on Duals, though it has the compiler's functions of mathematics."""
+
+    def either(angle):
+        return turned(angle) if isinstance(angle, Dual) else direction(angle)
+
+    monkeypatch.setattr(pose_of_slider_crank, "direction", either)
+
+
 def looked_at(scene, y, state):
     """Return pose, Gaps, Loads before anything is held."""
     pose, first = place(scene.mechanism, y), 2 * len(scene.coordinates) + 1
     relative, onset = gaps(scene.mechanism, pose), np.ones(len(state))
-    return pose, relative, right_hand_side.loads_of(scene.joints, relative, y, first, y.size, state, onset, 0)
+    return pose, relative, loads_of(scene.joints, relative, Present(y, state, onset, first))
 
 
 # ---------------------------------------------------------------------------------------------- the force that holds
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     scene, y, state = moving(*joints, drive__speed="300 rpm")
@@ -72,38 +87,44 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     np.testing.assert_allclose(found, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_surfaces_that_stick_let_no_sliding_grow(joints):
     strong = KARNOPP | {"static_coefficient": 1e3}
     scene, y, state = moving(*joints, friction=strong)
     pose, relative, loads = looked_at(scene, y, state)
-    still = held(scene, y, pose, relative, loads, state)
+    still = with_sticking_forces(scene, y, pose, relative, loads, state)
     surfaces = surfaces_of(scene.joints, relative)
     for j in range(len(joints)):
         free = abs(rate_under(scene, y, pose, surfaces, loads, j))
-        wanted = -scene.pace * still[j].slip
+        wanted = -scene.reference_rate * still[j].contacts[0].slip
         assert rate_under(scene, y, pose, surfaces, still, j) == pytest.approx(wanted, abs=1e-10 * free)
-        assert abs(still[j].tangential) < 1e3 * still[j].normal
+        assert abs(still[j].contacts[0].tangential) < 1e3 * still[j].contacts[0].normal
 
 
+@pytest.mark.usefixtures("plain")
 def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
     for seed in range(20):
         scene, y, state = moving(*JOINTS, seed=seed, friction=KARNOPP | {"static_coefficient": 0.12})
         state[seed % 3] = PRESSED
         pose, relative, loads = looked_at(scene, y, state)
-        still, surfaces, bearing = held(scene, y, pose, relative, loads, state), surfaces_of(scene.joints, relative), 0
+        still, surfaces, bearing = (
+            with_sticking_forces(scene, y, pose, relative, loads, state),
+            surfaces_of(scene.joints, relative),
+            0,
+        )
         for j in range(3):
             if state[j] == PRESSED:
-                assert still[j].tangential == loads[j].tangential
+                assert still[j].contacts[0].tangential == loads[j].contacts[0].tangential
                 continue
-            limit = 0.12 * still[j].normal
-            excess = rate_under(scene, y, pose, surfaces, still, j) + scene.pace * still[j].slip
-            if abs(still[j].tangential) < limit:
+            limit = 0.12 * still[j].contacts[0].normal
+            excess = rate_under(scene, y, pose, surfaces, still, j) + scene.reference_rate * still[j].contacts[0].slip
+            if abs(still[j].contacts[0].tangential) < limit:
                 assert excess == pytest.approx(0.0, abs=1e-9)
             else:
                 bearing += 1
-                assert abs(still[j].tangential) == pytest.approx(limit, rel=1e-14)
-                assert excess * still[j].tangential <= 0.0  # more force that way would still be needed
+                assert abs(still[j].contacts[0].tangential) == pytest.approx(limit, rel=1e-14)
+                assert excess * still[j].contacts[0].tangential <= 0.0  # more force that way would still be needed
     assert bearing > 0
 
 
@@ -189,8 +210,10 @@ def test_only_joints_with_the_law_stick():
         "simulate.revolutions": 0.2,
     }
     made = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=written))
-    run = integrated(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.pace)
-    assert list(run.work.band) == [0.0, 1e-3]
+    run = integrated(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.reference_rate)
+    guards = run.work.guards
+    assert list(guards.contact[guards.leads_to == STUCK]) == [1]
+    assert np.all(guards.leads_to[guards.contact == 0] != STUCK)
     assert simulating._trajectory(made, run, 1.0).summary["energy_residual"] < 1e-9
 
 

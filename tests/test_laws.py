@@ -28,13 +28,13 @@ import clearsweep
 from clearsweep import InputError, simulation
 from clearsweep.mechanics import rates
 from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.contract import internal_state, with_internal_state
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.internal_state import memory, recalled
 from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
 from clearsweep.mechanics.mechanism import MECHANISMS
 
 LAWS = names("law")
-YIELDING = [name for name in LAWS if memory(RECIPES["law", name].make(joint(name)))]
+YIELDING = [name for name in LAWS if internal_state(RECIPES["law", name].make(joint(name)))]
 WITH_RESTITUTION = [name for name in LAWS if takes_restitution("law", name)]
 # chi and returned restitution over ASKED, computed from the phase curve of the free impact; four digits
 CHI = {
@@ -138,7 +138,9 @@ def test_every_normal_law_is_finite_elastic_at_rest_and_dissipates_over_a_cycle(
             assert all_finite(contact_force(term, elastic, pen, rate, 1e-3))
     phase = np.linspace(0.0, 2.0 * np.pi, 2001)
     pen, rate = 1e-5 * (1.0 - np.cos(phase)), 1e-2 * np.sin(phase)
-    terms = [recalled(term, [2e-5 if r < 0.0 else 0.0], 0) for r in rate]  # what the laws with a memory then remember
+    terms = [
+        with_internal_state(term, [2e-5 if r < 0.0 else 0.0], 0) for r in rate
+    ]  # what laws with an internal state then have in it
     force = [max(contact_force(*ends, 1.0)[0], lowest_force(term)) for ends in zip(terms, repeat(elastic), pen, rate)]
     loss = np.trapezoid(np.array(force) * rate, phase)
     assert loss == pytest.approx(0.0, abs=1e-12) if law == "hertz" else loss > 0.0

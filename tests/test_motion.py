@@ -40,18 +40,18 @@ def test_energy_balances_with_gravity_friction_and_impacts_in_any_opening(joints
 
 
 def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeypatch):
-    from clearsweep.mechanics.joint import loads
+    from clearsweep.mechanics.joint import dry
 
     case = slider_crank("rod-slider", changes={"simulate.tolerance": 1e-6, "simulate.revolutions": 0.05})
     scene = clearsweep.load_case(case)
     good = plain(scene)
-    true = loads.joint_load
+    true = dry.joint_load
 
     def wrong(*arguments):  # the bodies feel a normal force that the joint does not account for
         load = true(*arguments)
         return load._replace(fx=1.001 * load.fx)
 
-    monkeypatch.setattr(loads, "joint_load", wrong)
+    monkeypatch.setattr(dry, "joint_load", wrong)
     bad = plain(scene)
     assert good < 1e-7
     assert bad > 100 * good

@@ -16,10 +16,10 @@ from clearsweep import InputError, grid, simulation
 from clearsweep.catalogue import Field, Law
 from clearsweep.cli import verbs
 from clearsweep.mechanics.joint import recipe, registry
+from clearsweep.mechanics.joint.contract import internal_state
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.elastic.power import Linear
 from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.internal_state import memory
 from clearsweep.mechanics.joint.loss.contract import RESTITUTION, contact_force, loss_form
 from clearsweep.mechanics.joint.rebound import hysteresis_rebound
 
@@ -106,7 +106,7 @@ class Bare(NamedTuple):
 
 
 class Forgetful(NamedTuple):
-    """A type that says what it remembers, but not how it is recalled."""
+    """A type that has an internal state, but says nothing of its rates."""
 
 
 @contact_force.member(Bare)
@@ -115,7 +115,7 @@ def _bare(law, elastic, pen, rate, onset_rate):
 
 
 @friction_force.member(Forgetful)
-@memory.member(Forgetful)
+@internal_state.member(Forgetful)
 def _forgetful(friction, *rest):
     return ()
 
@@ -134,7 +134,7 @@ def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
         entered(Law("wear", "bare", "", "", ""), Bare)
     with pytest.raises(TypeError, match="pressure 'bare': Bare declares no half_arc, share_before"):
         entered(Law("pressure", "bare", "", "", ""), Bare)
-    with pytest.raises(TypeError, match="friction 'forgetful': Forgetful declares one of memory and recalled"):
+    with pytest.raises(TypeError, match="Forgetful declares one of internal_state and internal_rates"):
         entered(Law("friction", "forgetful", "", "", ""), Forgetful)
     with pytest.raises(TypeError, match="unknown family"):
         entered(Law("lubrication", "bare", "", "", ""), Bare)

@@ -9,9 +9,10 @@ from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.contract import every_internal_state, with_internal_state
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.internal_state import recalled
 from clearsweep.mechanics.joint.loss.contract import contact_force
+from clearsweep.mechanics.joint.loss.plastic import SHALLOW
 from clearsweep.mechanics.observe import tally
 from clearsweep.results import ELASTIC_ONSET
 from clearsweep.simulation import trajectory as simulating
@@ -65,7 +66,7 @@ def on_the_loop(pen, restitution):
 def test_the_way_back_begins_at_the_largest_force_and_ends_at_the_indentation():
     joint = resolved(written() | {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.0}})
     law, elastic = registry.contact_terms(joint)
-    back = recalled(law, [2e-5], 0)
+    back = with_internal_state(law, [2e-5], 0)
     assert contact_force(back, elastic, 2e-5, -1.0, 1.0)[0] == pytest.approx(STIFFNESS * 2e-5**1.5, rel=1e-14)
     assert contact_force(back, elastic, (1.0 - 0.49) * 2e-5, -1.0, 1.0)[0] == pytest.approx(0.0, abs=1e-9)
     raw, stored = contact_force(back, elastic, 0.4 * 2e-5, -1.0, 1.0)
@@ -80,7 +81,7 @@ def test_below_the_yield_rate_all_is_elastic():
     law, elastic = registry.contact_terms(joint)
     for deepest in (0.0, 2e-5):
         force = elastic_force(elastic, 1e-5)
-        assert contact_force(recalled(law, [deepest], 0), elastic, 1e-5, -0.01, 0.05) == (force, force)
+        assert contact_force(with_internal_state(law, [deepest], 0), elastic, 1e-5, -0.01, 0.05) == (force, force)
     assert returned(speed=0.04, yield_rate=ELASTIC_ONSET) == pytest.approx(1.0, abs=1e-9)
     assert returned(speed=0.06, yield_rate=ELASTIC_ONSET) == pytest.approx(0.7, abs=1e-9)
 
@@ -187,9 +188,9 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
         "simulate.revolutions": 0.2,
     }
     scene = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=changes))
-    run = integrated(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.pace)
-    assert list(run.work.owner) == [0, 1, 1]
-    assert list(run.work.deepest) == [0, scene.start.size - 2]
+    run = integrated(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.reference_rate)
+    assert list(run.work.ended_by) == [0, 1, 1]
+    assert [state.scale for _, state, _ in every_internal_state(scene.value.joints)][1] == SHALLOW
     assert simulating._trajectory(scene, run, 1.0).summary["energy_residual"] < 1e-9
 
 

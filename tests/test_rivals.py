@@ -34,7 +34,8 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
     entry, n = rates_of(scene.value, numbers), model.size
     state, onset = np.full(joints, PRESSED if pressed else FREE), draw.uniform(0.5, 2.0, joints)
     record = mechanics.parameters(scene)
-    record["state"][0, :joints], record["onset"][0, :joints] = state, onset
+    record["state"][0, :joints] = mechanics.PRESSED if pressed else mechanics.FREE
+    record["onset"][0, :joints] = onset
     unit, k, du = mechanics.units(record, model), np.zeros((ROWS, n + 1 + JOINT_WIDTH * joints)), np.empty(n)
     forces = 0
     for _ in range(200):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.observe.tally import BINS, fill_ramp, force_exceeded
+from clearsweep.mechanics.observe.histogram import BINS, fill_ramp, force_exceeded
 
 
 @pytest.mark.parametrize("highest", [4.0, 4.0001, 5.3, 4096.0])

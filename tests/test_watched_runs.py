@@ -221,12 +221,13 @@ def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem
     source = next(problem.grid for problem in problems() if problem.name == "b_base")
     scene = clearsweep.load_case(changed(source, {"simulate.tolerance": 1e-12, "simulate.horizon": True}))
     found = clearsweep.simulate(scene).summary
-    turn, clearance, pace = 2.0 * math.pi / scene.value.pace, scene.value.joints[0].clearance, scene.value.pace
+    rate, clearance = scene.value.reference_rate, scene.value.joints[0].clearance
+    turn = 2.0 * math.pi / rate
     assert 4e3 < math.exp(found["lyapunov_exponent"] * turn) < 1e6
     expected = math.log(0.01 / 1e-12) / (found["lyapunov_exponent"] * turn)
     assert found["horizon_revolutions"] == pytest.approx(expected, rel=1e-12)
 
-    unit = clearance * np.array([1.0 / 0.12, 1.0, pace / 0.12, pace])
+    unit = clearance * np.array([1.0 / 0.12, 1.0, rate / 0.12, rate])
     start = scene.start + 0.5e-9 * np.array([*unit, 0.0, 0.0])  # of the perturbation; halves: four of one length
     paths = [
         clearsweep.simulate(dataclasses.replace(scene, start=one), times=twins[0].times) for one in (scene.start, start)

@@ -3,6 +3,19 @@
 from ..catalogue import Catalogue, Field, Law
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .json_schema import schema
+from .reference import markdown
 from .units import units
 
-__all__ = ["SCHEMA_VERSION", "Catalogue", "Field", "Grid", "Law", "identity", "load", "schema", "starter", "units"]
+__all__ = [
+    "SCHEMA_VERSION",
+    "Catalogue",
+    "Field",
+    "Grid",
+    "Law",
+    "identity",
+    "load",
+    "markdown",
+    "schema",
+    "starter",
+    "units",
+]

@@ -10,7 +10,7 @@ from .document import Problems, WrittenValue
 
 _MOST_WRITTEN = 100_000  # values in a list: what a person or a script may reasonably write out
 _MOST_VALUES = 1_000_000  # values on one axis: they are kept in memory
-_FORMS = {
+FORMS = {
     "linspace": "[first, last, count]",
     "geomspace": "[first, last, count]",
     "logspace": "[exponent of the first, exponent of the last, count] with the unit as a fourth where it is not SI",
@@ -40,11 +40,11 @@ def axis(
         reading.unit
         and isinstance(written.value, dict)
         and len(written.value) == 1
-        and set(written.value) <= set(_FORMS)
+        and set(written.value) <= set(FORMS)
     ):
         ((kind, given),) = written.value.items()
         return _generated(problems, where, kind, given, reading)
-    spaced = f" or {{linspace: {_FORMS['linspace']}}}, or geomspace or logspace in its place"
+    spaced = f" or {{linspace: {FORMS['linspace']}}}, or geomspace or logspace in its place"
     problems.add(
         written, where, f"found {shown(written.value)}; expected a list such as [a, b]{spaced if reading.unit else ''}"
     )
@@ -88,7 +88,7 @@ def _generated(problems: Problems, where: str, kind: str, given: WrittenValue, r
     items = given.value if isinstance(given.value, list) else []
     try:
         if len(items) != 3 and not (kind == "logspace" and len(items) == 4):
-            raise InputError(f"found {shown(given.value)} of {len(items)}; expected {_FORMS[kind]}")
+            raise InputError(f"found {shown(given.value)} of {len(items)}; expected {FORMS[kind]}")
         count = quantity.read(items[2].value, "1")
         if count != int(count) or not 2 <= count <= _MOST_VALUES:
             raise InputError(f"found the count {count:.15g}; expected a whole number from 2 to {_MOST_VALUES}")

@@ -1,9 +1,10 @@
 """The right-hand side: rates of the state, and what the motion does on the way (observables).
 
-State, a vector of n numbers: coordinates q, their rates v, time t, one s per joint, the square root of the penetration
-while the joint is in contact, and what laws with a memory remember.  The independent variable is not time but tau, with
+State, a vector of n numbers: coordinates q, their rates v, time t, one s per contact, the square root of the
+penetration while the surfaces touch, and the internal states of the joints' laws.  The independent variable is not time
+but tau, with
 
-    dt/dtau = kappa,   1/kappa = sigma * sum over joints in contact of 1/s,   kappa = 1 without contact,
+    dt/dtau = kappa,   1/kappa = sigma * sum over contacts that touch of 1/s,   kappa = 1 without contact,
 
 and ds/dtau = kappa (rate + relaxation) / (2 s).  A Hertzian contact is singular in time: its force goes with t^1.5 at
 both ends, which costs any high-order method its order there.  In tau it is smooth: the force is K s^3 and s passes
@@ -16,17 +17,26 @@ from typing import NamedTuple
 from numba import types
 
 from ..catalogue import Channel
-from .compiled.dual import Seeded, lifted, slope
-from .compiled.family import Entry, entry, inlined, kernel, shaped
-from .joint.dry import FREE
-from .joint.loads import loads_of, remember
-from .joint.stick import held
+from .compiled.dual import Seeded, as_dual, slope
+from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
+from .joint.contract import Present, after_joint, extent, first_place, touches
+from .joint.loads import loads_of, put_internal_rates
+from .joint.stick import with_sticking_forces
 from .mechanism.contract import accelerate, describe, energy, gaps, output_error, place
+from .observe.observables import (
+    ACCELERATION,
+    DRIVE,
+    ERROR,
+    ERROR_RATE,
+    GRAVITY,
+    KAPPA,
+    KINETIC,
+    TORQUE,
+    Observed,
+    columns,
+    observe,
+)
 from .solver.dop853 import END, ROWS
-
-# Columns of the observables, then a block of JOINT_WIDTH for every joint.
-KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, JOINTS = 0, 1, 2, 3, 4, 5, 6, 7, 8
-NORMAL, STORED, LOST, RUBBED, SPEED, RAW, DEPTH, RATE, JOINT_WIDTH = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
 MOST_CHANNELS = 30  # of a slider-crank with three joints
 
@@ -37,133 +47,186 @@ class Scene(NamedTuple):
     mechanism: tuple  # its compiled form
     joints: tuple  # one Joint per open joint, in the order of the sites
     coordinates: tuple  # as many zeros as there are coordinates: their number is part of the type
-    pace: float  # rad/s, the scale of time: crank speed, or approach speed over clearance
+    reference_rate: float  # rad/s, crank speed, or approach speed over clearance
     sigma: float  # m^0.5, sets the unit of tau; any positive number
-    memories: tuple = ()  # the size of each number that laws remember: how many there are is part of the type
 
 
 @inlined
-def look(scene, y, state, onset):
+def look(scene, y, mode, onset):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
     p = place(scene.mechanism, y)
     relative = gaps(scene.mechanism, p)
-    first = 2 * len(scene.coordinates) + 1
-    loads = loads_of(scene.joints, relative, y, first, first + len(scene.joints), state, onset, 0)
-    loads = held(scene, y, p, relative, loads, state)
+    loads = loads_of(scene.joints, relative, Present(y, mode, onset, 2 * len(scene.coordinates) + 1))
+    loads = with_sticking_forces(scene, y, p, relative, loads, mode)
     return p, relative, loads, accelerate(scene.mechanism, p, loads)
 
 
 @kernel
-def clock(scene, y, state):
-    """Return kappa = dt/dtau at the state `y`, s."""
-    first = 2 * len(scene.coordinates) + 1
-    if len(scene.joints) == 1:
-        return y[first] / scene.sigma if state[0] != FREE else 1.0
+def clock(scene, y, mode):
+    """Return kappa = dt/dtau at the state `y`, s.  A contact that does not touch has no share in 1/kappa."""
+    first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
+    if contacts == 1:
+        return y[first] / scene.sigma if touches(mode[0]) else 1.0
     slowness = 0.0
-    for j in range(len(scene.joints)):
-        if state[j] != FREE:
-            slowness += 1.0 / y[first + j]
+    for c in range(contacts):
+        if touches(mode[c]):
+            slowness += 1.0 / y[first + c]
     return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
 
 
 @inlined
-def catching_up(pace, rate, depth, root):
+def catching_up(reference_rate, rate, depth, root):
     """Return half of what the square of a root of penetration changes by, m/s: it follows the depth."""
-    return 0.5 * (rate + pace * (depth - root * root))
+    return 0.5 * (rate + reference_rate * (depth - root * root))
 
 
 @inlined
-def rates(scene, y, state, onset, k, o, row):
+def root_rate(scene, contact, root, kappa):
+    """Return the rate (m^0.5 per unit of tau) of the root of penetration of a Contact that touches."""
+    closing = catching_up(scene.reference_rate, contact.rate, contact.depth, root)
+    if extent(scene.joints).contact == 1:
+        return closing * (1.0 / scene.sigma)
+    return closing * (kappa / root)  # kappa / s, also at s = 0
+
+
+class _Rows(NamedTuple):
+    """Where the rates and observables of contacts go, and what they follow from."""
+
+    scene: Scene
+    present: Present
+    kappa: float  # s
+    k: tuple  # (16, n) rates
+    o: tuple  # (16, columns) observables
+    row: int
+
+
+@inlined
+def _put_contacts(joint, load, place, rows):
+    present, row = rows.present, rows.row
+    for i in range(len(load.contacts)):
+        contact, c = load.contacts[i], place.contact + i
+        root, closing = present.y[present.roots + c], 0.0
+        if touches(present.mode[c]):
+            closing = root_rate(rows.scene, contact, root, rows.kappa)
+        rows.k[row, present.roots + c] = closing
+        seen = Observed(
+            normal=contact.normal,
+            stored=contact.elastic * contact.rate,
+            lost=(contact.normal - contact.elastic) * contact.rate,
+            rubbed=-contact.tangential * contact.slip,
+            slip=contact.slip,
+            raw=contact.raw,
+            depth=contact.depth,
+            rate=contact.rate,
+        )
+        observe(rows.o, row, c, seen)
+
+
+_put_all_contacts = map_joints(_put_contacts, after_joint)
+
+
+@inlined
+def rates(scene, y, mode, onset, k, o, row):
     """Put the rates of `y` with respect to tau into `k[row]` and the observables into `o[row]`.
 
-    y : (n,) state; k : (16, n); o : (16, JOINTS + JOINT_WIDTH * joints); state, onset : (joints,) what each joint does
-    and the rate (m/s) at which its contact began.
+    y : (n,) state; k : (16, n); o : (16, columns); mode, onset : (contacts,) what each contact does and the rate (m/s)
+    at which it began.
     """
     n = len(scene.coordinates)
     time = 2 * n
-    first = time + 1
-    p, _, loads, motion = look(scene, y, state, onset)
+    p, _, loads, motion = look(scene, y, mode, onset)
     kinetic, gravity_power = energy(scene.mechanism, p)
 
-    kappa = clock(scene, y, state)
+    kappa = clock(scene, y, mode)
     for i in range(n):
         k[row, i] = kappa * y[n + i]
         k[row, n + i] = kappa * motion.accelerations[i]
     k[row, time] = kappa
     o[row, KAPPA] = kappa
-    o[row, DRIVE] = motion.torque * scene.pace
+    o[row, DRIVE] = motion.torque * scene.reference_rate
     o[row, GRAVITY] = gravity_power
     o[row, ACCELERATION] = motion.output
     o[row, TORQUE] = motion.torque
     if row == 0 or row >= END:  # wanted where the state is accurate, at the ends of a step and on the interpolant
         o[row, KINETIC] = kinetic
         o[row, ERROR], o[row, ERROR_RATE] = output_error(scene.mechanism, p)
-    for j in range(len(scene.joints)):
-        load = loads[j]
-        root = y[first + j]
-        block = JOINTS + JOINT_WIDTH * j
-        closing = 0.0
-        if state[j] != FREE:
-            closing = catching_up(scene.pace, load.rate, load.depth, root)
-            closing *= 1.0 / scene.sigma if len(scene.joints) == 1 else kappa / root  # kappa / s, also at s = 0
-        k[row, first + j] = closing
-        o[row, block + NORMAL] = load.normal
-        o[row, block + STORED] = load.elastic * load.rate
-        o[row, block + LOST] = (load.normal - load.elastic) * load.rate
-        o[row, block + RUBBED] = -load.tangential * load.slip
-        o[row, block + SPEED] = load.slip
-        o[row, block + RAW] = load.raw
-        o[row, block + DEPTH] = load.depth
-        o[row, block + RATE] = load.rate
-    remember(scene.joints, loads, y, kappa, state, k[row], first + len(scene.joints), 0)
+    present = Present(y, mode, onset, time + 1)
+    rows = _Rows(scene, present, kappa, k, o, row)
+    _put_all_contacts(scene.joints, loads, first_place(scene.joints, time + 1), rows)
+    put_internal_rates(scene.joints, loads, present, kappa, k[row])
 
 
-def rates_entry(scene, y, state, onset, k, o, row):
+@kernel
+def size_of(scene):
+    """Return how many contacts there are and how many numbers the state vector has."""
+    size = extent(scene.joints)
+    return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal
+
+
+def rates_entry(scene, y, mode, onset, k, o, row):
     """Evaluate `rates` with arrays from bare pointers; `scene` points at the Scene."""
     here = scene[0]
-    joints = len(here.joints)
-    n = 2 * len(here.coordinates) + 1 + joints + len(here.memories)
-    columns = JOINTS + JOINT_WIDTH * joints
+    contacts, n = size_of(here)
     rates(
         here,
         shaped(y, (n,)),
-        shaped(state, (joints,)),
-        shaped(onset, (joints,)),
+        shaped(mode, (contacts,)),
+        shaped(onset, (contacts,)),
         shaped(k, (ROWS, n)),
-        shaped(o, (ROWS, columns)),
+        shaped(o, (ROWS, columns(contacts))),
         row,
     )
 
 
+class _Column(NamedTuple):
+    """Where the derivatives of roots of penetration go, and what they follow from."""
+
+    scene: Scene
+    present: Present
+    kappa: float  # s
+    out: tuple  # (n,)
+
+
 @inlined
-def differentiate(scene, y, state, onset, jacobian, place):
+def _put_root_slopes(joint, load, place, column):
+    present = column.present
+    for i in range(len(load.contacts)):
+        c = place.contact + i
+        column.out[present.roots + c] = 0.0
+        if touches(present.mode[c]):
+            rate = root_rate(column.scene, load.contacts[i], present.y[present.roots + c], column.kappa)
+            column.out[present.roots + c] = slope(as_dual(rate))
+
+
+_put_all_root_slopes = map_joints(_put_root_slopes, after_joint)
+
+
+@inlined
+def differentiate(scene, y, mode, onset, jacobian, place):
     """Put the derivatives of the `rates` at the state `y` into `jacobian[place]` (n, n): exact ones, by columns."""
     n = len(scene.coordinates)
-    first = 2 * n + 1
-    for column in range(first + len(scene.joints) + len(scene.memories)):
+    _, size = size_of(scene)
+    for column in range(size):
         z = Seeded(y, column)
-        _, _, loads, motion = look(scene, z, state, onset)
-        kappa = lifted(clock(scene, z, state))
+        _, _, loads, motion = look(scene, z, mode, onset)
+        kappa = as_dual(clock(scene, z, mode))
         for i in range(n):
             jacobian[place, i, column] = slope(kappa * z[n + i])
             jacobian[place, n + i, column] = slope(kappa * motion.accelerations[i])
         jacobian[place, 2 * n, column] = slope(kappa)
-        for j in range(len(scene.joints)):
-            jacobian[place, first + j, column] = 0.0
-            if state[j] != FREE:
-                closing = catching_up(scene.pace, loads[j].rate, loads[j].depth, z[first + j])
-                closing *= lifted(1.0 / scene.sigma if len(scene.joints) == 1 else kappa / z[first + j])
-                jacobian[place, first + j, column] = slope(closing)
-        remember(scene.joints, loads, z, kappa, state, jacobian[place, :, column], first + len(scene.joints), 0)
+        out, present = jacobian[place, :, column], Present(z, mode, onset, 2 * n + 1)
+        _put_all_root_slopes(
+            scene.joints, loads, first_place(scene.joints, 2 * n + 1), _Column(scene, present, kappa, out)
+        )
+        put_internal_rates(scene.joints, loads, present, kappa, out)
 
 
-def slopes_entry(scene, y, state, onset, jacobian, place):
+def slopes_entry(scene, y, mode, onset, jacobian, place):
     """Evaluate `differentiate` with arrays from bare pointers, as in `rates_entry`."""
     here = scene[0]
-    joints = len(here.joints)
-    n = 2 * len(here.coordinates) + 1 + joints + len(here.memories)
+    contacts, n = size_of(here)
     differentiate(
-        here, shaped(y, (n,)), shaped(state, (joints,)), shaped(onset, (joints,)), shaped(jacobian, (3, n, n)), place
+        here, shaped(y, (n,)), shaped(mode, (contacts,)), shaped(onset, (contacts,)), shaped(jacobian, (3, n, n)), place
     )
 
 
@@ -178,25 +241,23 @@ JOINT_CHANNELS = (
 )
 
 
-def sample_entry(scene, y, state, onset, side, out, row):
+def sample_entry(scene, y, mode, onset, side, out, row):
     """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
     here = scene[0]
-    joints = len(here.joints)
-    time = 2 * len(here.coordinates)
+    contacts, n = size_of(here)
     values = shaped(out, (MOST_CHANNELS,))
-    state, side = shaped(state, (joints,)), shaped(side, (joints,))
-    y = shaped(y, (time + 1 + joints + len(here.memories),))
-    pose, relative, loads, motion = look(here, y, state, shaped(onset, (joints,)))
+    side, y = shaped(side, (contacts,)), shaped(y, (n,))
+    pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(onset, (contacts,)))
     column = describe(here.mechanism, y, pose, motion, values)
-    for j in range(joints):
-        gap, load = relative[j], loads[j]
+    for j in range(len(here.joints)):
+        gap, contact = relative[j], loads[j].contacts[0]
         values[column], values[column + 1] = side[j] * gap.x, side[j] * gap.y
         values[column + 2], values[column + 3] = side[j] * gap.vx, side[j] * gap.vy
-        values[column + 4], values[column + 5] = load.normal, load.tangential
+        values[column + 4], values[column + 5] = contact.normal, contact.tangential
         column += 6
 
 
-_STATE = (types.float64, types.int64, types.float64)  # y, state, onset
+_STATE = (types.float64, types.int64, types.float64)  # y, mode, onset
 RATES_ARRAYS = (*_STATE, types.float64, types.float64)
 
 

@@ -8,23 +8,9 @@ from .. import wording
 from . import sensitivity
 from .case_table import axis_columns
 from .sensitivity import Chance, Effect, Estimate, Setting
+from .shown import shown
 from .study import Axis, Study
 from .table import Column, Quantity, Table, counted
-
-JOINT = (
-    ("force_p99", "force p99"),
-    ("force_rms", "force rms"),
-    ("force_peak", "force peak"),
-    ("impacts_per_rev", "impacts per rev."),
-    ("wear_depth_max", "wear depth"),
-    ("wear_volume", "wear volume"),
-)
-WHOLE = (
-    ("slider_error_max", "slider error"),
-    ("slider_acceleration_peak", "slider acc. peak"),
-    ("crank_torque_peak", "crank torque peak"),
-    ("pair_restitution", "restitution"),
-)
 
 
 class Judged(NamedTuple):
@@ -39,10 +25,7 @@ class Judged(NamedTuple):
 def judged(study: Study) -> list[Judged]:
     """Return the figures whose spread is shown: those that matter, and those that have a limit."""
     limits = study.run.grid.get("limits") or {}
-    named = {
-        joint.column(figure): f"{name}{study.where(joint, ' ({})')}" for joint in study.joints for figure, name in JOINT
-    }
-    named |= dict(WHOLE)
+    named = dict(shown(study, "sample"))
     named |= {column: column.replace("_", " ") for column in limits if column not in named}
     return [
         Judged(column, name, study.unit(column), limits.get(column))

@@ -97,7 +97,12 @@ JOINT = (
         "root mean square of the normal force over the window's time, free flight counting as zero",
         of="joint",
         sums=RootMean(tallies.FORCE_SQUARE),
-        shown=(Shown("forces", "force rms", 3), Shown("sample", "force rms", 2), Shown("case", "rms", 2)),
+        shown=(
+            Shown("forces", "force rms", 3),
+            Shown("sample", "force rms", 2),
+            Shown("case", "rms", 2),
+            Shown("effects", "force rms", 2),
+        ),
     ),
     Figure(
         "force_p99",
@@ -119,9 +124,9 @@ JOINT = (
         of="joint",
         sums=PerRevolution(tallies.ONSETS),
         shown=(
-            Shown("forces", "impacts per rev.", 6),
-            Shown("sample", "impacts per rev.", 4),
-            Shown("case", "impacts per revolution", 6),
+            Shown("forces", "impacts{per_rev}", 6),
+            Shown("sample", "impacts{per_rev}", 4),
+            Shown("case", "impacts{per_revolution}", 6),
         ),
     ),
     Figure(

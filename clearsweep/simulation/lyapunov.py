@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..mechanics.joint.dry import FREE
+from ..mechanics.joint.contract import touches
 from ..mechanics.solver import loop
 from ..mechanics.solver.event import Work
 from .watch import Pausing, go_to, moment_of
@@ -55,7 +55,7 @@ class Perturbed:
     def _measure(self, base: Work) -> None:
         """Note how far the perturbed motion has departed from `base`, and bring it back."""
         work, n = self.work, self.scale.size
-        alike = bool(np.all(work.state == base.state))
+        alike = bool(np.all(work.mode == base.mode))
         off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
         if not alike and off < SATURATED:
             return
@@ -72,8 +72,8 @@ class Perturbed:
         go_to(moment_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.onset[:] += self.size * onset
-        roots = work.y[work.time + 1 : work.time + 1 + work.state.size]
-        roots[:] = np.where(work.state == FREE, 0.0, np.maximum(roots, loop.SEED * work.sigma))
+        roots = work.y[work.time + 1 : work.time + 1 + work.mode.size]
+        roots[:] = np.where(touches(work.mode), np.maximum(roots, loop.SEED * work.sigma), 0.0)
 
     def figures(self, turn: float) -> dict[str, float | None]:
         """Return the exponent and the horizon; None where there is none, or where a disturbance does not grow.

@@ -3,19 +3,19 @@
 import math
 import time
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ..mechanics.compiled.family import NO_ENTRY, flatten
 from ..mechanics.joint import registry
-from ..mechanics.joint.dry import FREE, PRESSED, width
-from ..mechanics.joint.loss.plastic import Plastic
+from ..mechanics.joint.contract import contact_modes, every_contact, every_internal_state
+from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.wear.contract import ACCOUNT
 from ..mechanics.joint.wear.step import wear_of
+from ..mechanics.observe import histogram, observables
 from ..mechanics.observe import tally as tallies
 from ..mechanics.observe.record import Record
-from ..mechanics.rates import JOINT_WIDTH, JOINTS, rates_of, samples_of, slopes_of
+from ..mechanics.rates import rates_of, samples_of, slopes_of
 from ..mechanics.solver import dop853, loop, newton
 from ..mechanics.solver import event as events
 from . import watch
@@ -36,7 +36,7 @@ _METHODS = {"auto": loop.AUTO, "explicit": events.EXPLICIT, "implicit": events.I
 
 def period(scene: Scene) -> float:
     """Return how long (s) the crank takes for a turn."""
-    return 2.0 * math.pi / scene.value.pace
+    return 2.0 * math.pi / scene.value.reference_rate
 
 
 class Run:
@@ -45,17 +45,17 @@ class Run:
     def __init__(self, scene: Scene, times: np.ndarray):
         value, joints = scene.value, scene.value.joints
         self.value = value
-        n, columns = scene.start.size, JOINTS + JOINT_WIDTH * len(joints)
+        contacts, internal = every_contact(joints), every_internal_state(joints)
+        n, many = scene.start.size, len(contacts)
         self.parameters = flatten(value)  # compiled code holds its address
-        contact = PRESSED if scene.in_contact else FREE
         worn = any(part.wear_bins for part in scene.layout.joints)
         bins = max(part.wear_bins for part in scene.layout.joints)
         self.tally = tallies.Tally(
             whole=np.zeros(tallies.WHOLE),
-            joint=np.zeros((len(joints), tallies.JOINT)),
-            time=np.zeros((len(joints), tallies.BINS)),
-            ramp=np.zeros((len(joints), tallies.BINS)),
-            course=np.zeros((len(joints), tallies.COURSES, tallies.PARTS + 1)),
+            joint=np.zeros((many, tallies.JOINT)),
+            time=np.zeros((many, histogram.BINS)),
+            ramp=np.zeros((many, histogram.BINS)),
+            course=np.zeros((many, histogram.COURSES, histogram.PARTS + 1)),
             length=np.zeros(1),
             wear=np.zeros(2 * len(joints) * bins),
             account=np.zeros((len(joints), ACCOUNT)),
@@ -66,27 +66,32 @@ class Run:
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if worn else NO_ENTRY,
             time=2 * len(value.coordinates),
-            pace=value.pace,
+            reference_rate=value.reference_rate,
             sigma=value.sigma,
             longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
             y=scene.start.copy(),
             end=np.empty(n),
             z=np.empty(n),
             k=np.zeros((dop853.ROWS, n)),
-            o=np.zeros((dop853.ROWS, columns)),
+            o=np.zeros((dop853.ROWS, observables.columns(many))),
             f=np.zeros((7, n)),
             scale=_scale(scene),
-            state=np.full(len(joints), contact, dtype=np.int64),
-            onset=np.full(len(joints), loop.ONSET_FLOOR),
-            clearance=np.array([joint.clearance for joint in joints]),
-            side=np.array([joint.side for joint in joints]),
-            band=np.array([getattr(joint.friction, "band", 0.0) for joint in joints]),
-            deepest=_places(value, Plastic),
-            owner=np.repeat(np.arange(len(joints)), [width(joint) for joint in joints]),
-            limit_depth=np.array([registry.penetration_limit(joint) for joint in scene.case.joints]),
+            mode=np.array([modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]),
+            onset=np.full(many, loop.ONSET_FLOOR),
+            apart=np.array([modes.apart for _, modes in contacts]),
+            pressed=np.array([modes.pressed for _, modes in contacts]),
+            clearance=np.array([joint.clearance for joint, _ in contacts]),
+            side=np.array([joint.side for joint, _ in contacts]),
+            ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
+            began=np.array([began for _, _, began in internal]),
+            guards=guards_of(value, self.parameters),
+            limit_depth=np.repeat(
+                [registry.penetration_limit(joint) for joint in scene.case.joints],
+                [len(contact_modes(joint)) for joint in joints],
+            ),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
-            mode=np.zeros(3, dtype=np.int64),
-            proposals=np.zeros(2 << len(joints)),
+            method=np.zeros(3, dtype=np.int64),
+            proposals=np.zeros(2 << many),
             ahead=np.zeros(3),
             slopes=np.zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n),
@@ -120,14 +125,7 @@ class Run:
 def _unit(scene: Scene) -> np.ndarray:
     """Return a clearance as change of each coordinate, and a clearance times crank rate of each rate."""
     unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
-    return np.concatenate([unit, unit * scene.value.pace])
-
-
-def _places(value: Any, law: type) -> np.ndarray:
-    """Return where in the state of a scene the memory of each joint's normal law begins, 0 where it is no `law`."""
-    first = 2 * len(value.coordinates) + 1 + len(value.joints)
-    places = first + np.cumsum([0] + [width(joint) for joint in value.joints[:-1]])
-    return places * [isinstance(joint.law, law) for joint in value.joints]
+    return np.concatenate([unit, unit * scene.value.reference_rate])
 
 
 def _scale(scene: Scene) -> np.ndarray:
@@ -135,10 +133,11 @@ def _scale(scene: Scene) -> np.ndarray:
     value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, size, lengths = min(joint.clearance for joint in value.joints), scene.built.size, scene.built.lengths
     place = np.maximum(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size) / lengths
-    rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.pace / lengths
-    moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.pace
-    root = np.full(len(value.joints), ROOT_WEIGHT * tolerance * math.sqrt(clearance))
-    return np.concatenate([place, rate, [moment], root, tolerance * np.array(value.memories)])
+    rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.reference_rate / lengths
+    moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.reference_rate
+    root = np.full(len(every_contact(value.joints)), ROOT_WEIGHT * tolerance * math.sqrt(clearance))
+    internal = np.array([state.scale for _, state, _ in every_internal_state(value.joints)])
+    return np.concatenate([place, rate, [moment], root, tolerance * internal])
 
 
 def integrated(scene: Scene, times: np.ndarray, end: float, watchers: Sequence[Watcher] = ()) -> Run:
@@ -183,7 +182,7 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
 def call(run: Run, control: loop.Control, scene: Scene, watchers: Sequence[Watcher] = ()) -> None:
     """Integrate, at one go unless somebody watches."""
     if control.method == events.IMPLICIT and run.work.ahead[0] == 0.0:
-        run.work.mode[:] = (events.IMPLICIT, 0, events.IMPLICIT)
+        run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     if watchers:
         discard, turn = scene.case.simulate.discard, period(scene)
         run.status, run.events = watch.drive(control, run, discard, turn, watchers)

@@ -15,8 +15,8 @@ from ..errors import InputError
 from ..layout import Layout
 from ..mechanics import rates
 from ..mechanics.joint import dry, registry
+from ..mechanics.joint.contract import every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
-from ..mechanics.joint.internal_state import memory
 from ..mechanics.mechanism import MECHANISMS
 from ..mechanics.mechanism.contract import Built
 from . import figures
@@ -67,16 +67,10 @@ def build(case: Case) -> Scene:
         offsets, roots = _seated(mechanism.ideal(bodies, drive, 0.0).reactions, joints)
     built = mechanism.build(bodies, drive, joints, offsets)
     terms = tuple(joints.values())
-    memories = _memories(terms)
     sigma = math.sqrt(min(term.clearance for term in terms))
-    value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, memories)
-    start = np.concatenate([built.start, roots, np.zeros(len(memories))])
+    value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
+    start = np.concatenate([built.start, roots, [began for _, _, began in every_internal_state(terms)]])
     return Scene(case, mechanism, built, value, Layout.of(case, catalogue()), start, bool(np.any(roots)))
-
-
-def _memories(joints: tuple) -> tuple:
-    """Return the size of each number that the laws of joints remember."""
-    return tuple(size for joint in joints for law in (joint.law, joint.friction) for size in memory(law))
 
 
 def _joint(site: JointSite, joint: Joint) -> dry.Joint:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..mechanics.observe import tally as tallies
+from ..mechanics.observe import histogram
 from ..mechanics.observe.tally import Tally
 
 CONFIDENCE = 0.95
@@ -145,7 +145,7 @@ class ForceExceeded(NamedTuple):
     def value(self, window: Window, place: int | None) -> Any:
         """Return the force that is exceeded during the share of the window's time."""
         tally = window.tally
-        return tallies.force_exceeded(tally.time[place], tally.ramp[place], self.share * window.duration)
+        return histogram.force_exceeded(tally.time[place], tally.ramp[place], self.share * window.duration)
 
     def over_blocks(self, times: np.ndarray, histograms: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the force that is exceeded during the share of the time.
@@ -156,7 +156,7 @@ class ForceExceeded(NamedTuple):
         duration = times[-1] - times[0]
 
         def force(share: float) -> float:
-            return float(tallies.force_exceeded(time, ramp, min(max(share, 0.0), 1.0) * duration))
+            return float(histogram.force_exceeded(time, ramp, min(max(share, 0.0), 1.0) * duration))
 
         value = force(self.share)
         above = np.array([_time_above(value, time, ramp) for time, ramp in histograms])
@@ -167,9 +167,9 @@ class ForceExceeded(NamedTuple):
 def _time_above(force: float, time: np.ndarray, ramp: np.ndarray) -> float:
     """Return the time (s) at a higher force than `force` (N) in a histogram."""
     bins = np.max(np.flatnonzero((time != 0.0) | (ramp != 0.0)), initial=-1) + 1
-    spent = time[:bins] + np.cumsum(ramp[:bins]) * np.diff(tallies.EDGES[: bins + 1])
-    place = int(np.searchsorted(tallies.EDGES, force, side="right")) - 1
+    spent = time[:bins] + np.cumsum(ramp[:bins]) * np.diff(histogram.EDGES[: bins + 1])
+    place = int(np.searchsorted(histogram.EDGES, force, side="right")) - 1
     if place < 0 or place >= bins:
         return float(spent.sum()) if place < 0 else 0.0
-    low, high = tallies.EDGES[place], tallies.EDGES[place + 1]
+    low, high = histogram.EDGES[place], histogram.EDGES[place + 1]
     return float(spent[place + 1 :].sum() + spent[place] * (high - force) / (high - low))

@@ -142,7 +142,7 @@ def _differ(summary: dict, tighter: dict) -> None:
 def compile_for(case: Case) -> None:
     """Compile, or load from the cache, the code of a case by running its first moment; stiff motion may take more."""
     scene = build(case)
-    end = 1e-3 / scene.value.pace
+    end = 1e-3 / scene.value.reference_rate
     bare = case.save.orbits == "none" and not scene.layout.until
     integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
 

@@ -69,7 +69,7 @@ def _journals(scene: Scene) -> tuple[list[int], np.ndarray]:
     units: list[float] = []
     for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
         places += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]
-        units += [joint.clearance] * 2 + [joint.clearance * scene.value.pace] * 2
+        units += [joint.clearance] * 2 + [joint.clearance * scene.value.reference_rate] * 2
     return places, np.array(units)
 
 

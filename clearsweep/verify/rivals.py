@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit, types
-from numba.extending import overload
 from scipy.integrate import solve_ivp
 
-from ..mechanics.compiled.family import OPTIONS, Entry, entry, flatten, invoke, kernel, shaped
+from ..mechanics.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
 from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, joint_load
 from ..mechanics.mechanism.contract import accelerate, gaps, place
 from ..mechanics.solver.event import ONSET, SEPARATION
@@ -47,27 +46,21 @@ def load_of(joint, gap, state, onset):
     if depth < 0.0:  # a trial step past the separation
         return joint_load(joint, gap, FREE, 0.0, onset)
     load = joint_load(joint, gap, state, depth, onset)
-    return joint_load(joint, gap, CLIPPED, depth, onset) if load.raw < 0.0 else load
+    return joint_load(joint, gap, CLIPPED, depth, onset) if load.contacts[0].raw < 0.0 else load
 
 
-def loads_of(joints, relative, state, onset, j):
-    """Return one Load per joint of the tuple `joints`."""
-    if len(joints) == 0:
-        return ()
-    load = load_of(joints[0], relative[0], state[j], onset[j])
-    return (load, *loads_of(joints[1:], relative[1:], state, onset, j + 1))
+@kernel
+def _load(joint, gap, j, contacts):
+    state, onset = contacts
+    return load_of(joint, gap, state[j], onset[j])
 
 
-@overload(loads_of, strict=False, jit_options=dict(OPTIONS))
-def _loads_of(joints, relative, state, onset, j):
-    if len(joints) == 1:
-        return lambda joints, relative, state, onset, j: (load_of(joints[0], relative[0], state[j], onset[j]),)
+@kernel
+def _next(j, joint):
+    return j + 1
 
-    def more(joints, relative, state, onset, j):
-        load = load_of(joints[0], relative[0], state[j], onset[j])
-        return (load,) + loads_of(joints[1:], relative[1:], state, onset, j + 1)  # noqa: RUF005 - compiled
 
-    return more
+loads_of = map_joints(_load, _next)  # of joints, their Gaps, 0 and (state, onset)
 
 
 @kernel
@@ -78,15 +71,16 @@ def rates_in_time(scene, y, state, onset, k, row):
     """
     half = len(scene.coordinates)
     pose = place(scene.mechanism, y)
-    loads = loads_of(scene.joints, gaps(scene.mechanism, pose), state, onset, 0)
+    loads = loads_of(scene.joints, gaps(scene.mechanism, pose), 0, (state, onset))
     motion = accelerate(scene.mechanism, pose, loads)
     for i in range(half):
         k[row, i] = y[half + i]
         k[row, half + i] = motion.accelerations[i]
     k[row, 2 * half] = 1.0
     for j in range(len(scene.joints)):
-        load, first = loads[j], 2 * half + 1 + JOINT_WIDTH * j
-        k[row, first + DEPTH], k[row, first + RATE], k[row, first + NORMAL] = load.depth, load.rate, load.normal
+        contact, first = loads[j].contacts[0], 2 * half + 1 + JOINT_WIDTH * j
+        k[row, first + DEPTH], k[row, first + RATE] = contact.depth, contact.rate
+        k[row, first + NORMAL] = contact.normal
 
 
 def rates_entry(scene, y, state, onset, k, row):
@@ -144,7 +138,7 @@ def _march(rates, y, joints, step, each, states, separations):
     """
     n = y.size
     k = np.zeros((ROWS, n + JOINT_WIDTH * joints))
-    state, onset, peak, z = np.zeros(joints, np.int64), np.ones(joints), np.zeros(joints), np.empty(n)
+    state, onset, peak, z = np.full(joints, FREE), np.ones(joints), np.zeros(joints), np.empty(n)
     events = []
     steps, evaluations, ended = 0, 0, 0
     while (separations > 0 and ended < separations) or steps < each * states.shape[0]:
@@ -196,7 +190,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     value = scene.value
     parameters = flatten(value)
     rates = rates_of(value, parameters)
-    half, joints, turn = len(value.coordinates), len(value.joints), 2.0 * math.pi / value.pace
+    half, joints, turn = len(value.coordinates), len(value.joints), 2.0 * math.pi / value.reference_rate
     state, onset = np.full(joints, FREE), np.ones(joints)
     k, z = np.zeros((ROWS, 2 * half + 1 + JOINT_WIDTH * joints)), np.empty(2 * half + 1)
     evaluations = 0
@@ -222,7 +216,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
 
     depths = [depth_of(j) for j in range(joints)]
     clearance = min(joint.clearance for joint in value.joints)
-    allowed = tolerance * clearance * np.repeat([1.0, value.pace], half)
+    allowed = tolerance * clearance * np.repeat([1.0, value.reference_rate], half)
     begin, y, at_event = 0.0, scene.start[: 2 * half], -1
     blind, longest = BLIND * turn, math.inf if separations else LONGEST * turn
     states, events, steps, ended = [], [], 0, 0

@@ -83,7 +83,7 @@ def run(case: Extreme) -> dict[str, Any]:
     """Return the row of a case; `failure` is empty where it passes."""
     made, note = scene_of(case)
     turns = made.case.simulate.revolutions if made.layout.turns else 1.0
-    duration = turns * 2.0 * math.pi / made.value.pace
+    duration = turns * 2.0 * math.pi / made.value.reference_rate
     times = np.linspace(0.0, duration, SAMPLES + 1) if made.layout.turns else np.empty(0)
     found = simulate(made, times=times)
     summary = found.summary

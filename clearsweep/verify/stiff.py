@@ -93,7 +93,7 @@ def run(case: Extreme, tolerance: float, method: str) -> results.Trajectory:
         "simulate.step_budget": STEPS,
     }
     made = scene.build(grid.load(case.grid, scene.catalogue(), settings).case(0))
-    turn = 2.0 * math.pi / made.value.pace
+    turn = 2.0 * math.pi / made.value.reference_rate
     return simulate(made, times=np.arange(1, SAMPLES + 1) / SAMPLES * turn)
 
 

@@ -66,17 +66,17 @@ def slope(x):
     return x.slope if isinstance(x, Dual) else 0.0
 
 
-def alike(x, model):
+def as_type_of(x, model):
     """Return the number `x` with a slope if `model` has one: the branches of a function must return one type."""
     return x
 
 
-def lifted(x):
+def as_dual(x):
     """Return the number `x` with a slope, 0 where it has none."""
     return Dual(value(x), slope(x))
 
 
-def told(x):
+def rate_or_slope(x):
     """Return the slope of a number that has one, the number itself where it has none."""
     return x.slope if isinstance(x, Dual) else x
 
@@ -118,11 +118,11 @@ def _absolute(a):
 
 
 def _larger(a, b):
-    return lifted(a) if value(a) >= value(b) else lifted(b)
+    return as_dual(a) if value(a) >= value(b) else as_dual(b)
 
 
 def _smaller(a, b):
-    return lifted(a) if value(a) <= value(b) else lifted(b)
+    return as_dual(a) if value(a) <= value(b) else as_dual(b)
 
 
 def _less(a, b):
@@ -290,23 +290,23 @@ def _type_seeded(context):
 
 @lower_builtin(Dual, types.Any, types.Any)
 @lower_builtin(Seeded, types.Array, types.Any)
-def construct(context, builder, signature, given):
+def construct(context, builder, signature, arguments):
     """Emit a struct of its fields, each cast to its type."""
-    made = cgutils.create_struct_proxy(signature.return_type)(context, builder)
-    model = made._datamodel
-    for field, kind, wanted, part in zip(model._fields, signature.args, model._members, given, strict=True):
-        setattr(made, field, context.cast(builder, part, kind, wanted))
-    return impl_ret_borrowed(context, builder, signature.return_type, made._getvalue())
+    struct = cgutils.create_struct_proxy(signature.return_type)(context, builder)
+    model = struct._datamodel
+    for field, kind, wanted, part in zip(model._fields, signature.args, model._members, arguments, strict=True):
+        setattr(struct, field, context.cast(builder, part, kind, wanted))
+    return impl_ret_borrowed(context, builder, signature.return_type, struct._getvalue())
 
 
 @lower_cast(types.Number, DualType)
 @lower_cast(DualType, DualType)
 def _constant_to_dual(context, builder, source, target, number):
-    made = cgutils.create_struct_proxy(target)(context, builder)
+    struct = cgutils.create_struct_proxy(target)(context, builder)
     zero = context.get_constant(types.float64, 0.0)
-    made.value = context.cast(builder, number, source, target.part)
-    made.slope = context.cast(builder, zero, types.float64, target.part)
-    return made._getvalue()
+    struct.value = context.cast(builder, number, source, target.part)
+    struct.slope = context.cast(builder, zero, types.float64, target.part)
+    return struct._getvalue()
 
 
 def _teach(function, rule):
@@ -344,18 +344,18 @@ def _slope(x):
     return (lambda x: x.slope) if isinstance(x, DualType) else (lambda x: 0.0)
 
 
-@overload(told, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _told(x):
+@overload(rate_or_slope, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _rate_or_slope(x):
     return (lambda x: x.slope) if isinstance(x, DualType) else (lambda x: x)
 
 
-@overload(lifted, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _lifted(x):
+@overload(as_dual, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _as_dual(x):
     return (lambda x: x) if isinstance(x, DualType) else (lambda x: Dual(x, 0.0))
 
 
-@overload(alike, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _alike(x, model):
+@overload(as_type_of, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _as_type_of(x, model):
     if isinstance(model, DualType) and x != model:
-        return lambda x, model: Dual(alike(x, model.value), alike(0.0, model.value))
+        return lambda x, model: Dual(as_type_of(x, model.value), as_type_of(0.0, model.value))
     return lambda x, model: x

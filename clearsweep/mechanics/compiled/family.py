@@ -62,7 +62,7 @@ def family(stub):
         return _chosen(members, getattr(first, "instance_class", None), classes)
 
     overload(dispatch, strict=False, jit_options=dict(OPTIONS))(select)
-    dispatch.member, dispatch.members = member, members
+    dispatch.member, dispatch.members, dispatch.body_for = member, members, functools.partial(_body_for, members)
     return dispatch
 
 
@@ -74,8 +74,45 @@ def _chosen(members, cls, classes):
     return None
 
 
+def _body_for(members, cls):
+    """Return the body for a class that no field narrows, as a function of Python."""
+    ((_, body),) = members.get(cls, members.get(None))
+    return body
+
+
 def _fits(wanted, classes):
     return all(cls in (None, there) for cls, there in zip(wanted, classes, strict=True))
+
+
+def map_joints(function, following):
+    """Return a function that calls `function` for every joint of a tuple, or for every part of a joint.
+
+    It takes (items, partners, place, shared), two tuples in step and two values of any kind, and returns the tuple of
+    `function(item, partner, place, shared)`.  `place` is the one given for the first item, and `following(place, item)`
+    after each.  The items may differ in type, so that each gets code of its own; both functions are kernels.
+    """
+
+    def mapped(items, partners, place, shared):
+        results = []
+        for item, partner in zip(items, partners, strict=True):
+            results.append(function(item, partner, place, shared))
+            place = following(place, item)
+        return tuple(results)
+
+    def select(items, partners, place, shared):
+        if len(items) == 0:
+            return lambda items, partners, place, shared: ()
+        if len(items) == 1:
+            return lambda items, partners, place, shared: (function(items[0], partners[0], place, shared),)
+
+        def more(items, partners, place, shared):
+            first = function(items[0], partners[0], place, shared)
+            return (first,) + mapped(items[1:], partners[1:], following(place, items[0]), shared)  # noqa: RUF005
+
+        return more
+
+    overload(mapped, strict=False, jit_options=dict(OPTIONS))(select)
+    return mapped
 
 
 class Entry(NamedTuple):

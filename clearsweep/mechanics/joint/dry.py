@@ -7,17 +7,30 @@ power of friction is tangential force times sliding speed.
 
 from typing import NamedTuple
 
-from numba.extending import overload
-
 from ..compiled import calculus as math
-from ..compiled.dual import alike
-from ..compiled.family import OPTIONS, kernel
-from .friction.contract import friction_force
-from .internal_state import memory, recalled
+from ..compiled.dual import as_type_of
+from ..compiled.family import kernel
+from .contract import (
+    FREE,
+    LAWS_OWN,
+    PRESSED,
+    Contact,
+    ContactModes,
+    Guard,
+    Load,
+    Part,
+    contact_modes,
+    guard_values,
+    guards,
+    load,
+    parts,
+    width,
+    with_internal_state,
+)
+from .friction.contract import STUCK, friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
 
-# What a joint is doing.  CLIPPED: penetrating, but its law would pull; STUCK: pressed, and its surfaces stick
-FREE, PRESSED, CLIPPED, STUCK = range(4)
+CLIPPED = PRESSED + LAWS_OWN  # mode beside FREE, PRESSED and STUCK: penetrating, but its law would pull
 
 
 class Joint(NamedTuple):
@@ -44,53 +57,46 @@ class Gap(NamedTuple):
     spin_distal: float  # rad/s
 
 
-class Load(NamedTuple):
-    """What a joint does to the bodies and to itself."""
-
-    fx: float  # N, on the distal body
-    fy: float  # N
-    moment_proximal: float  # N m, on the proximal body about its pin
-    moment_distal: float  # N m
-    normal: float  # N, at least what its law allows: 0 but where the law pulls
-    tangential: float  # N, on the journal
-    slip: float  # m/s, sliding speed of the journal surface on the bearing; in free flight the relative speed
-    rate: float  # m/s, rate of the eccentricity
-    depth: float  # m, eccentricity less clearance; negative where there is a gap
-    elastic: float  # N, the elastic part of the normal force
-    raw: float  # N, the normal force before it is clipped, above the least that its law allows
+class Clip(NamedTuple):
+    """The part of a dry joint that keeps a force from pulling."""
 
 
-@kernel
-def width(joint):
-    """Return how many numbers the laws of a joint remember."""
-    return len(memory(joint.law)) + len(memory(joint.friction))
+@guards.member(Clip)
+def _clip_guards(clip):
+    return Guard((PRESSED, STUCK), CLIPPED, at_stages=True, counted=True), Guard((CLIPPED,), PRESSED)
 
 
-def remembering(joint, y, place):
-    """Return the joint with what its laws remember, which stands in the state `y` from `place` on."""
-    law = recalled(joint.law, y, place)
-    friction = recalled(joint.friction, y, place + len(memory(joint.law)))
-    return Joint(
-        joint.clearance,
-        joint.bearing_radius,
-        joint.journal_radius,
-        joint.side,
-        law,
-        joint.elastic,
-        friction,
-        joint.wear,
+@guard_values.member(Clip)
+def _force_beyond_the_least(clip, start, contact, root):
+    return -contact.raw, contact.raw
+
+
+@contact_modes.member(Joint)
+def _one_contact(joint):
+    return (ContactModes(FREE, PRESSED),)
+
+
+@parts.member(Joint)
+def _clip_and_laws(joint):
+    return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
+
+
+@load.member(Joint)
+def _load_at_the_root(joint, gap, place, present):
+    root = present.y[present.roots + place.contact]
+    law = with_internal_state(joint.law, present.y, place.internal)
+    friction = with_internal_state(joint.friction, present.y, place.internal + width(joint.law))
+    remembering = Joint(
+        clearance=joint.clearance,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.journal_radius,
+        side=joint.side,
+        law=law,
+        elastic=joint.elastic,
+        friction=friction,
+        wear=joint.wear,
     )
-
-
-@overload(remembering, strict=False, jit_options=dict(OPTIONS))
-def _remembering(joint, y, place):
-    return remembering if remembers(joint) else lambda joint, y, place: joint
-
-
-def remembers(joint):
-    """Return whether a law of `joint`, a compiled type, has a memory."""
-    laws = [joint.types[joint.fields.index(name)].instance_class for name in ("law", "friction")]
-    return any(law in memory.members for law in laws)
+    return joint_load(remembering, gap, present.mode[place.contact], root * abs(root), present.onset[place.contact])
 
 
 @kernel
@@ -103,18 +109,19 @@ def surface_speed(joint, gap, tx, ty):
 
 
 @kernel
-def joint_load(joint, gap, state, pen, onset_rate):
-    """Return the Load of a joint in `state` whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
+def joint_load(joint, gap, mode, pen, onset_rate):
+    """Return the Load of a joint in a mode whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
 
     A negative `pen` is that of a trial step past the separation.
     """
     square = gap.x * gap.x + gap.y * gap.y
-    if state == FREE:
+    if mode == FREE:
         eccentricity = math.sqrt(square)
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
         rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
-        zero = alike(0.0, eccentricity)
-        return Load(zero, zero, zero, zero, zero, zero, speed, rate, eccentricity - joint.clearance, zero, zero)
+        depth, zero = eccentricity - joint.clearance, as_type_of(0.0, eccentricity)
+        apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
+        return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     # The root of penetration follows the eccentricity, so it gives the latter's inverse before the gap is known; one
     # step of Newton's method takes what they still differ by to its square.  All that comes after waits for the gap
@@ -129,15 +136,16 @@ def joint_load(joint, gap, state, pen, onset_rate):
     if pen < 0.0:
         sign = sign_beyond(joint.law, joint.elastic)
         force, elastic = sign * force, sign * elastic
-    normal = force if state != CLIPPED else 0.0
+    normal = force if mode != CLIPPED else 0.0
     slip = surface_speed(joint, gap, -ny, nx)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
-    tangential = alike(friction_force(joint.friction, rubbing, slip), slip)
+    tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
     fx = -normal * nx - tangential * ny
     fy = -normal * ny + tangential * nx
     on_journal = joint.journal_radius * tangential
     on_bearing = -joint.bearing_radius * tangential
     depth = square * inverse - joint.clearance
+    contact = Contact(normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw)
     if joint.side < 0.0:
-        return Load(-fx, -fy, on_journal, on_bearing, normal, tangential, slip, rate, depth, elastic, raw)
-    return Load(fx, fy, on_bearing, on_journal, normal, tangential, slip, rate, depth, elastic, raw)
+        return Load(fx=-fx, fy=-fy, moment_proximal=on_journal, moment_distal=on_bearing, contacts=(contact,))
+    return Load(fx=fx, fy=fy, moment_proximal=on_bearing, moment_distal=on_journal, contacts=(contact,))

@@ -1,60 +1,118 @@
-"""The loads of all joints of a scene, and the rates of what their laws remember."""
+"""The loads of all joints of a scene, and the rates of their laws' internal states."""
 
+from typing import NamedTuple
+
+import numpy as np
 from numba.extending import overload
 
-from ..compiled.dual import alike, told
-from ..compiled.family import OPTIONS
-from .dry import FREE, joint_load, remembering, remembers, width
-from .internal_state import memory, memory_rate, recalled
+from ..compiled.dual import as_type_of, rate_or_slope
+from ..compiled.family import OPTIONS, inlined, kernel, map_joints
+from .contract import (
+    Load,
+    after_joint,
+    after_number,
+    after_part,
+    first_place,
+    internal_rates,
+    internal_state,
+    load,
+    parts,
+    room_of_all,
+    room_of_part,
+    touches,
+    with_internal_state,
+)
 
 
-def loads_of(joints, relative, y, first, place, state, onset, j):
-    """Return one Load per joint of the tuple `joints`.
+@kernel
+def _load(joint, gap, place, present):
+    return load(joint, gap, place, present)
 
-    `first`, `place` : where in `y` the roots of penetration begin, and what the laws of the first of them remember.
+
+_loads = map_joints(_load, after_joint)
+
+
+@inlined
+def loads_of(joints, relative, present):
+    """Return one Load per joint of the tuple `joints`, whose bodies stand and move as the Gaps `relative` say."""
+    return _loads(joints, relative, first_place(joints, present.roots), present)
+
+
+# ---------------------------------------------------------------------------------------------- internal states
+
+
+class _Rates(NamedTuple):
+    """What the rates of internal states are made of."""
+
+    load: Load
+    present: tuple  # Present
+    kappa: float  # s
+    out: np.ndarray  # (n,) rates of the state vector, or their slopes
+
+
+class _Rate(NamedTuple):
+    """The same for one number."""
+
+    touching: bool
+    kappa: float  # s
+    out: np.ndarray
+
+
+@kernel
+def _put(rate, declared, place, shared):
+    rate = rate if shared.touching or declared.kept else as_type_of(0.0, rate)
+    shared.out[place] = rate_or_slope(shared.kappa * rate)
+
+
+@kernel
+def _rest(declared, _, place, out):
+    out[place] = 0.0
+
+
+@kernel
+def _is_kept(declared, _, place, shared):
+    return declared.kept
+
+
+_put_each, _rest_each, _kept_each = (map_joints(function, after_number) for function in (_put, _rest, _is_kept))
+
+
+def _put_part(part, _, place, shared):
+    declared, touching = internal_state(part.law), touches(shared.present.mode[place.contact + part.contact])
+    if touching or True in _kept_each(declared, declared, 0, 0):
+        law = with_internal_state(part.law, shared.present.y, place.internal)
+        rates = internal_rates(law, shared.load.contacts[part.contact])
+        _put_each(rates, declared, place.internal, _Rate(touching, shared.kappa, shared.out))
+    else:
+        _rest_each(declared, declared, place.internal, shared.out)
+
+
+@overload(_put_part, strict=False, jit_options=dict(OPTIONS))
+def _put_part_compiled(part, _, place, shared):
+    return _put_part if room_of_part(part).internal else lambda part, _, place, shared: None
+
+
+_put_parts = map_joints(_put_part, after_part)
+
+
+@kernel
+def _put_joint(joint, load, place, shared):
+    present, kappa, out = shared
+    every = parts(joint)
+    _put_parts(every, every, place, _Rates(load, present, kappa, out))
+
+
+_put_joints = map_joints(_put_joint, after_joint)
+
+
+def put_internal_rates(joints, loads, present, kappa, out):
+    """Put the rates of all internal states with respect to tau into `out`, or their slopes.
+
+    Out of contact only what is kept over separations goes on.
     """
-    if len(joints) == 0:
-        return ()
-    root, joint = y[first + j], remembering(joints[0], y, place)
-    load = joint_load(joint, relative[0], state[j], root * abs(root), onset[j])
-    return (load, *loads_of(joints[1:], relative[1:], y, first, place + width(joint), state, onset, j + 1))
+    _put_joints(joints, loads, first_place(joints, present.roots), (present, kappa, out))
 
 
-@overload(loads_of, strict=False, jit_options=dict(OPTIONS))
-def _loads_of(joints, relative, y, first, place, state, onset, j):
-    if len(joints) == 1:
-
-        def last(joints, relative, y, first, place, state, onset, j):
-            root = y[first + j]
-            joint = remembering(joints[0], y, place)
-            return (joint_load(joint, relative[0], state[j], root * abs(root), onset[j]),)
-
-        return last
-
-    def more(joints, relative, y, first, place, state, onset, j):
-        root = y[first + j]
-        joint = remembering(joints[0], y, place)
-        load = joint_load(joint, relative[0], state[j], root * abs(root), onset[j])
-        rest = loads_of(joints[1:], relative[1:], y, first, place + width(joint), state, onset, j + 1)
-        return (load,) + rest  # noqa: RUF005
-
-    return more
-
-
-def remember(joints, loads, y, kappa, state, out, place, j):
-    """Put the rates of what the laws of `joints` remember into `out`, from `place` on, or their slopes."""
-    if len(joints) > 0:
-        joint, friction = joints[0], place + len(memory(joints[0].law))
-        slip = loads[0].slip if state[j] != FREE else alike(0.0, loads[0].slip)  # at rest nothing changes
-        if friction > place:
-            out[place] = told(kappa * memory_rate(recalled(joint.law, y, place), slip))
-        if place + width(joint) > friction:
-            out[friction] = told(kappa * memory_rate(recalled(joint.friction, y, friction), slip))
-        remember(joints[1:], loads[1:], y, kappa, state, out, place + width(joint), j + 1)
-
-
-@overload(remember, strict=False, jit_options=dict(OPTIONS))
-def _remember(joints, loads, y, kappa, state, out, place, j):
-    if any(map(remembers, joints)):
-        return remember
-    return lambda joints, loads, y, kappa, state, out, place, j: None
+@overload(put_internal_rates, strict=False, jit_options=dict(OPTIONS))
+def _put_internal_rates(joints, loads, present, kappa, out):
+    return put_internal_rates if room_of_all(joints).internal else lambda joints, loads, present, kappa, out: None

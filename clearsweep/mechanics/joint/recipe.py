@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from ...case import Joint
 from ...catalogue import Law
+from .contract import undeclared
 from .elastic import contract as elastic
 from .friction import contract as friction
-from .internal_state import memory, recalled
 from .loss import contract as loss
 from .wear import contract as wear
 
@@ -67,8 +67,7 @@ def _undeclared(law: Law, forms: tuple[type, ...], returned: Callable | None):
         missing = [family.__name__ for family in DECLARED[law.family] if form not in family.members]
         if missing:
             yield f"{form.__name__} declares no {', '.join(missing)}"
-        if (form in memory.members) != (form in recalled.members):
-            yield f"{form.__name__} declares one of memory and recalled; a law that remembers has both"
+        yield from (f"{form.__name__} {problem}" for problem in undeclared(form))
     names = {field.name for field in law.fields}
     if "restitution" in names and returned is None:
         yield "takes a restitution, but declares none that a free impact returns"

@@ -9,22 +9,24 @@ from typing import NamedTuple
 
 from numba.extending import overload
 
-from ..compiled.family import OPTIONS, kernel
+from ..compiled.family import OPTIONS, family, kernel, map_joints
 from ..mechanism.contract import accelerate, gap_accelerations
-from .dry import STUCK, Load
-from .friction.contract import holding
+from .contract import Contact, Load, after_joint, after_number, first_place
+from .dry import Joint
+from .friction.contract import STUCK, static_limit
 
 SWEEPS = 100  # over the joints that stick; joints share little, so a dozen do
-SETTLED = 1e-15  # of the holding force
+SETTLED = 1e-15  # of the largest force that the surfaces hold
 
 
 class Surface(NamedTuple):
     """What sticking takes from a joint and its Gap."""
 
+    contact: int
     bearing_radius: float  # m
     journal_radius: float  # m
     side: float
-    holding: float  # largest tangential force over normal force; 0 where the law does not stick
+    static_limit: float  # largest tangential force over normal force; 0 where the law does not stick
     x: float  # m
     y: float
     vx: float  # m/s
@@ -47,68 +49,79 @@ def slip_rate(surface, gap):
 
 
 @kernel
-def carrying(surface, load, force):
+def with_tangential(surface, load, force):
     """Return the Load with the tangential force `force` (N) in place of its own."""
-    more = force - load.tangential
+    contact = load.contacts[0]
+    more = force - contact.tangential
     share = more / (surface.x * surface.x + surface.y * surface.y) ** 0.5
     bearing, journal = -surface.bearing_radius * more, surface.journal_radius * more
     if surface.side < 0.0:
         bearing, journal = journal, bearing
     return Load(
-        load.fx - share * surface.y,
-        load.fy + share * surface.x,
-        load.moment_proximal + bearing,
-        load.moment_distal + journal,
-        load.normal,
-        force,
-        load.slip,
-        load.rate,
-        load.depth,
-        load.elastic,
-        load.raw,
+        fx=load.fx - share * surface.y,
+        fy=load.fy + share * surface.x,
+        moment_proximal=load.moment_proximal + bearing,
+        moment_distal=load.moment_distal + journal,
+        contacts=(
+            Contact(
+                normal=contact.normal,
+                tangential=force,
+                slip=contact.slip,
+                rate=contact.rate,
+                depth=contact.depth,
+                elastic=contact.elastic,
+                raw=contact.raw,
+            ),
+        ),
     )
 
 
-def surfaces_of(joints, relative):
-    """Return one Surface per joint of the tuple `joints`, whose Gaps are `relative`."""
-    if len(joints) == 0:
-        return ()
-    return (surface_of(joints[0], relative[0]), *surfaces_of(joints[1:], relative[1:]))
+@family
+def surface_of(joint, gap, contact):
+    """Return the Surface of a joint at its contact number `contact`; one that holds nothing where it cannot stick."""
+
+
+@surface_of.member(None)
+def _never_sticks(joint, gap, contact):
+    return Surface(contact, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@surface_of.member(Joint)
+def _dry(joint, gap, contact):
+    return Surface(
+        contact=contact,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.journal_radius,
+        side=joint.side,
+        static_limit=static_limit(joint.friction),
+        x=gap.x,
+        y=gap.y,
+        vx=gap.vx,
+        vy=gap.vy,
+    )
 
 
 @kernel
-def surface_of(joint, gap):
-    """Return the Surface of a joint."""
-    return Surface(
-        joint.bearing_radius, joint.journal_radius, joint.side, holding(joint.friction), gap.x, gap.y, gap.vx, gap.vy
-    )
+def _surface(joint, gap, place, _):
+    return surface_of(joint, gap, place.contact)
 
 
-@overload(surfaces_of, strict=False, jit_options=dict(OPTIONS))
-def _surfaces_of(joints, relative):
-    if len(joints) == 1:
-        return lambda joints, relative: (surface_of(joints[0], relative[0]),)
-    return lambda joints, relative: (surface_of(joints[0], relative[0]),) + surfaces_of(joints[1:], relative[1:])  # noqa: RUF005
+_surfaces = map_joints(_surface, after_joint)
 
 
-def carried(surfaces, loads, j, force):
-    """Return the tuple `loads` with the tangential force `force` (N) in that of joint `j`."""
-    if len(loads) == 0:
-        return ()
-    first = carrying(surfaces[0], loads[0], force) if j == 0 else loads[0]
-    return (first, *carried(surfaces[1:], loads[1:], j - 1, force))
+@kernel
+def surfaces_of(joints, relative):
+    """Return one Surface per joint of the tuple `joints`, whose Gaps are `relative`."""
+    return _surfaces(joints, relative, first_place(joints, 0), 0)
 
 
-@overload(carried, strict=False, jit_options=dict(OPTIONS))
-def _carried(surfaces, loads, j, force):
-    def last(surfaces, loads, j, force):
-        return (carrying(surfaces[0], loads[0], force) if j == 0 else loads[0],)
+@kernel
+def _replaced(surface, load, place, shared):
+    j, force = shared
+    return with_tangential(surface, load, force) if place == j else load
 
-    def more(surfaces, loads, j, force):
-        first = carrying(surfaces[0], loads[0], force) if j == 0 else loads[0]
-        return (first,) + carried(surfaces[1:], loads[1:], j - 1, force)  # noqa: RUF005
 
-    return last if len(loads) == 1 else more
+_replaced_in_one = map_joints(_replaced, after_number)  # of surfaces, loads, 0 and (the joint, the force on it)
 
 
 @kernel
@@ -118,36 +131,38 @@ def rate_under(scene, y, pose, surfaces, loads, j):
     return slip_rate(surfaces[j], gap_accelerations(scene.mechanism, y, motion)[j])
 
 
-def held(scene, y, pose, relative, loads, state):
+def with_sticking_forces(scene, y, pose, relative, loads, mode):
     """Return the loads with the tangential forces of joints that stick such as let their sliding speed die away.
 
-    It dies away with the rate `scene.pace`, as what it has left is the band's width and of no account; where that takes
-    more force than the surfaces hold, they bear what they hold.
+    It dies away with the rate `scene.reference_rate`, as what it has left is the band's width and of no account; where
+    that takes more force than the surfaces hold, they bear what they hold.
     """
     surfaces, stuck = surfaces_of(scene.joints, relative), 0
     for j in range(len(surfaces)):
-        stuck += state[j] == STUCK
+        stuck += mode[surfaces[j].contact] == STUCK
     for _ in range(SWEEPS if stuck > 1 else stuck):
         change = 0.0
         for j in range(len(surfaces)):
-            limit = surfaces[j].holding * max(loads[j].normal, 0.0)
-            if state[j] != STUCK or limit == 0.0:
+            contact = loads[j].contacts[0]
+            limit = surfaces[j].static_limit * max(contact.normal, 0.0)
+            if mode[surfaces[j].contact] != STUCK or limit == 0.0:
                 continue
-            now = loads[j].tangential
-            wanted = -scene.pace * loads[j].slip - rate_under(scene, y, pose, surfaces, loads, j)
-            other = carried(surfaces, loads, j, now + limit)
-            gain = wanted + scene.pace * loads[j].slip + rate_under(scene, y, pose, surfaces, other, j)
+            now = contact.tangential
+            wanted = -scene.reference_rate * contact.slip - rate_under(scene, y, pose, surfaces, loads, j)
+            other = _replaced_in_one(surfaces, loads, 0, (j, now + limit))
+            gain = wanted + scene.reference_rate * contact.slip + rate_under(scene, y, pose, surfaces, other, j)
             force = min(max(now + limit * wanted / gain, -limit), limit)
             change = max(change, abs(force - now) / limit)
-            loads = carried(surfaces, loads, j, force)
+            loads = _replaced_in_one(surfaces, loads, 0, (j, force))
         if change < SETTLED:
             break
     return loads
 
 
-@overload(held, strict=False, jit_options=dict(OPTIONS))
-def _held(scene, y, pose, relative, loads, state):
+@overload(with_sticking_forces, strict=False, jit_options=dict(OPTIONS))
+def _with_sticking_forces(scene, y, pose, relative, loads, mode):
     joints = scene.types[scene.fields.index("joints")]
-    laws = [joint.types[joint.fields.index("friction")].instance_class for joint in joints]
-    sticks = any(law in holding.members for law in laws)
-    return held if sticks else lambda scene, y, pose, relative, loads, state: loads
+    frictions = [joint.types[joint.fields.index("friction")] for joint in joints if "friction" in joint.fields]
+    if any(friction.instance_class in static_limit.members for friction in frictions):
+        return with_sticking_forces
+    return lambda scene, y, pose, relative, loads, mode: loads

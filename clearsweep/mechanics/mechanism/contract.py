@@ -20,7 +20,7 @@ from numba import types
 from numba.extending import lower_builtin, overload, type_callable
 
 from ...catalogue import Mechanism
-from ..compiled.dual import alike, slope
+from ..compiled.dual import as_type_of, slope
 from ..compiled.family import OPTIONS, family, inlined, kernel
 from ..compiled.moving import Moving
 
@@ -137,7 +137,10 @@ def _slope(gap):
     """Return the GapAcceleration of a Gap of Duals; all its numbers have one type, whatever those of the Gap."""
     ax = slope(gap.vx)
     return GapAcceleration(
-        ax, alike(slope(gap.vy), ax), alike(slope(gap.spin_proximal), ax), alike(slope(gap.spin_distal), ax)
+        ax,
+        as_type_of(slope(gap.vy), ax),
+        as_type_of(slope(gap.spin_proximal), ax),
+        as_type_of(slope(gap.spin_distal), ax),
     )
 
 

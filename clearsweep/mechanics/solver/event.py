@@ -1,37 +1,32 @@
-"""Where a step meets an event: onset, separation, clipped force, yielding, sticking, or a time at which to stop.
+"""Where a step meets an event: onset, separation, a guard of a joint's law, or a time at which to stop.
 
 Free flight is searched, not only tested at the ends of a step: the journal's path through the step is followed on the
 dense output, in parts as long as it cannot have arrived or a SPANS-th, each with its end values and end slopes, and a
 rise and fall in between is bounded by its end tangents and, where these reach the bearing, maximised.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..compiled.family import Entry, invoke, kernel
-from ..joint.dry import CLIPPED, FREE, STUCK
-from ..rates import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, RAW, SPEED
+from ..joint.contract import meets, touches
+from ..observe.observables import KAPPA, observed
 from .dop853 import END, SCRATCH, dense_component, dense_state
 
-# TURN, REACH: a contact that yields begins to part; comes back to the deepest point it has been to
-# STICK, SLIP: sliding slows down to where surfaces stick; is beyond it again
-NOTHING, ONSET, SEPARATION, CLIP, UNCLIP, STOP, TURN, REACH, STICK, SLIP = range(10)
+NOTHING, ONSET, SEPARATION, STOP, GUARD = range(5)  # kinds of events; GUARD and beyond: the guards of joints
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
 MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step, so that SPANS of it can be followed
 ROUNDING = 4.0e-16
 CLOSE_ENOUGH = 1e-9  # of a step: the step that ends at an onset corrects what is left
-LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again
-BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: not reached again by rounding
 EXPLICIT, IMPLICIT = 0, 1  # methods
 # Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
 STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
 
 
 class Work(NamedTuple):
-    """The arrays and constants of one integration; n numbers in the state, j joints.
+    """The arrays and constants of one integration; n numbers in the state, c contacts, m numbers of internal state.
 
     Functions get it as `at`, a pointer: handed over by value, its arrays would cost more than what is done with them.
     """
@@ -39,8 +34,8 @@ class Work(NamedTuple):
     rates: Entry  # the right-hand side
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
-    time: int  # place of the time in the state; the roots of penetration follow it
-    pace: float  # rad/s, Scene.pace
+    time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
+    reference_rate: float  # rad/s, Scene.reference_rate
     sigma: float  # m^0.5, Scene.sigma
     longest: float  # s, a step spans no more
 
@@ -51,75 +46,63 @@ class Work(NamedTuple):
     o: np.ndarray  # (16, columns) observables
     f: np.ndarray  # (7, n) dense output
     scale: np.ndarray  # (n,) allowed error
-    state: np.ndarray  # (j,) FREE, PRESSED, CLIPPED or STUCK
-    onset: np.ndarray  # (j,) m/s, closing rate at which the present contact began, floored
-    clearance: np.ndarray  # (j,) m
-    side: np.ndarray  # (j,) Joint.side
-    band: np.ndarray  # (j,) m/s, sliding speed below which the surfaces stick; 0 where they do not
-    deepest: np.ndarray  # (j,) int64, place in the state of Plastic.deepest; 0 where the law does not yield
-    owner: np.ndarray  # (memories,) int64, the joint of each number that laws remember, which follow the roots in `y`
-    limit_depth: np.ndarray  # (j,) m, penetration up to which the elastic law is meant to hold; inf: any
+    mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
+    onset: np.ndarray  # (c,) m/s, closing rate at which the present contact began, floored
+    apart: np.ndarray  # (c,) int64, the mode to which a separation leads
+    pressed: np.ndarray  # (c,) int64, the mode to which an onset leads
+    clearance: np.ndarray  # (c,) m
+    side: np.ndarray  # (c,) Joint.side
+    limit_depth: np.ndarray  # (c,) m, penetration up to which the elastic law is meant to hold; inf: any
+    ended_by: np.ndarray  # (m,) int64, the contact whose separation ends a number of internal state; -1: it is kept
+    began: np.ndarray  # (m,) where the number begins
     counts: np.ndarray  # (COUNTS,) int64
-    mode: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
+    method: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
     slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion turns out to be stiff
-    proposals: np.ndarray  # (2^(1+j),) step length by method and joints in contact, 0: none yet
+    proposals: np.ndarray  # (2^(1+c),) step length by method and contacts that touch, 0: none yet
     ahead: np.ndarray  # (3,) length of the next step, how much it may grow and its expected error; 0: not begun
-    implicit: tuple  # stiff.Implicit
+    guards: tuple  # joint.guards.Guards
+    implicit: tuple  # newton.Implicit
     tally: tuple  # tally.Tally
     record: tuple  # record.Record
 
 
 @kernel
-def end_of_force(at, j):
-    """Return how the force law of joint `j`, in contact, turns to traction within the step: CLIP, UNCLIP or NOTHING."""
-    work = at[0]
-    block = JOINTS + JOINT_WIDTH * j
-    if work.state[j] == CLIPPED:
-        return UNCLIP if work.o[END, block + RAW] > 0.0 else NOTHING
-    least = 0.0
-    for row in range(5, END + 1):  # the stages before are too inaccurate to tell, and close to the start
-        least = min(least, work.o[row, block + RAW])
-    return CLIP if least < 0.0 else NOTHING
+def evaluate_guards(at, y, row):
+    """Put the values of all guards at the state `y`, whose observables are in row `row`, into `work.guards.value`."""
+    work, guards = at[0], at[0].guards
+    invoke(guards.evaluate.code, guards.evaluate.parameters, (y, work.o, guards.value), row)
 
 
 @kernel
-def end_of_yield(at, j):
-    """Return which end of yielding the step can hold for joint `j`, in contact: TURN, REACH or NOTHING."""
-    work = at[0]
-    place = work.deepest[j]
-    if place > 0 and work.y[place] == 0.0:
-        return TURN if work.o[END, JOINTS + JOINT_WIDTH * j + RATE] < 0.0 else NOTHING
-    reached = place > 0 and work.end[work.time + 1 + j] > BEYOND * math.sqrt(work.y[place])
-    return REACH if reached else NOTHING
+def looked_at(at, g):
+    """Return whether guard `g` is looked at in the mode in which its contact is."""
+    work, guards = at[0], at[0].guards
+    return guards.modes[g] >> work.mode[guards.contact[g]] & 1 != 0
 
 
 @kernel
-def end_of_sliding(at, j):
-    """Return whether joint `j`, in contact, begins or ceases to stick within the step: STICK, SLIP or NOTHING."""
-    work = at[0]
-    band = work.band[j]
-    if band == 0.0 or work.state[j] == CLIPPED:
-        return NOTHING
-    column = JOINTS + JOINT_WIDTH * j + SPEED
-    start, end = work.o[0, column], work.o[END, column]
-    if work.state[j] == STUCK:
-        return SLIP if abs(end) > LOOSE * band else NOTHING
-    return STICK if abs(end) < band or start * end < 0.0 else NOTHING
-
-
-@kernel
-def changes(at, j):
-    """Return the events, but for separation, that the step can hold for joint `j`, in contact."""
-    return end_of_force(at, j), end_of_yield(at, j), end_of_sliding(at, j)
+def pass_guards(at):
+    """Put into `work.guards.passed` which guards the step in hand can hold; return whether there is one."""
+    guards = at[0].guards
+    some, waiting = False, True
+    for g in range(guards.contact.size):
+        guards.passed[g] = False
+        if looked_at(at, g):
+            if waiting:
+                evaluate_guards(at, at[0].end, END)
+                waiting = False
+            guards.passed[g] = guards.value[1 if guards.at_stages[g] else 0, g] > 0.0
+            some = some or guards.passed[g]
+    return some
 
 
 @kernel
 def fastest(at, j, last):
-    """Return the largest speed of the journal of free joint `j`, m per unit of tau, at the stages up to row `last`."""
+    """Return the largest speed of the journal of free contact `j`, m per unit of tau, at stages up to row `last`."""
     work = at[0]
     speed = 0.0
     for row in range(last + 1):
-        speed = max(speed, work.o[row, JOINTS + JOINT_WIDTH * j + SPEED] * work.o[row, KAPPA])
+        speed = max(speed, observed(at, row, j).slip * work.o[row, KAPPA])
     return speed
 
 
@@ -129,32 +112,28 @@ def may_meet(at, h, stop):
     work = at[0]
     if work.end[work.time] >= stop:
         return True
-    for j in range(work.state.size):
-        block = JOINTS + JOINT_WIDTH * j
-        if work.state[j] == FREE:
+    for j in range(work.mode.size):
+        if meets(work.mode[j]):
             # a path from one end to the other strays from the farther end by at most half its length
-            reach = max(work.o[0, block + DEPTH], work.o[END, block + DEPTH])
+            reach = max(observed(at, 0, j).depth, observed(at, END, j).depth)
             reach += 0.5 * MARGIN * h * fastest(at, j, END)
             if reach >= 0.0:
                 return True
-            continue
-        start, end = work.k[0, work.time + 1 + j], work.k[END, work.time + 1 + j]
-        lowest = min(work.y[work.time + 1 + j], work.end[work.time + 1 + j])
-        if lowest <= 0.0 or (start < 0.0 < end and lowest < 0.25 * h * min(-start, end)):
-            return True
-        for kind in changes(at, j):
-            if kind != NOTHING:
+        elif touches(work.mode[j]):
+            start, end = work.k[0, work.time + 1 + j], work.k[END, work.time + 1 + j]
+            lowest = min(work.y[work.time + 1 + j], work.end[work.time + 1 + j])
+            if lowest <= 0.0 or (start < 0.0 < end and lowest < 0.25 * h * min(-start, end)):
                 return True
-    return False
+    return pass_guards(at)
 
 
 @kernel
-def way(at, h):
+def travel_ratio(at, h):
     """Return how far journals in free flight go in a step of length `h`, over what they may."""
     work = at[0]
     farthest = 0.0
-    for j in range(work.state.size):
-        if work.state[j] == FREE:
+    for j in range(work.mode.size):
+        if meets(work.mode[j]):
             farthest = max(farthest, h * fastest(at, j, END - 1) / (FARTHEST * work.clearance[j]))
     return farthest
 
@@ -164,7 +143,7 @@ def evaluate(at, y, row):
     """Put the rates of the state `y` into row `row` of `work.k` and its observables into that of `work.o`."""
     work = at[0]
     work.counts[EVALUATIONS] += 1
-    invoke(work.rates.code, work.rates.parameters, (y, work.state, work.onset, work.k, work.o), row)
+    invoke(work.rates.code, work.rates.parameters, (y, work.mode, work.onset, work.k, work.o), row)
 
 
 @kernel
@@ -177,40 +156,52 @@ def evaluate_dense(at, x):
 
 @kernel
 def approach(at, j, h, x):
-    """Return depth (m, negative in free flight) and its slope (m per unit of `x`) of joint `j` at the share `x`."""
-    work = at[0]
+    """Return depth (m, negative in free flight) and its slope (m per unit of `x`) of contact `j` at the share `x`."""
     evaluate_dense(at, x)
-    block = JOINTS + JOINT_WIDTH * j
-    return work.o[SCRATCH, block + DEPTH], work.o[SCRATCH, block + RATE] * work.o[SCRATCH, KAPPA] * h
+    return approach_in_row(at, j, h, SCRATCH)
 
 
 @kernel
-def excess(at, kind, j, h, stop, x):
+def approach_in_row(at, j, h, row):
+    """Return the same where the observables in row `row` are."""
+    seen = observed(at, row, j)
+    return seen.depth, seen.rate * at[0].o[row, KAPPA] * h
+
+
+@kernel
+def guard_value(at, g, x):
+    """Return the value of guard `g` at the share `x` of the step."""
+    work, guards = at[0], at[0].guards
+    if guards.of_state[g]:
+        dense_state(x, work.y, work.f, work.z)
+    else:
+        evaluate_dense(at, x)
+    evaluate_guards(at, work.z, SCRATCH)
+    return guards.value[0, g]
+
+
+@kernel
+def excess(at, kind, j, stop, x):
     """Return the function of an event at the share `x` of the step: it grows through zero where the event is."""
     work = at[0]
     if kind == ONSET:
-        return approach(at, j, h, x)[0]
+        evaluate_dense(at, x)
+        return observed(at, SCRATCH, j).depth
     if kind == SEPARATION:
         return -dense_component(x, work.time + 1 + j, work.y, work.f)
     if kind == STOP:
         return dense_component(x, work.time, work.y, work.f) - stop
-    if kind == REACH:
-        return dense_component(x, work.time + 1 + j, work.y, work.f) - BEYOND * math.sqrt(work.y[work.deepest[j]])
-    evaluate_dense(at, x)
-    if kind == TURN:
-        return -work.o[SCRATCH, JOINTS + JOINT_WIDTH * j + RATE]
-    if kind in (STICK, SLIP):
-        column = JOINTS + JOINT_WIDTH * j + SPEED
-        slip = math.copysign(1.0, work.o[0, column]) * work.o[SCRATCH, column]
-        return work.band[j] - slip if kind == STICK else abs(slip) - LOOSE * work.band[j]
-    raw = work.o[SCRATCH, JOINTS + JOINT_WIDTH * j + RAW]
-    return raw if kind == UNCLIP else -raw
+    return guard_value(at, kind - GUARD, x)
 
 
 @kernel
-def crossing(at, kind, j, h, stop, a, b):
-    """Return the share in [a, b] at which the event's function grows through zero, to rounding (Illinois)."""
-    fa, fb = excess(at, kind, j, h, stop, a), excess(at, kind, j, h, stop, b)
+def crossing(at, event, a, b):
+    """Return the share in [a, b] at which the event's function grows through zero, to rounding (Illinois).
+
+    event : (kind, contact, time of a STOP).
+    """
+    kind, j, stop = event
+    fa, fb = excess(at, kind, j, stop, a), excess(at, kind, j, stop, b)
     if fa >= 0.0:
         return a
     side = 0
@@ -218,7 +209,7 @@ def crossing(at, kind, j, h, stop, a, b):
         x = (a * fb - b * fa) / (fb - fa)
         if not a < x < b:
             x = 0.5 * (a + b)
-        fx = excess(at, kind, j, h, stop, x)
+        fx = excess(at, kind, j, stop, x)
         if fx >= 0.0:
             b, fb = x, fx
             if side == 1:
@@ -235,8 +226,9 @@ def crossing(at, kind, j, h, stop, a, b):
 
 
 @kernel
-def turning(at, j, h, a, b, sign):
-    """Return the share in [a, b] at which the slope of the depth, times `sign`, turns from positive to negative."""
+def turning(at, j, h, between, sign):
+    """Return the share between two at which the slope of the depth, times `sign`, turns from positive to negative."""
+    a, b = between
     for _ in range(60):
         x = 0.5 * (a + b)
         _, slope = approach(at, j, h, x)
@@ -249,22 +241,41 @@ def turning(at, j, h, a, b, sign):
     return b
 
 
-@kernel
-def reached(at, j, h, a, da, sa, b, db, sb):
-    """Return the share in [a, b] at which free joint `j` reaches its bearing; depths and slopes at both ends are given.
+class Span(NamedTuple):
+    """A part of a step in free flight: its ends as shares of the step, with depths and their slopes there."""
 
-    Newton's method on the depth, kept in the bracket, from where the cubic through the ends crosses zero.  To 1e-9 of
-    the step: where it is taken again for the event, the rest is corrected.
-    """
-    wide, rise = b - a, db - da
-    bend, lean = wide * (sa + sb) - 2.0 * rise, 3.0 * rise - wide * (2.0 * sa + sb)
-    x = a - wide * da / rise if sa > 0.0 else b  # where it has just left, the depth at `a` is all but 0, too
+    begin: float
+    depth_begin: float  # m
+    slope_begin: float  # m per step
+    end: float
+    depth_end: float  # m
+    slope_end: float  # m per step
+
+
+@kernel
+def cubic_onset(span):
+    """Return where the cubic through the ends of a Span crosses zero, by a few steps of Newton's method."""
+    a, b, sa = span.begin, span.end, span.slope_begin
+    wide, rise = b - a, span.depth_end - span.depth_begin
+    bend, lean = wide * (sa + span.slope_end) - 2.0 * rise, 3.0 * rise - wide * (2.0 * sa + span.slope_end)
+    x = a - wide * span.depth_begin / rise if sa > 0.0 else b  # just left, the depth at `begin` is all but 0, too
     for _ in range(3):
         u = (x - a) / wide
-        value = da + u * (wide * sa + u * (lean + u * bend))
+        value = span.depth_begin + u * (wide * sa + u * (lean + u * bend))
         slope = sa + u * (2.0 * lean + 3.0 * u * bend) / wide
         better = x - value / slope if slope > 0.0 else b
         x = better if a < better < b else x
+    return x
+
+
+@kernel
+def onset_in(at, j, h, span):
+    """Return the share of the step at which free contact `j`, apart at the begin of the Span, reaches its bearing.
+
+    Newton's method on the depth, kept in the bracket.  To 1e-9 of the step: where it is taken again for the event, the
+    rest is corrected.
+    """
+    a, b, x = span.begin, span.end, cubic_onset(span)
     for _ in range(60):
         depth, slope = approach(at, j, h, x)
         if depth >= 0.0:
@@ -282,78 +293,75 @@ def reached(at, j, h, a, da, sa, b, db, sb):
 
 @kernel
 def first_onset(at, j, h):
-    """Return the share of the step at which free joint `j` first touches its bearing, closing; 2 if it does not.
+    """Return the share of the step at which free contact `j` first touches its bearing, closing; 2 if it does not.
 
     From each place on the way the next is as far as the journal cannot have come to the bearing, or a SPANS-th.
     """
-    work = at[0]
-    block = JOINTS + JOINT_WIDTH * j
-    xa, da = 0.0, work.o[0, block + DEPTH]
-    sa = work.o[0, block + RATE] * work.o[0, KAPPA] * h
+    xa = 0.0
+    da, sa = approach_in_row(at, j, h, 0)
     if da >= 0.0 and sa >= 0.0:
         return 0.0
     reach = MARGIN * h * fastest(at, j, END)
     while xa < 1.0:
         xb = min(xa + max(-da / reach if reach > 0.0 else 1.0, 1.0 / SPANS), 1.0)
-        if xb < 1.0:
-            db, sb = approach(at, j, h, xb)
-        else:
-            db, sb = work.o[END, block + DEPTH], work.o[END, block + RATE] * work.o[END, KAPPA] * h
+        db, sb = approach(at, j, h, xb) if xb < 1.0 else approach_in_row(at, j, h, END)
         if da < 0.0 <= db:
-            return reached(at, j, h, xa, da, sa, xb, db, sb)
+            return onset_in(at, j, h, Span(xa, da, sa, xb, db, sb))
         if da >= 0.0 and db >= 0.0 and sa < 0.0 <= sb:  # leaves and comes back, or never quite left
-            x = turning(at, j, h, xa, xb, -1.0)
-            return x if approach(at, j, h, x)[0] >= 0.0 else crossing(at, ONSET, j, h, 0.0, x, xb)
+            x = turning(at, j, h, (xa, xb), -1.0)
+            return x if approach(at, j, h, x)[0] >= 0.0 else crossing(at, (ONSET, j, 0.0), x, xb)
         peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb
         if peaks and (da * sb - db * sa + sa * sb * (xb - xa)) / (sb - sa) >= 0.0:  # where the two end tangents meet
-            x = turning(at, j, h, xa, xb, 1.0)
+            x = turning(at, j, h, (xa, xb), 1.0)
             if approach(at, j, h, x)[0] >= 0.0:
-                return crossing(at, ONSET, j, h, 0.0, xa, x)
+                return crossing(at, (ONSET, j, 0.0), xa, x)
         xa, da, sa = xb, db, sb
     return 2.0
 
 
 @kernel
-def first_separation(at, j, h):
-    """Return the share of the step at which joint `j` separates; 2 if it does not."""
+def first_separation(at, j):
+    """Return the share of the step at which contact `j` separates; 2 if it does not."""
     work = at[0]
     xa = 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
         if dense_component(xb, work.time + 1 + j, work.y, work.f) <= 0.0:
-            return crossing(at, SEPARATION, j, h, 0.0, xa, xb)
+            return crossing(at, (SEPARATION, j, 0.0), xa, xb)
         xa = xb
     return 2.0
 
 
 @kernel
-def first_change(at, j, h, kind):
-    """Return the share of the step at which the function of an event of joint `j` turns positive; 2 if it does not."""
+def first_passage(at, g):
+    """Return the share of the step at which the value of guard `g` turns positive; 2 if it does not."""
     xa = 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
-        if excess(at, kind, j, h, 0.0, xb) > 0.0:
-            return crossing(at, kind, j, h, 0.0, xa, xb)
+        if guard_value(at, g, xb) > 0.0:
+            return crossing(at, (GUARD + g, at[0].guards.contact[g], 0.0), xa, xb)
         xa = xb
     return 2.0
 
 
 @kernel
 def first_event(at, h, stop):
-    """Return (share of the step, kind, joint) of the first event in it; needs the dense output in `work.f`."""
-    work = at[0]
-    best, kind, joint = 2.0, NOTHING, 0
+    """Return (share of the step, kind, contact) of the first event in it; needs the dense output in `work.f`."""
+    work, guards = at[0], at[0].guards
+    best, kind, contact = 2.0, NOTHING, 0
     if work.end[work.time] >= stop:
-        best, kind = crossing(at, STOP, 0, h, stop, 0.0, 1.0), STOP
-    for j in range(work.state.size):
-        if work.state[j] == FREE:
+        best, kind = crossing(at, (STOP, 0, stop), 0.0, 1.0), STOP
+    pass_guards(at)
+    for j in range(work.mode.size):
+        x, what = 2.0, NOTHING
+        if meets(work.mode[j]):
             x, what = first_onset(at, j, h), ONSET
-        else:
-            x, what = first_separation(at, j, h), SEPARATION
-            for change in changes(at, j):
-                touch = first_change(at, j, h, change) if change != NOTHING else 2.0
-                if touch < x:
-                    x, what = touch, change
+        elif touches(work.mode[j]):
+            x, what = first_separation(at, j), SEPARATION
+        for g in range(guards.contact.size):
+            passage = first_passage(at, g) if guards.passed[g] and guards.contact[g] == j else 2.0
+            if passage < x:
+                x, what = passage, GUARD + g
         if x < best:
-            best, kind, joint = x, what, j
-    return best, kind, joint
+            best, kind, contact = x, what, j
+    return best, kind, contact

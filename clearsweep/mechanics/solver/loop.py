@@ -8,33 +8,38 @@ from numba import njit
 from numba.extending import register_jitable
 
 from ..compiled.family import kernel, pointer_to
-from ..joint.dry import CLIPPED, FREE, PRESSED, STUCK
-from ..joint.loss.plastic import SHALLOW
-from ..observe.account import enter, open_window
+from ..joint.contract import ENTERED, LEFT, touches
+from ..observe.observables import KAPPA, KINETIC, observed
 from ..observe.record import write_sample
-from ..observe.tally import APPROACH, CLIPS, KINETIC_START, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
-from ..rates import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, KINETIC, RATE
+from ..observe.tally import (
+    APPROACH,
+    CLIPS,
+    KINETIC_START,
+    ONSET_MAX,
+    ONSETS,
+    PEAK,
+    REBOUNDS,
+    RESTITUTION,
+    note_step,
+    open_window,
+)
 from .dop853 import END
 from .event import (
-    CLIP,
     EVALUATIONS,
     EVENTS,
+    GUARD,
     IMPLICIT,
     NOTHING,
     ONSET,
-    REACH,
     REJECTED,
     SAMPLES,
-    SEPARATION,
     SEPARATIONS,
     STEPS,
-    STICK,
     STOP,
-    TURN,
-    way,
+    travel_ratio,
 )
 from .newton import AFTER, LENGTH, LIMIT, RENEWED, choose_method, steady
-from .step import begin_step, finish_ends, meet, take_step
+from .step import begin_step, finish_ends, go_through, latch, meet, take_step
 
 AUTO = 2  # of Control.method
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
@@ -59,15 +64,15 @@ class Control(NamedTuple):
 
 @kernel
 def begin_contact(at, j, windowed):
-    """Latch the onset rate of joint `j` at `work.end` and start its root of penetration."""
+    """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
     work = at[0]
-    tally = work.tally
-    block = JOINTS + JOINT_WIDTH * j
-    rate = max(work.o[END, block + RATE], 0.0)
-    work.state[j] = PRESSED
+    tally, seen = work.tally, observed(at, END, j)
+    rate = max(seen.rate, 0.0)
+    work.mode[j] = work.pressed[j]
     work.onset[j] = max(rate, ONSET_FLOOR)
-    depth = max(work.o[END, block + DEPTH], 0.0)
+    depth = max(seen.depth, 0.0)
     work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
+    latch(at, work.end, j, ENTERED, END)
     tally.joint[j, PEAK], tally.joint[j, APPROACH] = 0.0, rate
     if windowed:
         tally.joint[j, ONSETS] += 1.0
@@ -77,15 +82,16 @@ def begin_contact(at, j, windowed):
 
 @kernel
 def end_contact(at, j):
-    """Release joint `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
+    """Release contact `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
     work = at[0]
     tally = work.tally
-    rate = work.o[END, JOINTS + JOINT_WIDTH * j + RATE]
-    work.state[j] = FREE
+    rate = observed(at, END, j).rate
+    work.mode[j] = work.apart[j]
+    latch(at, work.end, j, LEFT, END)
     work.end[work.time + 1 + j] = 0.0
-    for i in range(work.owner.size):
-        if work.owner[i] == j:
-            work.end[work.time + 1 + work.state.size + i] = 0.0
+    for i in range(work.ended_by.size):
+        if work.ended_by[i] == j:
+            work.end[work.time + 1 + work.mode.size + i] = work.began[i]
     work.counts[SEPARATIONS] += 1
     if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
         tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
@@ -93,44 +99,47 @@ def end_contact(at, j):
     return rate
 
 
+class Event(NamedTuple):
+    """What changed at a contact: onsets and separations are logged like this."""
+
+    time: float  # s
+    contact: int
+    kind: int  # ONSET, SEPARATION, or GUARD and the number of the guard
+    rate: float  # m/s, closing positive
+    force_peak: float  # N, of the contact that ends
+
+
 @register_jitable(error_model="numpy")
-def log_event(events, count, time, joint, kind, rate, force_peak):
-    """Return the event log (rows: time, joint, 1 onset or 2 separation, rate, force peak) with one more row."""
+def log_event(events, count, event):
+    """Return the event log with an Event behind its first `count` rows, unless it is the passage of a guard."""
+    if event.kind >= GUARD:
+        return events
     if count == events.shape[0]:
         longer = np.empty((2 * count, 5))
         for row in range(count):
             for column in range(5):
                 longer[row, column] = events[row, column]
         events = longer
-    events[count, 0], events[count, 1], events[count, 2] = time, joint, kind
-    events[count, 3], events[count, 4] = rate, force_peak
+    events[count, 0], events[count, 1], events[count, 2] = event.time, event.contact, event.kind
+    events[count, 3], events[count, 4] = event.rate, event.force_peak
     return events
 
 
-@register_jitable(error_model="numpy")
-def apply_event(at, kind, j, windowed, events, earlier, keep):
-    """Change what joint `j` does at `work.end`; return the event log, which leaves out the `earlier` events."""
+@kernel
+def apply_event(at, kind, j, windowed):
+    """Change what an event at contact `j` changes at `work.end`; return the Event."""
     work = at[0]
-    tally = work.tally
-    moment = work.end[work.time]
-    if kind == CLIP:
-        work.state[j] = CLIPPED
-        if windowed:
-            tally.joint[j, CLIPS] += 1.0
-        return events
-    if kind in (TURN, REACH):
-        work.end[work.deepest[j]] = max(work.end[work.time + 1 + j] ** 2, SHALLOW) if kind == TURN else 0.0
-        return events
-    if kind not in (ONSET, SEPARATION):
-        work.state[j] = STUCK if kind == STICK else PRESSED
-        return events
-    peak = tally.joint[j, PEAK]
-    rate = begin_contact(at, j, windowed) if kind == ONSET else end_contact(at, j)
-    if keep:
-        count = work.counts[EVENTS] - earlier
-        events = log_event(events, count, moment, j, kind, rate, 0.0 if kind == ONSET else peak)
+    moment, peak = work.end[work.time], work.tally.joint[j, PEAK]
+    if kind >= GUARD:
+        g = kind - GUARD
+        if windowed and work.guards.counted[g]:
+            work.tally.joint[j, CLIPS] += 1.0
+        go_through(at, g, work.end, END)
+        return Event(moment, j, kind, 0.0, 0.0)
     work.counts[EVENTS] += 1
-    return events
+    if kind == ONSET:
+        return Event(moment, j, kind, begin_contact(at, j, windowed), 0.0)
+    return Event(moment, j, kind, end_contact(at, j), peak)
 
 
 @kernel
@@ -150,31 +159,31 @@ def restart(at):
     work = at[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
-    work.mode[0], work.mode[1] = work.mode[2], 0
+    work.method[0], work.method[1] = work.method[2], 0
     work.implicit.past[LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
     begin_step(at)
 
 
 @kernel
 def first_length(at, proposals, pattern):
-    """Return a step length to begin with: the last one of the same joints in contact, else a guess."""
+    """Return a step length to begin with: the last one of the same contacts that touch, else a guess."""
     work = at[0]
     if proposals[pattern] > 0.0:
         return proposals[pattern]
-    length = 0.01 / work.pace
-    for j in range(work.state.size):
-        if work.state[j] != FREE:  # until the penetration is a hundredth of the clearance
+    length = 0.01 / work.reference_rate
+    for j in range(work.mode.size):
+        if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
             length = min(length, 0.2 * work.sigma * math.sqrt(work.clearance[j]) / work.onset[j])
     return length
 
 
 @kernel
 def proposal_of(at):
-    """Return where the step length for this method and these joints in contact is remembered: the bits of a number."""
+    """Return where the step length for this method and these contacts that touch is kept: the bits of a number."""
     work = at[0]
-    pattern = work.mode[0] << work.state.size
-    for j in range(work.state.size):
-        if work.state[j] != FREE:
+    pattern = work.method[0] << work.mode.size
+    for j in range(work.mode.size):
+        if touches(work.mode[j]):
             pattern |= 1 << j
     return pattern
 
@@ -183,9 +192,9 @@ def proposal_of(at):
 def next_length(at, h, proposal):
     """Change the method if that was decided, and return the length of the step after one of length `h`."""
     work = at[0]
-    if work.mode[2] == work.mode[0]:
+    if work.method[2] == work.method[0]:
         return steady(at, h, proposal)
-    work.mode[0] = work.mode[2]
+    work.method[0] = work.method[2]
     work.implicit.past[LENGTH] = 0.0
     return work.implicit.limit[LIMIT]
 
@@ -215,7 +224,7 @@ def integrate(control, work):
     -------
     status : int, OK or the reason why it ended early; PAUSED, or
         TURNS_STIFF, `work.slopes` being needed: call again to go on
-    events : (events, 5) float64, rows of time (s), joint, 1 onset or 2 separation, rate (m/s), force peak (N)
+    events : (events, 5) float64, rows of time (s), contact, 1 onset or 2 separation, rate (m/s), force peak (N)
 
     The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
     """
@@ -229,12 +238,12 @@ def integrate(control, work):
         if work.y[time] >= control.pause:
             work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
             return PAUSED, events[: work.counts[EVENTS] - earlier]
-        if work.mode[0] == IMPLICIT and work.slopes[0] == 0:
+        if work.method[0] == IMPLICIT and work.slopes[0] == 0:
             work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
             return TURNS_STIFF, events[: work.counts[EVENTS] - earlier]
         h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(at, h)
-        error = max(error, way(at, h) ** 8)  # the step control takes the eighth root
+        error = max(error, travel_ratio(at, h) ** 8)  # the step control takes the eighth root
         if not error < 1.0:
             work.counts[REJECTED] += 1
             h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
@@ -246,12 +255,12 @@ def integrate(control, work):
         finish_ends(at)
         pattern = proposal_of(at)
         if control.method == AUTO:
-            choose_method(at, h, proposals[pattern & ~(1 << work.state.size)], work.counts[EVALUATIONS] - spent)
+            choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], work.counts[EVALUATIONS] - spent)
         # of the errors of this step and the one before, the larger: the estimate goes through zero now and then
         change = min(grow, SAFETY * max(error, expected, 1e-10) ** -0.125)
         proposals[pattern], expected = h * change, error * change**8
-        kind, joint, taken, dense = meet(at, h, stop)
-        enter(at, taken, windowed, dense)
+        kind, contact, taken, dense = meet(at, h, stop)
+        note_step(at, taken, windowed, dense)
         if kind == NOTHING:
             go_on(at)
             h, grow = next_length(at, h, proposals[pattern]), GROW
@@ -263,7 +272,8 @@ def integrate(control, work):
             windowed, stop = True, control.end
             open_window(at)
         else:
-            events = apply_event(at, kind, joint, windowed, events, earlier, control.keep_events)
+            count, event = work.counts[EVENTS] - earlier, apply_event(at, kind, contact, windowed)
+            events = log_event(events, count, event) if control.keep_events else events
             if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
                 return OK, events[: work.counts[EVENTS] - earlier]
             if work.counts[EVENTS] >= control.event_budget:

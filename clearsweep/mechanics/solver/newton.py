@@ -31,7 +31,7 @@ PRICE = 0.5  # of an evaluation in an implicit step, for each number in the stat
 WAIT = 4  # times longer the explicit method is kept after each time that the other has not been worth its price
 # Places in Implicit.limit, in Implicit.past
 LIMIT, PATIENT, SAVED, SPENT = range(4)
-LENGTH, AFTER, RENEWED, FACTORED, PACE, PAST = range(6)
+LENGTH, AFTER, RENEWED, FACTORED, CONVERGENCE, PAST = range(6)
 
 
 class Implicit(NamedTuple):
@@ -48,7 +48,7 @@ class Implicit(NamedTuple):
     limit: np.ndarray  # (4,) see `choose_method`
     #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
     #: begins where that began; length of the step from here for which the Jacobians were RENEWED (0: none) and of that
-    #: which the matrices are FACTORED for (0: none); PACE: convergence of the last iteration
+    #: which the matrices are FACTORED for (0: none); CONVERGENCE: convergence of the last iteration
     past: np.ndarray
 
 
@@ -129,7 +129,7 @@ def differentiate(at, y, place):
     """Put the derivatives of the rates at `y` into a Jacobian; each column costs and counts as an evaluation."""
     work = at[0]
     work.counts[EVALUATIONS] += y.size
-    invoke(work.slopes[0], work.slopes[1], (y, work.state, work.onset, work.implicit.jacobian), place)
+    invoke(work.slopes[0], work.slopes[1], (y, work.mode, work.onset, work.implicit.jacobian), place)
 
 
 @kernel
@@ -145,7 +145,7 @@ def renew(at, h):
         for i in range(n):
             work.z[i] = work.y[i] + stages[PLACES[place] * n + i]
         differentiate(at, work.z, place)
-    past[RENEWED], past[FACTORED], past[PACE] = h, 0.0, KEEP
+    past[RENEWED], past[FACTORED], past[CONVERGENCE] = h, 0.0, KEEP
     return prepare(at, h)
 
 
@@ -240,11 +240,11 @@ def iterate(at, h):
     for iteration in range(ITERATIONS):
         size = correct(at, h)
         if iteration > 0:
-            past[PACE] = size / before if before > 0.0 else 0.0
-        pace = past[PACE]
-        if pace < 1.0 and size * pace <= CLOSE * (1.0 - pace) and (iteration > 0 or size < 1.0):
+            past[CONVERGENCE] = size / before if before > 0.0 else 0.0
+        convergence = past[CONVERGENCE]
+        if convergence < 1.0 and size * convergence <= CLOSE * (1.0 - convergence) and (iteration > 0 or size < 1.0):
             return True
-        if iteration > 0 and not pace < 1.0:
+        if iteration > 0 and not convergence < 1.0:
             return False
         before = size
     return False
@@ -255,7 +255,7 @@ def solve(at, h):
     """Find the stages of a step of length `h`; return whether they were found."""
     past = at[0].implicit.past
     begin_stages(at, h)
-    kept = past[RENEWED] == h or (past[LENGTH] > 0.0 and past[PACE] <= KEEP)
+    kept = past[RENEWED] == h or (past[LENGTH] > 0.0 and past[CONVERGENCE] <= KEEP)
     if not (prepare(at, h) if kept else renew(at, h)):
         return False
     return iterate(at, h) or (renew(at, h) and iterate(at, h))
@@ -287,7 +287,7 @@ def implicit_step(at, h):
     work = at[0]
     n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
     if not solve(at, h):
-        past[PACE] = 1.0
+        past[CONVERGENCE] = 1.0
         return FAILED
     for i in range(n):
         work.end[i] = work.y[i] + stages[(STAGES - 1) * n + i]
@@ -335,7 +335,7 @@ def fall_back(at, share):
 @kernel
 def steady(at, h, proposal):
     """Return the length of the step after one of length `h`: the proposal, or `h` again where that saves work."""
-    return h if at[0].mode[0] == IMPLICIT and h <= proposal <= STEADY * h else proposal
+    return h if at[0].method[0] == IMPLICIT and h <= proposal <= STEADY * h else proposal
 
 
 @kernel
@@ -351,7 +351,7 @@ def choose_method(at, h, explicit, cost):
     """
     work = at[0]
     limit = work.implicit.limit
-    if work.mode[0] == IMPLICIT:
+    if work.method[0] == IMPLICIT:
         limit[SAVED] += END * h / max(explicit, limit[LIMIT])
         limit[SPENT] += cost
         if limit[SPENT] < TRIAL:
@@ -366,9 +366,9 @@ def choose_method(at, h, explicit, cost):
         for i in range(work.y.size):  # work.z is still the state of the last stage, which lies at the end of the step
             rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
             run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
-        work.mode[1] = work.mode[1] + 1 if h * math.sqrt(rise) > STIFF * math.sqrt(run) else 0
-        if work.mode[1] < limit[PATIENT]:
+        work.method[1] = work.method[1] + 1 if h * math.sqrt(rise) > STIFF * math.sqrt(run) else 0
+        if work.method[1] < limit[PATIENT]:
             return
         limit[LIMIT] = h
-    limit[SAVED], limit[SPENT], work.mode[1] = 0.0, 0.0, 0
-    work.mode[2] = EXPLICIT if work.mode[0] == IMPLICIT else IMPLICIT
+    limit[SAVED], limit[SPENT], work.method[1] = 0.0, 0.0, 0
+    work.method[2] = EXPLICIT if work.method[0] == IMPLICIT else IMPLICIT

@@ -1,23 +1,60 @@
 """One step: its stages, its dense output, and the step again where an event cuts it short."""
 
-from ..compiled.family import kernel
-from ..joint.dry import PRESSED, STUCK
-from ..rates import DEPTH, JOINT_WIDTH, JOINTS, KAPPA, RATE, SPEED
+from ..compiled.family import invoke, kernel
+from ..joint.contract import SAME
+from ..observe.observables import KAPPA, observed
 from .dop853 import END, ROWS, dense_coefficients, error_norm, stage_state
-from .event import EVALUATIONS, IMPLICIT, LOCATING, NOTHING, ONSET, SEPARATION, STOP, evaluate, first_event, may_meet
+from .event import (
+    EVALUATIONS,
+    IMPLICIT,
+    LOCATING,
+    NOTHING,
+    ONSET,
+    SEPARATION,
+    STOP,
+    evaluate,
+    evaluate_guards,
+    first_event,
+    looked_at,
+    may_meet,
+)
 from .newton import FAILED, fall_back, implicit_step
 
 
 @kernel
+def latch(at, y, contact, guard, row):
+    """Let the laws of a contact latch what they keep of an event: ENTERED, LEFT or the passage of a guard."""
+    work, guards = at[0], at[0].guards
+    if guards.latch.code != 0:
+        guards.event[0], guards.event[1] = contact, guard
+        invoke(guards.latch.code, guards.latch.parameters, (y, work.o, guards.event), row)
+
+
+@kernel
+def go_through(at, g, y, row):
+    """Change what the passage of guard `g` changes, at the state `y` whose observables are in row `row`."""
+    work, guards = at[0], at[0].guards
+    contact = guards.contact[g]
+    if guards.leads_to[g] != SAME:
+        work.mode[contact] = guards.leads_to[g]
+    latch(at, y, contact, g, row)
+
+
+@kernel
 def begin_step(at):
-    """Evaluate the start of a step at which something has changed; surfaces that hardly slide now stick."""
-    work = at[0]
+    """Evaluate the start of a step at which something has changed, and pass the guards that are passed there."""
+    work, guards = at[0], at[0].guards
     evaluate(at, work.y, 0)
-    before = work.state.sum()
-    for j in range(work.state.size):
-        if work.state[j] == PRESSED and abs(work.o[0, JOINTS + JOINT_WIDTH * j + SPEED]) < work.band[j]:
-            work.state[j] = STUCK
-    if work.state.sum() != before:
+    changed, waiting = False, True
+    for g in range(guards.contact.size):
+        if guards.at_start[g] and looked_at(at, g):
+            if waiting:
+                evaluate_guards(at, work.y, 0)
+                waiting = False
+            if guards.value[0, g] > 0.0:
+                go_through(at, g, work.y, 0)
+                changed = True
+    if changed:
         evaluate(at, work.y, 0)
 
 
@@ -34,7 +71,7 @@ def run_stages(at, h, first, last):
 def finish_dense(at, h):
     """Make the dense output of the step that has just been taken."""
     work = at[0]
-    if work.mode[0] == IMPLICIT:
+    if work.method[0] == IMPLICIT:
         return  # the implicit step made it
     run_stages(at, h, END + 1, ROWS)
     dense_coefficients(h, work.y, work.end, work.k, work.f)
@@ -44,7 +81,7 @@ def finish_dense(at, h):
 def take_step(at, h):
     """Put the state at the end of a step of length `h` into `work.end` and return its error over the allowed one."""
     work = at[0]
-    if work.mode[0] == IMPLICIT:
+    if work.method[0] == IMPLICIT:
         return implicit_step(at, h)
     run_stages(at, h, 1, END)
     stage_state(END, h, work.y, work.k, work.end)
@@ -58,19 +95,23 @@ def finish_ends(at):
 
 
 @kernel
-def land(at, share, kind, joint, h, stop):
-    """Take the step again with the length at which the event was found, put it exactly there; return the length."""
+def truncate_at_event(at, share, event, h):
+    """Take the step again with the share of its length at which the event was found; return its length.
+
+    event : (kind, contact, time of a STOP).  An onset, a separation or a stop is put exactly at the end of the step.
+    """
     work = at[0]
+    kind, contact, stop = event
     h *= share
     if take_step(at, h) == FAILED:  # the interpolant of the longer step has to do
         fall_back(at, share)
     finish_ends(at)
-    block = JOINTS + JOINT_WIDTH * joint
     miss, slope = 0.0, 0.0
     if kind == ONSET:
-        miss, slope = work.o[END, block + DEPTH], work.o[END, block + RATE] * work.o[END, KAPPA]
+        seen = observed(at, END, contact)
+        miss, slope = seen.depth, seen.rate * work.o[END, KAPPA]
     elif kind == SEPARATION:
-        miss, slope = work.end[work.time + 1 + joint], work.k[END, work.time + 1 + joint]
+        miss, slope = work.end[work.time + 1 + contact], work.k[END, work.time + 1 + contact]
     elif kind == STOP:
         miss, slope = work.end[work.time] - stop, work.o[END, KAPPA]
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
@@ -85,15 +126,15 @@ def land(at, share, kind, joint, h, stop):
 def meet(at, h, stop):
     """Look for events in the step just taken and cut it at the first; `stop` (s) is a time at which to stop.
 
-    Return what was met, by which joint, the step's length now, and whether its dense output is made.
+    Return what was met, by which contact, the step's length now, and whether its dense output is made.
     """
     work = at[0]
     if not may_meet(at, h, stop):
         return NOTHING, 0, h, False
     before = work.counts[EVALUATIONS]
     finish_dense(at, h)
-    share, kind, joint = first_event(at, h, stop)
+    share, kind, contact = first_event(at, h, stop)
     if kind != NOTHING:
-        h = land(at, share, kind, joint, h, stop)
+        h = truncate_at_event(at, share, (kind, contact, stop), h)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
-    return kind, joint, h, kind == NOTHING
+    return kind, contact, h, kind == NOTHING

@@ -4,17 +4,9 @@ from markupsafe import Markup
 
 from ..motion import history, onsets, pictures
 from ..section import Block, Detail, Note, Section
+from ..shown import shown
 from ..study import Study
 
-FIGURES = (  # of the joint with the largest force
-    ("force_p99", "p99"),
-    ("force_rms", "rms"),
-    ("force_peak", "peak"),
-    ("force_peak_ideal", "ideal peak"),
-    ("impacts_per_rev", ""),  # named by what it counts
-    ("contact_fraction", "time in contact"),
-    ("onset_rate_max", "fastest onset"),
-)
 TITLES = {
     1: "The motion",
     2: "The motion of the hardest and the mildest loaded case",
@@ -55,7 +47,5 @@ def _details(study: Study) -> list[Detail]:
 
 def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
     """Return the figures of a case: name, value with unit."""
-    joint = study.hardest_joint()
-    columns = [(joint.column(figure), name or study.onsets) for figure, name in FIGURES]
-    columns.append(("slider_error_max", "slider error"))
-    return [(name, study.text(case_id, column)) for column, name in columns if column in study.cases]
+    columns = shown(study, "case", study.hardest_joint())
+    return [(name, study.text(case_id, column)) for column, name in columns]

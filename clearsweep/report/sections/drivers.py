@@ -9,11 +9,10 @@ from ..draw.style import JOINT_COLOURS, RED
 from ..main_effects import MainEffect, main_effects
 from ..picture import Picture, capital
 from ..section import Gallery, Section, filled
+from ..shown import shown
 from ..study import RATIO, Joint, Study
 from ..table import Column, Quantity, Table
 
-FIGURES = (("force_rms", "force rms"), (RATIO, "p99 / ideal"), ("wear_depth_max", "wear depth"))  # of a joint
-WHOLE = (("slider_error_max", "slider error"), ("pair_restitution", "restitution"))  # of the mechanism
 NOTED = 9  # values of an axis up to which the text of a picture gives each median
 
 
@@ -132,13 +131,10 @@ def _table(study: Study) -> Table:
 
 def _affected(study: Study) -> list[tuple[str, str]]:
     """Return the figures whose main effects are tabulated: column, name."""
-    figures = ((study.lead.figure, study.lead.name), *FIGURES)
-    named = [
-        (joint.column(figure), f"{name}{study.where(joint, ' ({})')}")
-        for joint in study.joints
-        for figure, name in figures
-    ]
-    return [(column, name) for column, name in (*named, *WHOLE) if study.has(column)]
+    lead = study.lead
+    columns = {joint.column(lead.figure): lead.name + study.where(joint, " ({})") for joint in study.joints}
+    columns |= dict(shown(study, "effects"))
+    return [(column, name) for column, name in columns.items() if study.has(column)]
 
 
 def _row(study: Study, name: str, effect: MainEffect) -> tuple:

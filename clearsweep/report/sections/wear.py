@@ -7,16 +7,10 @@ from ..case_table import case_table
 from ..draw import motion
 from ..picture import Picture
 from ..section import Block, Gallery, Section, filled
+from ..shown import shown
 from ..study import Joint, Study
 from ..table import Table
 
-FIGURES = (
-    ("wear_depth_max", "depth"),
-    ("wear_rate_max", "depth rate"),
-    ("wear_volume", "volume"),
-    ("force_p99", "force p99"),
-    ("wear_narrow_arcs", "narrow arcs"),
-)
 NOTE = (
     "Polar depth on each body, angles counter-clockwise from that body's own x axis; 0° points along the crank, rod "
     "or frame."
@@ -36,7 +30,7 @@ def sections(study: Study) -> list[Section]:
 
 def _table(study: Study, joint: Joint) -> Table:
     """Return the wear of one joint, the deepest first."""
-    columns = [(joint.column(figure), heading) for figure, heading in FIGURES]
+    columns = shown(study, "wear", joint)
     key, title = f"wear_{joint.name}", f"Wear in joint {joint.title}"
     table = case_table(study, key, title, columns, joint.column("wear_depth_max"))
     return table._replace(

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 from ....catalogue import Field, Law
 from ...compiled import calculus as math
-from ..internal_state import memory, memory_rate, recalled
+from ...compiled.family import kernel
+from ..contract import InternalState, internal_rates, internal_state
 from ..recipe import enter
 from .contract import COEFFICIENT, STATIC, STRIBECK, friction_force, from_values
 from .sliding import stribeck_coefficient
@@ -15,7 +16,7 @@ BRISTLES = Field("bristle_stiffness", "1/m", "force of the bristles per load and
 
 
 def _bend_of_sliding(friction):
-    return (friction.coefficient / friction.bristle_stiffness,)
+    return (InternalState(friction.coefficient / friction.bristle_stiffness, False),)
 
 
 class Dahl(NamedTuple):
@@ -35,18 +36,14 @@ def _dahl(friction, normal, slip):
     return -normal * friction.bristle_stiffness * friction.bend
 
 
-memory.member(Dahl)(_bend_of_sliding)
+internal_state.member(Dahl)(_bend_of_sliding)
 
 
-@recalled.member(Dahl)
-def _dahl_recalled(friction, y, place):
-    return Dahl(friction.coefficient, friction.bristle_stiffness, friction.shape, y[place])
-
-
-@memory_rate.member(Dahl)
-def _dahl_rate(friction, slip):
+@internal_rates.member(Dahl)
+def _dahl_rate(friction, contact):
+    slip = contact.slip
     rest = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
-    return slip * math.copysign(abs(rest) ** friction.shape, rest)
+    return (slip * math.copysign(abs(rest) ** friction.shape, rest),)
 
 
 enter(
@@ -86,35 +83,26 @@ class LuGre(NamedTuple):
     bend: float = 0.0  # z, m
 
 
+@kernel
+def bend_rate(friction, slip):
+    """Return the rate (m/s) of the bend of LuGre's bristles at sliding speed `slip` (m/s)."""
+    return slip - friction.bristle_stiffness * abs(slip) * friction.bend / stribeck_coefficient(friction, slip)
+
+
 @friction_force.member(LuGre)
 def _lugre(friction, normal, slip):
     fall = math.exp(-((slip / friction.damping_velocity) ** 2))
     share = friction.bristle_stiffness * friction.bend
-    share += friction.bristle_damping * fall * memory_rate(friction, slip)
+    share += friction.bristle_damping * fall * bend_rate(friction, slip)
     return -normal * (share + friction.viscous * slip)
 
 
-memory.member(LuGre)(_bend_of_sliding)
+internal_state.member(LuGre)(_bend_of_sliding)
 
 
-@recalled.member(LuGre)
-def _lugre_recalled(friction, y, place):
-    return LuGre(
-        friction.coefficient,
-        friction.static_coefficient,
-        friction.stribeck_velocity,
-        friction.shape,
-        friction.viscous,
-        friction.bristle_stiffness,
-        friction.bristle_damping,
-        friction.damping_velocity,
-        y[place],
-    )
-
-
-@memory_rate.member(LuGre)
-def _lugre_rate(friction, slip):
-    return slip - friction.bristle_stiffness * abs(slip) * friction.bend / stribeck_coefficient(friction, slip)
+@internal_rates.member(LuGre)
+def _lugre_rate(friction, contact):
+    return (bend_rate(friction, contact.slip),)
 
 
 def passive_velocity(friction: Mapping[str, float]) -> float:

@@ -5,6 +5,9 @@ from typing import NamedTuple
 
 from ....catalogue import Field
 from ...compiled.family import family
+from ..contract import LAWS_OWN, PRESSED
+
+STUCK = PRESSED + 2 * LAWS_OWN  # mode: pressed, and the surfaces stick
 
 
 @family
@@ -16,11 +19,15 @@ def friction_force(friction, normal, slip):
 
 
 @family
-def holding(friction):
-    """Return the tangential force over the normal one that a law holds while it sticks, 0 if it does not stick."""
+def static_limit(friction):
+    """Return the tangential force over the normal one that a law holds while it sticks, 0 if it does not stick.
+
+    Where a friction law of a scene has a member, contacts in the mode STUCK bear what keeps their surfaces from
+    sliding.
+    """
 
 
-@holding.member(None)
+@static_limit.member(None)
 def _slides(friction):
     return 0.0
 

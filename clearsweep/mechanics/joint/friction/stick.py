@@ -1,15 +1,19 @@
 """Friction that sticks: below a sliding speed the surfaces hold each other."""
 
+import math
 from typing import NamedTuple
 
 from ....catalogue import Field, Law
+from ..contract import PRESSED, Guard, guard_values, guards
 from ..recipe import enter
-from .contract import COEFFICIENT, STATIC, STRIBECK, friction_force, from_values, holding
+from .contract import COEFFICIENT, STATIC, STRIBECK, STUCK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
+
+LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again
 
 
 class Karnopp(NamedTuple):
-    """Slides as Stribeck's law down to the sliding speed `band`; below it sticks, which `joint.stick.held` sees to."""
+    """Slides as Stribeck's law down to the sliding speed `band`; below it sticks, see `joint.stick`."""
 
     coefficient: float  # kinetic, 1
     static_coefficient: float  # 1
@@ -25,10 +29,21 @@ def _karnopp(friction, normal, slip):
     return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
-@holding.member(Karnopp)
-def _sticks(friction):
+@static_limit.member(Karnopp)
+def _limit_of_karnopp(friction):
     edge = stribeck_coefficient(friction, friction.band) + friction.viscous * friction.band
     return max(friction.static_coefficient, edge)  # else surfaces that let go would be caught again at once
+
+
+@guards.member(Karnopp)
+def _sticks_and_slips(friction):
+    return Guard((PRESSED,), STUCK, at_start=True), Guard((STUCK,), PRESSED)
+
+
+@guard_values.member(Karnopp)
+def _within_and_beyond_the_band(friction, start, contact, root):
+    slip = math.copysign(1.0, start.slip) * contact.slip
+    return friction.band - slip, abs(slip) - LOOSE * friction.band
 
 
 enter(

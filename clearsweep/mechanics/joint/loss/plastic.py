@@ -4,12 +4,24 @@ from typing import NamedTuple
 
 from ....catalogue import Field, Law
 from ...compiled import calculus as math
+from ..contract import (
+    NEVER,
+    TOUCHING,
+    Guard,
+    InternalState,
+    guard_values,
+    guards,
+    internal_rates,
+    internal_state,
+    latched,
+)
 from ..elastic.contract import elastic_force
-from ..internal_state import memory, recalled
 from ..recipe import enter
 from .contract import RESTITUTION, loss_form
 
 SHALLOW = 1e-12  # m, the least depth that a contact which yields remembers
+BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: not reached again by rounding
+UNLOADING, RELOADING = 0, 1  # guards: the contact begins to part; comes back to the deepest point it has been to
 
 
 class Plastic(NamedTuple):
@@ -35,14 +47,33 @@ def _plastic(law, elastic, pen, rate, onset_rate):
     return force, max(force, 0.0)
 
 
-@recalled.member(Plastic)
-def _plastic_recalled(law, y, place):
-    return Plastic(law.returned_share, law.yield_rate, y[place])
+@internal_state.member(Plastic)
+def _depth(law):  # changes at events alone; below what the law tells apart, so that no derivative spans the change
+    return (InternalState(SHALLOW, False),)
 
 
-@memory.member(Plastic)
-def _depth(law):
-    return (SHALLOW,)  # changes at events alone; below what the law tells apart, so that no derivative spans the change
+@internal_rates.member(Plastic)
+def _stays(law, contact):
+    return (0.0,)
+
+
+@guards.member(Plastic)
+def _turns_back_and_comes_again(law):
+    return Guard(TOUCHING), Guard(TOUCHING, of_state=True)
+
+
+@guard_values.member(Plastic)
+def _parts_and_is_deepest(law, start, contact, root):
+    if law.deepest == 0.0:
+        return -contact.rate, NEVER
+    return NEVER, root - BEYOND * math.sqrt(law.deepest)
+
+
+@latched.member(Plastic)
+def _deepest(law, event, contact, root):
+    if event == UNLOADING:
+        return (max(root * root, SHALLOW),)
+    return (0.0,)
 
 
 enter(

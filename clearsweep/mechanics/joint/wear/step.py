@@ -5,12 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import types
-from numba.extending import overload
 
-from ...compiled.family import OPTIONS, Entry, entry, kernel, shaped
+from ...compiled.family import Entry, entry, kernel, map_joints, shaped
 from ...mechanism.contract import body_angles, gaps, place
-from ...observe.tally import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP
-from ..dry import FREE
+from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from ..contract import after_joint, first_place, touches
 from .contract import ACCOUNT, Bins, Rubbing, wear_rate
 
 SIMPSON = (1.0 / 12.0, 4.0 / 12.0, 2.0 / 12.0, 4.0 / 12.0, 1.0 / 12.0)  # at every second of the PARTS + 1 places
@@ -23,9 +22,9 @@ class Step(NamedTuple):
     after: tuple
     angles_before: tuple  # rad, of the proximal and the distal body of every joint
     angles_after: tuple
-    course: np.ndarray  # (joints, COURSES, PARTS + 1) see observe.tally
+    course: np.ndarray  # (joints, COURSES, PARTS + 1) see observe.histogram
     length: float  # of the step
-    state: np.ndarray  # (joints,) int64, what each joint is doing
+    mode: np.ndarray  # (joints,) int64, what each joint is doing
 
 
 class Worn(NamedTuple):
@@ -68,7 +67,7 @@ def wear_joint(joint, j, step, worn):
     for i in range(5):
         place, x = i * PARTS // 4, 0.25 * i
         force = max(course[FORCE, place], 0.0)
-        distance = SIMPSON[i] * h * course[KAPPA_COURSE, place] * abs(course[SLIP, place])
+        distance = SIMPSON[i] * h * course[KAPPA_COURSE, place] * abs(course[SLIP_COURSE, place])
         if force * distance == 0.0:
             continue
         on_bearing = course_of(
@@ -90,28 +89,17 @@ def wear_joint(joint, j, step, worn):
         )
 
 
-def wear_all(joints, j, step, worn):
-    """Enter the wear over a Step of every joint in contact of the tuple `joints`, of which the first is `j`."""
-    if joints:
-        if step.state[j] != FREE:
-            wear_joint(joints[0], j, step, worn)
-        wear_all(joints[1:], j + 1, step, worn)
+@kernel
+def _wear(joint, _, place, shared):
+    step, worn = shared
+    if touches(step.mode[place.contact]):
+        wear_joint(joint, place.contact, step, worn)
 
 
-@overload(wear_all, strict=False, jit_options=dict(OPTIONS))
-def _wear_all(joints, j, step, worn):
-    def nothing(joints, j, step, worn):
-        pass
-
-    def some(joints, j, step, worn):
-        if step.state[j] != FREE:
-            wear_joint(joints[0], j, step, worn)
-        wear_all(joints[1:], j + 1, step, worn)
-
-    return some if len(joints) else nothing
+_wear_each = map_joints(_wear, after_joint)
 
 
-def wear_entry(scene, y, end, state, course, length, depths, account, stride):
+def wear_entry(scene, y, end, mode, course, length, depths, account, stride):
     """Enter the wear of a step; `length` holds its length, bare pointers as in `rates.rates_entry`."""
     here = scene[0]
     joints = len(here.joints)
@@ -125,10 +113,10 @@ def wear_entry(scene, y, end, state, course, length, depths, account, stride):
         body_angles(here.mechanism, finish),
         shaped(course, (joints, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
-        shaped(state, (joints,)),
+        shaped(mode, (joints,)),
     )
     worn = Worn(shaped(depths, (2 * joints * stride,)), stride, shaped(account, (joints, ACCOUNT)))
-    wear_all(here.joints, 0, step, worn)
+    _wear_each(here.joints, here.joints, first_place(here.joints, 0), (step, worn))
 
 
 def wear_of(scene, parameters) -> Entry:

@@ -1,0 +1,157 @@
+"""The keys of grid files as a page to read, made of the keys there are."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from ..catalogue import Catalogue, Field
+from .axes import FORMS
+from .json_schema import schema
+from .key_table import shape
+from .keys import Flag, Number, Section, Shape, Word
+from .sampling import DISTRIBUTIONS, METHODS
+
+_NEED = {"required": "required", "optional": "may be left out", "implied": "may be left out where all has a default"}
+_HEAD = """\
+# Keys of a grid file
+
+<!-- written by `clearsweep schema --markdown`; a test compares -->
+
+A grid file is YAML 1.2. Its keys depend on `mechanism.type`. A quantity is text with a unit (`0.5 mm`, `5000 rpm`) or a
+bare number in the SI unit given here; any unit of the same dimension will do. *Required* stands where a key has no
+default; a dash, where it may be left out. Every key can be swept, unless it says that it cannot; of words, only the
+names of laws can. `clearsweep laws NAME` says what a law does with its keys. The same as a JSON Schema, for editors:
+`clearsweep schema`.
+"""
+_TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
+
+
+class _Row(NamedTuple):
+    """One line of a table."""
+
+    key: str
+    unit: str
+    allowed: str
+    default: str
+    text: str
+
+    def __str__(self) -> str:
+        cells = (f"`{self.key}`", self.unit, self.allowed, self.default, self.text)
+        return f"| {' | '.join(cell.replace('|', '&#124;').replace('<', '&lt;') for cell in cells)} |"
+
+
+def markdown(catalogue: Catalogue) -> str:
+    """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown."""
+    parts = [_HEAD]
+    written: dict[tuple[_Row, ...], tuple[str, str]] = {}
+    for mechanism in catalogue.mechanisms:
+        parts.append(f"## {mechanism.name}\n")
+        for title, section, rows in _blocks(shape(mechanism, catalogue)):
+            parts.append(f"### {title}\n\n{_sentence(section)}\n")
+            where = written.setdefault(rows, (mechanism.name, title))
+            same = f"The same keys as in {where[1].partition(',')[0]} of {where[0]}.\n"
+            parts.append(same if where != (mechanism.name, title) else "\n".join((_TABLE, *map(str, rows))) + "\n")
+    return "\n".join([*parts, _cases(catalogue)])
+
+
+def _sentence(section: Section) -> str:
+    """Return what a section is, and whether it is needed."""
+    need = "" if "left out" in section.text else f"; {_NEED[section.need]}"
+    form = "; a list of two quantities" if section.pair else ""
+    return f"{section.text[0].upper()}{section.text[1:]}{form}{need}."
+
+
+def _blocks(tree: Shape) -> Iterator[tuple[str, Section, tuple[_Row, ...]]]:
+    """Yield (title, section, rows) of each section; joints, which differ only in a few words, are one."""
+    joints = [path for path in tree if path.startswith("joints.") and path.count(".") == 1]
+    for path, node in tree.items():
+        if not isinstance(node, Section) or path.startswith(tuple(joints[1:])):
+            continue
+        alike = {path: path}
+        if path.startswith(joints[0]):
+            alike = {joint: path.replace(joints[0], joint, 1) for joint in joints}
+        rows = _merged({joint.rpartition(".")[2]: tuple(_rows(tree, section)) for joint, section in alike.items()})
+        if rows:
+            yield ", ".join(f"`{section}`" for section in alike.values()), node, rows
+
+
+def _merged(tables: dict[str, tuple[_Row, ...]]) -> tuple[_Row, ...]:
+    """Return the rows that several joints have in common; a cell in which they differ says so joint by joint."""
+    merged = []
+    for rows in zip(*tables.values(), strict=True):
+        cells = []
+        for values in zip(*rows, strict=True):
+            each = "; ".join(f"{joint}: {value}" for joint, value in zip(tables, values, strict=True))
+            cells.append(values[0] if len(set(values)) == 1 else each)
+        merged.append(_Row(*cells))
+    return tuple(merged)
+
+
+def _rows(tree: Shape, path: str) -> Iterator[_Row]:
+    """Yield the rows of the keys that stand directly in the section at `path`."""
+    for inner, node in tree.items():
+        parent, _, key = inner.rpartition(".")
+        if parent != path or isinstance(node, Section):
+            continue
+        if isinstance(node, Flag):
+            yield _Row(key, "", "`true`, `false`", "`false`", f"{node.text}; cannot be swept")
+        elif isinstance(node, Word):
+            default = f"`{node.default}`" if node.default else "required"
+            yield _Row(key, "", ", ".join(f"`{option}`" for option in node.options), default, node.text)
+        else:
+            yield from _quantity(tree, inner, key, node)
+
+
+def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
+    """Yield one row for each meaning of a key that holds a quantity, with the laws for which it has that meaning."""
+    meanings: dict[Field, list[str]] = {}
+    elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
+    for field, when in node.uses:
+        always = not when or (isinstance(elastic, Word) and when == elastic.when)
+        meanings.setdefault(field, []).extend(() if always else sorted(when[-1][1]))
+    for field, laws in meanings.items():
+        default = "-" if field.optional else "required"
+        default = default if field.default is None else f"{field.default:.15g}"
+        names = ", ".join(f"`{law}`" for law in laws)
+        fixed = "" if node.sweep else "; cannot be swept"
+        allowed = field._replace(unit="1").allowed()
+        unit = "" if field.unit == "1" else field.unit
+        yield _Row(key, unit, allowed, default, f"{names}: {field.text}{fixed}" if laws else f"{field.text}{fixed}")
+
+
+def _cases(catalogue: Catalogue) -> str:
+    """Return the sections that choose cases."""
+    top = schema(catalogue)
+    while "else" in top:  # those of any mechanism
+        top = top["else"]
+    top = top["properties"]
+    texts = {key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", "limits")}
+    texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
+    texts["name"] = texts["name"].replace("<name>", "NAME")
+    rows = [f"| `{key}` | {texts[key]} |" for key in ("name", "sweep", "zip", "cases", "sample", "limits")]
+    axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
+    methods = [f"| `{name}` | {text} |" for name, text in METHODS.items()]
+    kinds = [f"| `{name}` | {text} |" for name, text in DISTRIBUTIONS.items()]
+    sample = [
+        "| `method` | one of the designs below |",
+        "| `n` | a whole number, at least 2: how many points |",
+        "| `seed` | a whole number, at least 0, default 0: the same seed gives the same cases |",
+        "| `over` | dotted path -> distribution |",
+    ]
+    return "\n".join(
+        [
+            "## Choosing cases\n",
+            "| key | meaning |\n| --- | --- |",
+            *rows,
+            "\nAn axis is a list of values, or one of",
+            "\n| form | holds |\n| --- | --- |",
+            *axes,
+            "\n### `sample`\n",
+            "| key | meaning |\n| --- | --- |",
+            *sample,
+            "\n| design | what it draws |\n| --- | --- |",
+            *methods,
+            "\n| distribution | holds |\n| --- | --- |",
+            *kinds,
+            "",
+        ]
+    )

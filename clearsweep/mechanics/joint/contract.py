@@ -1,0 +1,393 @@
+"""What the integration asks of a joint and of its laws; it knows no joint and no law by name.
+
+A joint has *contacts*, places where its two surfaces can touch: a revolute joint has one, a spatial one several.  All
+that the loop and the figures deal with is per contact, numbered through all joints: a mode, the rate at which the
+present contact began, a root of penetration in the state vector, and the observables.
+
+A joint is made of *parts*, its laws, each acting at one contact.  A part may have an internal state, numbers in the
+state vector behind the roots of penetration, and guards, functions of the motion that grow through zero where
+something changes: the loop locates that moment on the dense output, changes the mode as the guard says and lets the
+part latch new values of its internal state.
+
+A new kind of joint is one file: a NamedTuple with the fields `clearance` and `side`, and members of the families
+
+    contact_modes(joint)                   in which modes its contacts are apart and pressed: how many there are
+    parts(joint)                           its laws, one at least, in the order of their internal states and guards
+    load(joint, gap, place, present)       what it does to the bodies and what is seen of its contacts
+
+and a new law is one file: a NamedTuple with members of the families of its force, and of these where it needs them:
+
+    internal_state(law)                    error scale of each of its numbers, and whether a separation ends it
+    internal_rates(law, contact)           their rates
+    guards(law), guard_values(...)         what may happen in which mode, and where
+    latched(law, event, contact, root)     what it keeps of an event
+
+The clock, 1/kappa, and what is summed, counted and maximised (`observe.tally`) follow from modes and Contacts alone: a
+contact that touches has its share in the one, a contact that acts in the other.
+
+A lubricated film is a joint whose contact is apart, and pressed, in the mode ACTS: it exerts a force from the start to
+the end, is never searched for an onset, has no root to be integrated and no share in the clock.  Where a film gives way
+to dry contact the mode apart is ACTS | MEETS, the mode pressed that of the dry joint.  A spatial joint returns several
+modes and as many Contacts in its Load, each of which begins and ends by itself; its laws stand in `parts` once for each
+contact.  `test_joint_contract` has one of either, in a few lines.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import overload
+
+from ..compiled.family import OPTIONS, family, kernel, map_joints
+
+# A mode is a number below 63 whose bits say what the loop has to know; from LAWS_OWN on they tell a kind's own apart.
+# ACTS: there is a force.  MEETS: surfaces are apart, an onset is looked for.  TOUCHES: they touch, a separation is.
+ACTS, MEETS, TOUCHES, LAWS_OWN = 1, 2, 4, 8
+FREE = MEETS  # apart and without force
+PRESSED = ACTS | TOUCHES
+TOUCHING = tuple(mode for mode in range(63) if mode & TOUCHES)  # every mode of surfaces that touch
+ENTERED, LEFT = -1, -2  # events of a contact as `latched` gets them; others are the law's own guards, from 0 on
+SAME = -1  # of Guard.leads_to: the mode stays
+NEVER = -math.inf  # value of a guard that cannot be passed as things are
+
+
+class Place(NamedTuple):
+    """Where the numbers of a joint, or of one of its parts, stand."""
+
+    contact: int  # its first contact
+    internal: int  # its first number of internal state in the state vector
+    guard: int  # its first guard
+
+
+class Present(NamedTuple):
+    """What the load of a joint depends on beside the motion of its bodies."""
+
+    y: np.ndarray  # (n,) the state vector
+    mode: np.ndarray  # (contacts,) int64
+    onset: np.ndarray  # (contacts,) m/s, closing rate at which the present contact began
+    roots: int  # where in `y` the roots of penetration begin
+
+
+class Contact(NamedTuple):
+    """What is seen of a contact."""
+
+    normal: float  # N, at least what its law allows: 0 but where the law pulls
+    tangential: float  # N, on the journal
+    slip: float  # m/s, sliding speed of the journal surface on the bearing; in free flight the relative speed
+    rate: float  # m/s, rate of the eccentricity
+    depth: float  # m, eccentricity less clearance; negative where there is a gap
+    elastic: float  # N, the elastic part of the normal force
+    raw: float  # N, the normal force before it is clipped, above the least that its law allows
+
+
+class Load(NamedTuple):
+    """What a joint does to the bodies, and its contacts."""
+
+    fx: float  # N, on the distal body
+    fy: float  # N
+    moment_proximal: float  # N m, on the proximal body about its pin
+    moment_distal: float  # N m
+    contacts: tuple  # of Contacts
+
+
+class Part(NamedTuple):
+    """A law of a joint and the contact, counted in the joint, at which it acts."""
+
+    law: tuple
+    contact: int
+
+
+class ContactModes(NamedTuple):
+    """The mode to which the separation of a contact leads, and that to which its onset leads."""
+
+    apart: int
+    pressed: int
+
+
+class InternalState(NamedTuple):
+    """What is to be known of one number of a law's internal state; its rate is of the same unit per second."""
+
+    scale: float  # size by which its error is measured
+    kept: bool  # over separations; else it goes back to where it began, and has no rate out of contact
+
+
+class Guard(NamedTuple):
+    """When a function of the motion that grows through zero changes something."""
+
+    modes: tuple  # in which it is looked at
+    leads_to: int = SAME  # the mode behind it
+    at_stages: bool = False  # looked for at the stages of a step too, not only at its end
+    at_start: bool = False  # passed, too, where it is above zero when a motion begins anew
+    of_state: bool = False  # a function of root and internal state alone, so that no forces are evaluated to locate it
+    counted: bool = False  # in the figure `force_clips`
+
+
+# ---------------------------------------------------------------------------------------------- of a joint
+
+
+@family
+def contact_modes(joint):
+    """Return one ContactModes per contact of the joint, by its type alone."""
+
+
+@family
+def parts(joint):
+    """Return the Parts of the joint, at least one: fields of it, or laws without parameters."""
+
+
+@family
+def load(joint, gap, place, present):
+    """Return the Load of the joint whose bodies stand and move as `gap` says, at its Place in the Present."""
+
+
+# ---------------------------------------------------------------------------------------------- of a law
+
+
+@family
+def internal_state(law):
+    """Return one InternalState per number of the law's internal state.
+
+    These numbers are the last fields of the law and have a default each: where they begin.
+    """
+
+
+@family
+def internal_rates(law, contact):
+    """Return the rates (1/s) of the law's internal state at its Contact."""
+
+
+@family
+def guards(law):
+    """Return the Guards of the law, which depend on its type alone: compiled code is made for their number."""
+
+
+@family
+def guard_values(law, start, contact, root):
+    """Return the values of the law's guards.
+
+    start, contact : Observed, of the contact at the start of the step and now; root : m^0.5, of the penetration now.
+    """
+
+
+@family
+def latched(law, event, contact, root):
+    """Return the law's internal state after an event: ENTERED, LEFT or the number of its guard.
+
+    contact : Observed, where the event is; root : m^0.5, of the penetration.  It need not see to what a separation
+    ends.
+    """
+
+
+@internal_state.member(None)
+@guards.member(None)
+def _has_none(law):
+    return ()
+
+
+@internal_rates.member(None)
+def _no_rates(law, contact):
+    return ()
+
+
+@guard_values.member(None)
+def _no_values(law, start, contact, root):
+    return ()
+
+
+@latched.member(None)
+def _nothing_latched(law, event, contact, root):
+    return ()
+
+
+TOGETHER = ((internal_state, internal_rates), (guards, guard_values))  # a law is a member of both or of neither
+
+
+def undeclared(form):
+    """Yield, in words, what the type of a law leaves out of what belongs together."""
+    for first, second in TOGETHER:
+        if (form in first.members) != (form in second.members):
+            yield f"declares one of {first.__name__} and {second.__name__}; a law has both or neither"
+    if (form in internal_state.members) != bool(form._field_defaults):
+        yield "has to declare an internal_state if fields have defaults, and only then: these fields are the state"
+
+
+# ---------------------------------------------------------------------------------------------- modes
+
+
+@kernel
+def acts(mode):
+    """Return whether a contact in this mode exerts a force."""
+    return mode & ACTS != 0
+
+
+@kernel
+def meets(mode):
+    """Return whether the surfaces of a contact in this mode are apart and may come to touch."""
+    return mode & MEETS != 0
+
+
+@kernel
+def touches(mode):
+    """Return whether the surfaces of a contact in this mode touch."""
+    return mode & TOUCHES != 0
+
+
+# ---------------------------------------------------------------------------------------------- places
+#
+# How much room a joint takes follows from its type and is worked out where code is compiled: the compiler would take
+# longer over it than over the forces.
+
+
+class _Fields:
+    """The fields of a tuple or, of the compiler's type of one, their types."""
+
+    def __init__(self, named):
+        self._named = named
+
+    def __getattr__(self, name):
+        named = self._named
+        return named.types[named.fields.index(name)] if hasattr(named, "instance_class") else getattr(named, name)
+
+
+def form_of(value):
+    """Return the class of a tuple or, of the compiler's type of one, the class that it stands for."""
+    return getattr(value, "instance_class", type(value))
+
+
+def room_of_part(part):
+    """Return how many numbers of internal state and guards a Part, or the compiler's type of one, has: a Place."""
+    form = form_of(_Fields(part).law)
+    return Place(0, len(form._field_defaults), len(guards.body_for(form)(None)))
+
+
+def room_of(joint):
+    """Return how many contacts, numbers of internal state and guards a joint, or the compiler's type of one, has."""
+    form = form_of(joint)
+    rooms = [room_of_part(part) for part in parts.body_for(form)(_Fields(joint))]
+    return Place(
+        len(contact_modes.body_for(form)(None)), sum(room.internal for room in rooms), sum(room.guard for room in rooms)
+    )
+
+
+def room_of_all(joints):
+    """Return the sum of what `room_of` returns of each of the joints."""
+    return Place(*map(sum, zip(*map(room_of, joints), strict=True)))
+
+
+@kernel
+def after_number(place, number):
+    """Return the place after a number."""
+    return place + 1
+
+
+def after_part(place, part):
+    """Return the Place after a Part."""
+    room = room_of_part(part)
+    return Place(place.contact, place.internal + room.internal, place.guard + room.guard)
+
+
+@overload(after_part, strict=False, jit_options=dict(OPTIONS))
+def _after_part(place, part):
+    _, internal, guarded = room_of_part(part)
+    return lambda place, part: Place(place.contact, place.internal + internal, place.guard + guarded)
+
+
+def after_joint(place, joint):
+    """Return the Place after a joint."""
+    room = room_of(joint)
+    return Place(place.contact + room.contact, place.internal + room.internal, place.guard + room.guard)
+
+
+@overload(after_joint, strict=False, jit_options=dict(OPTIONS))
+def _after_joint(place, joint):
+    contacts, internal, guarded = room_of(joint)
+    return lambda place, joint: Place(place.contact + contacts, place.internal + internal, place.guard + guarded)
+
+
+def extent(joints):
+    """Return how many contacts, numbers of internal state and guards the joints have, as a Place."""
+    return room_of_all(joints)
+
+
+@overload(extent, strict=False, jit_options=dict(OPTIONS))
+def _extent(joints):
+    contacts, internal, guarded = room_of_all(joints)
+    return lambda joints: Place(contacts, internal, guarded)
+
+
+@kernel
+def first_place(joints, roots):
+    """Return the Place of the first joint, the roots of penetration beginning at `roots` in the state vector."""
+    return Place(0, roots + extent(joints).contact, 0)
+
+
+# ---------------------------------------------------------------------------------------------- internal states
+
+
+def width(law):
+    """Return how many numbers of internal state a law has."""
+    return len(law._field_defaults)
+
+
+@overload(width, strict=False, jit_options=dict(OPTIONS))
+def _width(law):
+    count = len(law.instance_class._field_defaults)
+    return lambda law: count
+
+
+@kernel
+def _number(old, _, place, y):
+    return y[place]
+
+
+_numbers = map_joints(_number, after_number)
+
+
+def with_internal_state(law, y, place):
+    """Return the law with its internal state, which stands in the state vector `y` from `place` on."""
+    cls, own = type(law), len(law) - len(law._field_defaults)
+    return cls(*law[:own], *_numbers(law[own:], law[own:], place, y))
+
+
+@overload(with_internal_state, strict=False, jit_options=dict(OPTIONS))
+def _with_internal_state(law, y, place):
+    cls = law.instance_class
+    own = len(law) - len(cls._field_defaults)
+    if own == len(law):
+        return lambda law, y, place: law
+
+    def compiled(law, y, place):
+        return cls(*(law[:own] + _numbers(law[own:], law[own:], place, y)))
+
+    return compiled
+
+
+# ---------------------------------------------------------------------------------------------- tables of a scene
+
+
+def every_part(joints):
+    """Return (number of its contact, law) of every part of the joints, in the order of internal states and guards."""
+    listed, first = [], 0
+    for joint in joints:
+        listed += [(first + part.contact, part.law) for part in parts(joint)]
+        first += len(contact_modes(joint))
+    return listed
+
+
+def every_contact(joints):
+    """Return (joint, its ContactModes) of every contact."""
+    return [(joint, modes) for joint in joints for modes in contact_modes(joint)]
+
+
+def every_internal_state(joints):
+    """Return (number of its contact, InternalState, where it begins) of every number of internal state."""
+    return [
+        (contact, declared, began)
+        for contact, law in every_part(joints)
+        for declared, began in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
+    ]
+
+
+def every_guard(joints):
+    """Return (number of its contact, Guard) of every guard."""
+    return [(contact, guard) for contact, law in every_part(joints) for guard in guards(law)]

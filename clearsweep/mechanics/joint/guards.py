@@ -1,0 +1,226 @@
+"""The guards of a scene's laws, and what the laws keep of events, as the loop calls them: by address.
+
+Only a scene with guards has code for their values, and only one whose laws keep something has code for that.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+
+from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, kernel, map_joints, shaped
+from ..observe.observables import columns, observed_in
+from ..solver.dop853 import END, ROWS
+from .contract import (
+    after_joint,
+    after_number,
+    after_part,
+    every_guard,
+    every_part,
+    extent,
+    first_place,
+    form_of,
+    guard_values,
+    guards,
+    latched,
+    parts,
+    room_of_part,
+    with_internal_state,
+)
+
+EARLIEST = 5  # of the rows of stages that guards are looked for at: before, they are inaccurate and close to the start
+
+
+class Guards(NamedTuple):
+    """The guards of all joints of a scene, g of them, in the order of their parts; see `contract.Guard`."""
+
+    evaluate: Entry  # puts the values of all guards into `value`; NO_ENTRY where there is none
+    latch: Entry  # lets laws latch what they keep of an event; NO_ENTRY where none keeps anything
+    contact: np.ndarray  # (g,) int64, at which it acts
+    modes: np.ndarray  # (g,) int64, bit m: it is looked at in mode m
+    leads_to: np.ndarray  # (g,) int64
+    at_stages: np.ndarray  # (g,) bool, likewise the next three
+    at_start: np.ndarray
+    of_state: np.ndarray
+    counted: np.ndarray
+    value: np.ndarray  # (2, g) values of the guards; the largest at the stages and the end of a step
+    passed: np.ndarray  # (g,) bool, whether the step in hand can hold the event
+    event: np.ndarray  # (2,) int64, what `latch` is called for: the contact and ENTERED, LEFT or the number of a guard
+
+
+# ---------------------------------------------------------------------------------------------- the values
+
+
+class _Values(NamedTuple):
+    """What the values of guards are made of."""
+
+    y: np.ndarray  # (n,) state
+    o: np.ndarray  # (ROWS, columns) observables
+    row: int  # the row of `o` at the state
+    roots: int  # where the roots of penetration begin in `y`
+    value: np.ndarray  # (2, g) for the results
+
+
+@kernel
+def _put(value, staged, place, out):
+    out[0, place] = value
+    out[1, place] = value
+
+
+@kernel
+def _raise(value, staged, place, out):
+    if staged:
+        out[1, place] = max(out[1, place], value)
+
+
+_put_each, _raise_each = map_joints(_put, after_number), map_joints(_raise, after_number)
+
+
+def at_stages(law):
+    """Return, for every guard of the law, whether it is looked for at the stages of a step."""
+    return tuple(guard.at_stages for guard in guards(law))
+
+
+@overload(at_stages, strict=False, jit_options=dict(OPTIONS))
+def _at_stages(law):
+    constant = tuple(guard.at_stages for guard in guards.body_for(form_of(law))(None))
+    return lambda law: constant
+
+
+def _evaluate_part(part, _, place, shared):
+    y, o, row, roots, value = shared
+    contact, staged = place.contact + part.contact, at_stages(part.law)
+    law, root = with_internal_state(part.law, y, place.internal), y[roots + contact]
+    start = observed_in(o, 0, contact)
+    _put_each(guard_values(law, start, observed_in(o, row, contact), root), staged, place.guard, value)
+    if row == END and True in staged:
+        for stage in range(EARLIEST, END):
+            _raise_each(guard_values(law, start, observed_in(o, stage, contact), root), staged, place.guard, value)
+
+
+@overload(_evaluate_part, strict=False, jit_options=dict(OPTIONS))
+def _evaluate_part_compiled(part, _, place, shared):
+    return _evaluate_part if room_of_part(part).guard else lambda part, _, place, shared: None
+
+
+_evaluate_parts = map_joints(_evaluate_part, after_part)
+
+
+@kernel
+def _evaluate_joint(joint, _, place, shared):
+    every = parts(joint)
+    _evaluate_parts(every, every, place, shared)
+
+
+_evaluate_joints = map_joints(_evaluate_joint, after_joint)
+
+
+def guards_entry(scene, y, o, value, row):
+    """Put the values of all guards at the state `y`, whose observables are in row `row` of `o`, into `value`.
+
+    Arrays are bare pointers; `scene` points at the Scene.
+    """
+    here = scene[0]
+    roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
+    shared = _Values(
+        shaped(y, (roots + size.contact + size.internal,)),
+        shaped(o, (ROWS, columns(size.contact))),
+        row,
+        roots,
+        shaped(value, (2, size.guard)),
+    )
+    _evaluate_joints(here.joints, here.joints, first_place(here.joints, roots), shared)
+
+
+# ---------------------------------------------------------------------------------------------- latching
+
+
+class _Event(NamedTuple):
+    """An event at which laws latch."""
+
+    y: np.ndarray  # (n,) state, changed
+    o: np.ndarray  # (ROWS, columns) observables
+    row: int  # the row of `o` at the state
+    roots: int
+    contact: int
+    guard: int  # ENTERED, LEFT or the number of the guard
+
+
+@kernel
+def _set(value, _, place, y):
+    y[place] = value
+
+
+_set_each = map_joints(_set, after_number)
+
+
+def _latch_part(part, _, place, shared):
+    y, o, row, roots, contact, guard = shared
+    mine = 0 <= guard - place.guard < after_part(place, part).guard - place.guard
+    if place.contact + part.contact == contact and (guard < 0 or mine):
+        law = with_internal_state(part.law, y, place.internal)
+        kind = guard - place.guard if mine else guard
+        values = latched(law, kind, observed_in(o, row, contact), y[roots + contact])
+        _set_each(values, values, place.internal, y)
+
+
+@overload(_latch_part, strict=False, jit_options=dict(OPTIONS))
+def _latch_part_compiled(part, _, place, shared):
+    return _latch_part if form_of(part.types[0]) in latched.members else lambda part, _, place, shared: None
+
+
+_latch_parts = map_joints(_latch_part, after_part)
+
+
+@kernel
+def _latch_joint(joint, _, place, shared):
+    every = parts(joint)
+    _latch_parts(every, every, place, shared)
+
+
+_latch_joints = map_joints(_latch_joint, after_joint)
+
+
+def latch_entry(scene, y, o, event, row):
+    """Let the laws latch what they keep of an event, from and into the state `y`; observables in row `row` of `o`.
+
+    event : (2,) int64, the contact and ENTERED, LEFT or the number of the guard.
+    """
+    here = scene[0]
+    roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
+    which = shaped(event, (2,))
+    shared = _Event(
+        shaped(y, (roots + size.contact + size.internal,)),
+        shaped(o, (ROWS, columns(size.contact))),
+        row,
+        roots,
+        which[0],
+        which[1],
+    )
+    _latch_joints(here.joints, here.joints, first_place(here.joints, roots), shared)
+
+
+# ---------------------------------------------------------------------------------------------- for a scene
+
+
+def guards_of(scene, parameters) -> Guards:
+    """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave."""
+    number, joints = types.float64, scene.joints
+    listed = every_guard(joints)
+    each = [guard for _, guard in listed]
+    latching = any(type(law) in latched.members for _, law in every_part(joints))
+    return Guards(
+        evaluate=entry(guards_entry, scene, (number, number, number), parameters) if each else NO_ENTRY,
+        latch=entry(latch_entry, scene, (number, number, types.int64), parameters) if latching else NO_ENTRY,
+        contact=np.array([contact for contact, _ in listed], dtype=np.int64),
+        modes=np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),
+        leads_to=np.array([guard.leads_to for guard in each], dtype=np.int64),
+        at_stages=np.array([guard.at_stages for guard in each], dtype=np.bool_),
+        at_start=np.array([guard.at_start for guard in each], dtype=np.bool_),
+        of_state=np.array([guard.of_state for guard in each], dtype=np.bool_),
+        counted=np.array([guard.counted for guard in each], dtype=np.bool_),
+        value=np.zeros((2, len(each))),
+        passed=np.zeros(len(each), dtype=np.bool_),
+        event=np.zeros(2, dtype=np.int64),
+    )

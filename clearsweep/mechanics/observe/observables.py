@@ -1,0 +1,78 @@
+"""What is seen of a motion at every stage of a step: a row of numbers, read by name.
+
+KAPPA to ERROR_RATE are columns of the whole mechanism; after them stands a block for every contact.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled.family import inlined
+
+KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
+NORMAL, STORED, LOST, RUBBED, SLIP, RAW, DEPTH, RATE, CONTACT_WIDTH = range(9)
+
+#: Rows whose stages lie at distinct times, and these times as shares of the step.
+NODES = np.array([0, 6, 5, 9, 8, 10, 12])
+SHARES = np.array([0.0, 0.25, 1.0 / 3.0, 0.6, 0.6512820512820513, 0.8571428571428571, 1.0])
+
+
+class Observed(NamedTuple):
+    """What is seen of a contact."""
+
+    normal: float  # N, normal force
+    stored: float  # W, power that goes into the elastic deformation
+    lost: float  # W, power that the normal force takes away beside it
+    rubbed: float  # W, power that friction takes away
+    slip: float  # m/s, sliding speed; in free flight the relative speed
+    raw: float  # N, the normal force before it is clipped, above the least that its law allows
+    depth: float  # m, eccentricity less clearance
+    rate: float  # m/s, of the eccentricity
+
+
+@inlined
+def columns(contacts):
+    """Return how many observables there are."""
+    return CONTACTS + CONTACT_WIDTH * contacts
+
+
+@inlined
+def column_of(contact, which):
+    """Return the column of an observable of a contact: NORMAL to RATE."""
+    return CONTACTS + CONTACT_WIDTH * contact + which
+
+
+@inlined
+def observed_in(o, row, contact):
+    """Return the Observed of a contact in row `row` of `o`; what is not used of it is not read."""
+    block = CONTACTS + CONTACT_WIDTH * contact
+    return Observed(
+        normal=o[row, block + NORMAL],
+        stored=o[row, block + STORED],
+        lost=o[row, block + LOST],
+        rubbed=o[row, block + RUBBED],
+        slip=o[row, block + SLIP],
+        raw=o[row, block + RAW],
+        depth=o[row, block + DEPTH],
+        rate=o[row, block + RATE],
+    )
+
+
+@inlined
+def observed(at, row, contact):
+    """Return the Observed of a contact in row `row` of the observables of the Work behind `at`."""
+    return observed_in(at[0].o, row, contact)
+
+
+@inlined
+def observe(o, row, contact, seen):
+    """Put the Observed `seen` of a contact into row `row` of `o`."""
+    block = CONTACTS + CONTACT_WIDTH * contact
+    o[row, block + NORMAL] = seen.normal
+    o[row, block + STORED] = seen.stored
+    o[row, block + LOST] = seen.lost
+    o[row, block + RUBBED] = seen.rubbed
+    o[row, block + SLIP] = seen.slip
+    o[row, block + RAW] = seen.raw
+    o[row, block + DEPTH] = seen.depth
+    o[row, block + RATE] = seen.rate

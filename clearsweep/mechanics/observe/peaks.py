@@ -1,0 +1,107 @@
+"""Where between the stages of a step an observable is largest."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled.family import kernel
+from ..solver.dop853 import END, SCRATCH
+from ..solver.event import evaluate_dense
+from ..solver.step import finish_dense
+from .observables import NODES, SHARES
+
+
+@kernel
+def may_peak(o, column, sign):
+    """Return whether the observable, times `sign`, rises at the start of the step and falls at its end, or nearly so.
+
+    Slopes of the parabolas through three stages at either end, a tenth of the step outside: a peak close to an end
+    counts in both steps that meet there.
+    """
+    rise = START[0] * o[0, column] + START[1] * o[3, column] + START[2] * o[6, column]
+    fall = FINISH[0] * o[8, column] + FINISH[1] * o[10, column] + FINISH[2] * o[END, column]
+    return sign * rise > 0.0 and sign * fall < 0.0
+
+
+def _slope(nodes, point):
+    """Return the weights that give the slope at `point` of the parabola through values at three `nodes`."""
+    a, b, c = nodes
+    return np.array(
+        [
+            (2 * point - b - c) / ((a - b) * (a - c)),
+            (2 * point - a - c) / ((b - a) * (b - c)),
+            (2 * point - a - b) / ((c - a) * (c - b)),
+        ]
+    )
+
+
+START = _slope((0.0, 0.11835034190722739, 0.25), -0.1)
+FINISH = _slope((0.6512820512820513, 0.8571428571428571, 1.0), 1.1)
+
+
+@kernel
+def stage_peak(o, column, sign):
+    """Return the largest value of the observable, times `sign`, at the distinct stages, and the node where it is."""
+    best = 0
+    for m in range(1, NODES.size):
+        if sign * o[NODES[m], column] > sign * o[NODES[best], column]:
+            best = m
+    return sign * o[NODES[best], column], best
+
+
+@kernel
+def observable_at(at, x, column):
+    """Return the observable at the share `x` of the step, from the dense output in `work.f`."""
+    work = at[0]
+    evaluate_dense(at, x)
+    return work.o[SCRATCH, column]
+
+
+@kernel
+def refined_peak(at, column, sign, node):
+    """Return the largest value of the observable, times `sign`, near the stage `node`: successive parabolas."""
+    m = min(max(node, 1), NODES.size - 2)
+    a, b, c = SHARES[m - 1], SHARES[m], SHARES[m + 1]
+    fa = sign * observable_at(at, a, column)
+    fb = sign * observable_at(at, b, column)
+    fc = sign * observable_at(at, c, column)
+    best = max(fa, fb, fc)
+    for _ in range(3):
+        bend = (fa - fb) / (a - b) - (fb - fc) / (b - c)
+        if bend * (a - c) >= 0.0:  # not concave: the peak is at an end
+            break
+        x = 0.5 * (a + b) - 0.5 * (a - c) * (fa - fb) / ((a - b) * bend)
+        x = min(max(x, 0.0), 1.0)
+        if x in (a, b, c):
+            break
+        fx = sign * observable_at(at, x, column)
+        best = max(best, fx)
+        if abs(x - a) > abs(x - c):  # drop the farther end
+            a, fa, b, fb = b, fb, x, fx
+        else:
+            b, fb, c, fc = x, fx, b, fb
+    return best
+
+
+class Peak(NamedTuple):
+    """What is looked for between the ends of a step."""
+
+    column: int  # of the observables
+    sign: float  # by which it is multiplied
+    least: float  # below which it is of no account
+
+
+@kernel
+def located(at, h, peak, best, dense):
+    """Return the largest value of an observable in the step, and whether the dense output is made now.
+
+    `best` is the larger of the values at the ends, times the sign of the Peak; what lies between is located unless it
+    stays below its least.
+    """
+    if may_peak(at[0].o, peak.column, peak.sign):
+        highest, node = stage_peak(at[0].o, peak.column, peak.sign)
+        if highest > peak.least:
+            if not dense:
+                finish_dense(at, h)
+            return max(best, refined_peak(at, peak.column, peak.sign, node)), True
+    return best, dense

@@ -1,0 +1,20 @@
+"""Writes the table of columns in docs/guide.md, made of the figures of merit; a test compares."""
+
+from pathlib import Path
+
+from clearsweep import layout
+from clearsweep.simulation.scene import catalogue
+
+PAGE = Path(__file__).parents[1] / "guide.md"
+MARK = "<!-- columns -->\n"
+
+
+def page() -> str:
+    """Return the guide with the table of the figures there are."""
+    before, mark, rest = PAGE.read_text(encoding="utf-8").partition(MARK)
+    _, _, after = rest.partition("\n\n")
+    return f"{before}{mark}{layout.markdown(catalogue())}\n{after}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,92 @@
+"""What `mkdocs` needs besides: pages from outside docs/, the reference, and formulas that browsers draw."""
+
+import ast
+import html
+import re
+from pathlib import Path
+
+from latex2mathml.converter import convert
+from mkdocs.structure.files import File
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "clearsweep"
+#: Pages and pictures that lie elsewhere in the repository; they keep their places, so that links hold.
+OUTSIDE = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "results/*.md",
+    "results/accuracy/*.svg",
+    "results/readme/*.png",
+)
+FORMULA = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
+
+
+def rooms() -> dict[str, list[Path]]:
+    """Return the modules of each room, and those that stand alone, in the order of their names."""
+    modules = sorted(path for path in PACKAGE.rglob("*.py") if path.name not in ("__init__.py", "__main__.py"))
+    found = {"clearsweep": [path for path in modules if path.parent == PACKAGE]}
+    for path in modules:
+        if path.parent != PACKAGE:
+            found.setdefault(path.relative_to(PACKAGE).parts[0], []).append(path)
+    return found
+
+
+def public() -> str:
+    """Return the page of what a program uses, from the table of public names."""
+    source = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    homes = next(node.value for node in source.body if isinstance(node, ast.Assign) and node.targets[0].id == "_HOMES")
+    entries = []
+    for name, home in ast.literal_eval(homes).items():
+        module = PACKAGE / home.replace(".", "/") / f"{name}.py"  # a module may have the name of its function
+        entries.append(f"::: clearsweep.{home}.{name}{f'.{name}' if module.exists() else ''}\n")
+    head = "# From Python\n\nWhat `import clearsweep` gives. All else may change from one version to the next.\n"
+    return "\n".join([head, *entries])
+
+
+def reference(room: str, modules: list[Path]) -> str:
+    """Return the page of a room: its own docstring, then that of every module and function."""
+    top = "clearsweep" if room == "clearsweep" else f"clearsweep.{room}"
+    headless = "    options:\n      show_root_heading: false\n      show_root_toc_entry: false\n"
+    parts = [f"# {top}\n", f"::: {top}\n{headless}      members: []\n"]
+    for path in modules:
+        name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        parts.append(f"## {name.removeprefix('clearsweep.')}\n\n::: {name}\n{headless}")
+    return "\n".join(parts)
+
+
+def on_config(config):
+    """Add the reference to the table of contents."""
+    pages = [{"From Python": "reference/public.md"}, *({room: f"reference/{room}.md"} for room in rooms())]
+    return config.update(nav=[*config["nav"], {"Reference": pages}]) or config
+
+
+def on_files(files, config):
+    """Add the pages and pictures from outside docs/, and the reference."""
+    for pattern in OUTSIDE:
+        for path in sorted(ROOT.glob(pattern)):
+            files.append(File.generated(config, path.relative_to(ROOT).as_posix(), abs_src_path=str(path)))
+    files.append(File.generated(config, "reference/public.md", content=public()))
+    for room, modules in rooms().items():
+        files.append(File.generated(config, f"reference/{room}.md", content=reference(room, modules)))
+    return files
+
+
+def on_page_markdown(markdown, page, config, files):
+    """Return a page with links between docs/ and its surroundings as they are on the site."""
+    if (ROOT / "docs" / page.file.src_uri).exists():
+        return markdown.replace("](../", "](")
+    return markdown.replace("](docs/", "](")
+
+
+def on_page_content(content, page, config, files):
+    """Return a page with its formulas as MathML."""
+    return FORMULA.sub(_formula, content)
+
+
+def _formula(match):
+    """Return one formula, which stands alone or in a line."""
+    tag, kind, latex = match.groups()
+    display = "block" if kind == "[" else "inline"
+    return f'<{tag} class="arithmatex">{convert(html.unescape(latex).strip(), display=display)}</{tag}>'

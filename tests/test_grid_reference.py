@@ -1,0 +1,58 @@
+"""docs/grid.md has every key of a grid file, as the program that reads them has it."""
+
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from clearsweep import grid
+from clearsweep.cli import verbs
+from clearsweep.simulation.scene import catalogue
+
+PAGE = (Path(__file__).parents[1] / "docs/grid.md").read_text(encoding="utf-8")
+
+
+def test_the_page_is_what_the_program_writes():
+    assert CliRunner().invoke(verbs, ["schema", "--markdown"]).stdout == PAGE
+
+
+def keys(schema, path=()):
+    """Yield (path, keys) of every object in a JSON Schema that holds keys of its own."""
+    inner = schema.get("properties", {})
+    if inner:
+        yield ".".join(path), set(inner)
+    for key, value in inner.items():
+        yield from keys(value, (*path, key))
+
+
+def sections(mechanism):
+    """Return the text under each heading of a mechanism's part of the page."""
+    text = PAGE.partition(f"\n## {mechanism}\n")[2].partition("\n## ")[0]
+    return dict(re.findall(r"^### (.*)\n((?:.|\n)*?)(?=^### |\Z)", text, re.MULTILINE))
+
+
+def body(mechanism, path):
+    """Return what stands under the heading of a section, or of the one that it refers to."""
+    text = next((text for title, text in sections(mechanism).items() if f"`{path}`" in title), "")
+    other = re.search(r"The same keys as in `(.*)` of (.*)\.", text)
+    return body(*other.groups()[::-1]) if other else text
+
+
+@pytest.mark.parametrize(("branch", "mechanism"), [("else", "slider-crank"), ("then", "impact-pair")])
+def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
+    objects = {path: names for path, names in keys(grid.schema(catalogue())[branch]) if not path.startswith("sample")}
+    headings, missing = "".join(sections(mechanism)), []
+    for path, names in objects.items():
+        text = body(mechanism, path) if path else PAGE.partition("\n## Choosing cases\n")[2]
+        for name in names:
+            full = f"{path}.{name}".lstrip(".")
+            if full not in objects and f"`{full}`" not in headings and f"| `{name}` |" not in text:
+                missing.append(full)
+    assert not missing
+    assert len(objects) > 5
+
+
+def test_a_quantity_stands_with_unit_range_default_and_meaning():
+    assert "| `clearance` | m | above 0 | required | radial clearance |" in PAGE
+    assert "| `bins` |  | a whole number at least 8 and at most 1000000 | 360 |" in PAGE
