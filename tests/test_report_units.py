@@ -7,7 +7,7 @@ from mechanism_cases import PAIR, changed
 from report_fake import Run
 
 from clearsweep import grid, quantity, report, simulation
-from clearsweep.grid.key_table import MECHANISMS, shape
+from clearsweep.grid.key_table import shape
 from clearsweep.grid.keys import Number
 from clearsweep.report import study
 from clearsweep.report.section import Columns, Facts
@@ -63,13 +63,13 @@ def written(text: str) -> str:
     return f"{number} {unit}".replace("\u00a0", "*").strip()
 
 
-@pytest.mark.parametrize("mechanism", MECHANISMS)
+@pytest.mark.parametrize("mechanism", CATALOGUE.mechanisms, ids=lambda mechanism: mechanism.name)
 def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
     checked = 0
     for path, node in shape(mechanism, CATALOGUE).items():
         for use in node.uses if isinstance(node, Number) else ():
             exponent = {f"{path.rpartition('.')[0]}.exponent": 2.5} if "^exponent" in use.field.unit else {}
-            values = {path: 2.0, "mechanism.type": mechanism, **exponent}
+            values = {path: 2.0, "mechanism.type": mechanism.name, **exponent}
             values |= {chooser: min(names) for chooser, names in use.when}
             text = shown(_nested(values))[path]
             unit = quantity.exponent_of(use.field.unit, 2.5)
