@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from .. import wording
-from ..mechanics.mechanism.slider_crank import ideal
+from ..mechanics.mechanism.slider_crank.ideal import slider
 from ..results import ELASTIC_ONSET
 from ..store import Run
 from .draw import motion
@@ -169,7 +169,7 @@ def _ideal(study: Study, case_id: str, path: Mapping) -> tuple | None:
     if len(sizes) < len(names):
         return None
     crank, rod, speed = sizes
-    return ideal.slider(crank, rod, np.asarray(path["crank_angle"], float), speed)
+    return slider(crank, rod, np.asarray(path["crank_angle"], float), speed)
 
 
 def _most(values: np.ndarray, unit: str) -> str:
