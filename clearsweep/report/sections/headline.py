@@ -118,8 +118,11 @@ def _slider(study: Study) -> list[str]:
         if worst == best
         else f"{study.text(best, 'slider_error_max')} to {study.text(worst, 'slider_error_max')}"
     )
-    hardest = study.cases["slider_acceleration_peak"].max()
-    return [f"The slider is off its ideal place by {sizes}; its acceleration reaches {wording.text(hardest, 'm/s^2')}."]
+    sentence = f"The slider is off its ideal place by {sizes}"
+    if study.has("slider_acceleration_peak"):
+        hardest = study.cases["slider_acceleration_peak"].max()
+        sentence += f"; its acceleration reaches {wording.text(hardest, 'm/s^2')}"
+    return [f"{sentence}."]
 
 
 def _wear(study: Study) -> list[str]:
