@@ -21,6 +21,7 @@ test-all: $(READY) lint docs
 lint: $(READY)
 	$(BIN)/ruff check clearsweep tests
 	$(BIN)/ruff format --check --quiet clearsweep tests
+	$(BIN)/mypy
 	$(BIN)/lint-imports
 
 verify: $(READY)

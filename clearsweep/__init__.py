@@ -5,6 +5,7 @@ Public names are resolved on first use, so that `clearsweep --help` loads neithe
 
 import importlib
 import os
+from typing import Any
 
 os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # gives memory back; Arrow's own allocators keep 40 MB
 
@@ -41,11 +42,11 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'clearsweep' has no attribute {name!r}; it has {', '.join(__all__)}")
     return getattr(importlib.import_module(f"clearsweep.{_HOMES[name]}"), name)
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return __all__

@@ -1,9 +1,12 @@
 """The command line: each verb parses, calls one function and prints; what is heavy is imported inside the verb."""
 
+import contextlib
 import json
 import os
 import sys
 import traceback
+from collections.abc import Iterator
+from io import TextIOWrapper
 from pathlib import Path
 
 import click
@@ -20,14 +23,15 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed,
     130 interrupted, 143 terminated."""
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors="replace")  # a terminal that lacks a sign gets a question mark, not a traceback
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that lacks a sign gets a question mark, not a traceback
     sys.exit(_exit_code(arguments))
 
 
 def _exit_code(arguments: list[str] | None) -> int:
     """Run a verb; the only place where an outcome becomes an exit code."""
     try:
-        return verbs.main(arguments, prog_name="clearsweep", standalone_mode=False) or 0
+        return int(verbs.main(arguments, prog_name="clearsweep", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         return 0
@@ -52,12 +56,12 @@ def _exit_code(arguments: list[str] | None) -> int:
 
 def _interrupted(error: BaseException | None) -> int:
     print(str(error or "") or "stopped", file=sys.stderr)
-    return getattr(error, "exit_code", INTERRUPTED)
+    return int(getattr(error, "exit_code", INTERRUPTED))
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(clearsweep.__version__, prog_name="clearsweep")
-def verbs():
+def verbs() -> None:
     """How much a mechanism shakes, wears and misplaces itself because its revolute joints have clearance."""
 
 
@@ -73,15 +77,27 @@ def verbs():
 @click.option("--scheduler", metavar="ADDRESS", help="Of a dask cluster; default: a new one on this machine.")
 @click.option("--shard", metavar="I/N", help="Run only part I, from 1 to N, of N equal parts; `merge` joins them.")
 @click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
-def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, executor, scheduler, shard, as_json):
+def run(  # noqa: PLR0913 - one argument per option
+    grid: Path,
+    out: Path | None,
+    jobs: int | None,
+    dry_run: bool,
+    retry_failed: bool,
+    case_timeout: float | None,
+    max_failures: str | None,
+    executor: str,
+    scheduler: str | None,
+    shard: str | None,
+    as_json: bool,
+) -> int:
     """Run the cases of a grid that DIR does not hold yet; running again resumes."""
     from .sweeping import closing
-    from .sweeping.sweep import check, sweep
+    from .sweeping.sweep import Options, check, sweep
 
     if dry_run:
         from .sweeping.estimate import estimate
 
-        check(executor, jobs, case_timeout, scheduler)
+        check(Options(jobs, executor, scheduler, case_timeout=case_timeout))
         facts = estimate(grid, out, jobs=jobs, shard=shard)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.estimate_text(facts)))
         return 0
@@ -106,7 +122,7 @@ def run(grid, out, jobs, dry_run, retry_failed, case_timeout, max_failures, exec
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="OUT", help="Where the results go.")
 @click.option("--partial", is_flag=True, help="Join what there is, even where cases are missing.")
 @click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
-def merge(directories, out, partial, as_json):
+def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
     """Join runs of one grid, such as those of its shards, into OUT, as if it had run there."""
     from .sweeping import closing, merge
 
@@ -121,16 +137,17 @@ def merge(directories, out, partial, as_json):
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/report.html.")
 @click.option("--tables", type=click.Path(path_type=Path), metavar="DIR", help="Write the tables as CSV here, too.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
-def report(directory, out, tables, as_json):
+def report(directory: Path | None, out: Path | None, tables: Path | None, as_json: bool) -> None:
     """Write the report of a run (default: the newest below results) as one page that needs no network."""
     from . import report as reports
     from . import store
 
-    held = store.open(directory or store.newest(RESULTS))
-    files = {"report": str(_written(reports.write, held, out or held.directory / "report.html"))}
-    if tables:
-        _written(reports.tables, held, tables)
-        files["tables"] = str(tables)
+    stored = store.open(directory or store.newest(RESULTS))
+    with _writing():
+        files = {"report": str(reports.write(stored, out or stored.directory / "report.html"))}
+        if tables:
+            reports.tables(stored, tables)
+            files["tables"] = str(tables)
     click.echo(json.dumps(files, indent=2) if as_json else "\n".join(files.values()))
 
 
@@ -138,7 +155,7 @@ def report(directory, out, tables, as_json):
 @click.option("--quick", is_flag=True, help="Fewer problems and tolerances; ends within a minute.")
 @click.option("--json", "as_json", is_flag=True, help="Print the tables as JSON.")
 @click.option("--write", is_flag=True, help=f"Write {RESULTS}/accuracy.md and its figure, too.")
-def verify(quick, as_json, write):
+def verify(quick: bool, as_json: bool, write: bool) -> None:
     """Print error against run time on problems with known answers, and the stability of extreme cases."""
     from . import verify as verification
 
@@ -147,7 +164,7 @@ def verify(quick, as_json, write):
 
 @verbs.command()
 @click.argument("name", required=False)
-def laws(name):
+def laws(name: str | None) -> None:
     """Print every law and mechanism, or one with formula, parameters, units and source."""
     from . import simulation
 
@@ -158,18 +175,20 @@ def laws(name):
 @click.argument("directory", type=click.Path(path_type=Path), metavar="DIR")
 @click.argument("case_id")
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/CASE_ID.html.")
-def show(directory, case_id, out):
+def show(directory: Path, case_id: str, out: Path | None) -> None:
     """Run one case again and draw its orbit, force and events."""
     from . import report as reports
     from . import store
 
-    held = store.open(directory)
-    click.echo(_written(reports.show, held, case_id, out or held.directory / f"{case_id}.html"))
+    stored = store.open(directory)
+    with _writing():
+        page = reports.show(stored, case_id, out or stored.directory / f"{case_id}.html")
+    click.echo(page)
 
 
 @verbs.command()
 @click.argument("file", required=False, type=click.Path(path_type=Path))
-def init(file):
+def init(file: Path | None) -> None:
     """Write a commented grid to start from, or print it where no FILE is named."""
     from . import grid
 
@@ -188,7 +207,7 @@ def init(file):
 
 @verbs.command()
 @click.option("--markdown", is_flag=True, help="Print all keys as a page to read instead.")
-def schema(markdown):
+def schema(markdown: bool) -> None:
     """Print the JSON Schema of grid files, for editors."""
     from . import grid, simulation
 
@@ -196,10 +215,11 @@ def schema(markdown):
     click.echo(grid.markdown(known) if markdown else json.dumps(grid.schema(known), indent=2), nl=not markdown)
 
 
-def _written(write, held, *arguments):
-    """Call a function that writes a file; a place where it cannot be written is the user's to choose."""
+@contextlib.contextmanager
+def _writing() -> Iterator[None]:
+    """Turn the refusal of a place where a file was to be written into an InputError: it is the user's to choose."""
     try:
-        return write(held, *arguments)
+        yield
     except ClearsweepError:
         raise
     except (PermissionError, NotADirectoryError, FileNotFoundError, IsADirectoryError) as error:

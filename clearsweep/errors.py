@@ -3,6 +3,7 @@
 How their messages show values and guess what was meant is here, too.
 """
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 from unicodedata import category
 
@@ -46,17 +47,18 @@ def printable(text: str) -> str:
 _UNSEEN = ("Cc", "Cf", "Zl", "Zp")
 
 
-def nearest(word: str, known) -> str:
+def nearest(word: str, known: Iterable[str]) -> str:
     """Return `; did you mean 'hertz'?` for the known word most like `word`, or nothing."""
+    known = list(known)
     same = [other for other in known if other.lower() == word.lower()]
-    near = same or get_close_matches(word, list(known), 1, 0.7)
+    near = same or get_close_matches(word, known, 1, 0.7)
     return f"; did you mean '{near[0]}'?" if near else ""
 
 
-def shown(value) -> str:
+def shown(value: object) -> str:
     """Return a value as a message shows it: short, text in quotes."""
     if isinstance(value, (dict, list)):
         return "a section" if isinstance(value, dict) else "a list"
     words = {True: "true", False: "false", None: "nothing"}
-    shown = words[value] if value is None or isinstance(value, bool) else repr(value)
-    return shown if len(shown) <= 60 else f"{shown[:57]}..."
+    text = words[value] if value is None or isinstance(value, bool) else repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,7 +1,7 @@
 """What a case of a grid gives: its columns and time histories, with names, units and meaning, worked out once."""
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .case import Case, column_name
 from .catalogue import Catalogue, Figure, Mechanism
@@ -45,6 +45,7 @@ class Layout(NamedTuple):
     def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
         """Return the layout of a case, and so of all cases of its grid."""
         mechanism, simulate = catalogue.mechanism(case.mechanism.type), case.simulate
+        assert mechanism is not None, case.mechanism.type  # a case is of a known one
         joints = tuple(JointLayout(joint.column, joint.wear.bins if joint.wear else 0) for joint in case.joints)
         until = simulate.until.figure if simulate.until else ""
         asked = {name for name in ("horizon", "error_check", "until") if getattr(simulate, name)}
@@ -61,16 +62,16 @@ class Layout(NamedTuple):
             until,
         )
 
-    def written(self) -> dict:
+    def written(self) -> dict[str, Any]:
         """Return the layout as run.json holds it."""
         listed = {name: [each._asdict() for each in getattr(self, name)] for name in _LISTED}
         return self._asdict() | listed
 
     @classmethod
-    def read(cls, written: Mapping) -> "Layout":
+    def read(cls, written: Mapping[str, Any]) -> "Layout":
         """Return the layout that `written` gave."""
-        listed = {name: tuple(kind(**each) for each in written[name]) for name, kind in _LISTED.items()}
-        return cls(**written | listed)
+        listed: dict[str, Any] = {name: tuple(kind(**each) for each in written[name]) for name, kind in _LISTED.items()}
+        return cls(**(dict(written) | listed))
 
 
 _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
@@ -107,7 +108,7 @@ def columns_of(
 def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", judged: str = "") -> Column:
     """Return the column of a figure; `judged` is the unit of the figure `until`."""
     output = mechanism.output
-    name = figure.column(output.name if figure.of == "output" else joint)
+    name = figure.column(output.name if output and figure.of == "output" else joint)
     text = figure.text.format(output=output.name if output else "", until=until)
     unit = figure.unit.format(output=output.unit if output else "", until=judged)
     return Column(name, unit, text, figure.kind, figure.name, joint)

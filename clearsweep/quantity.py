@@ -8,8 +8,12 @@ rounding, so that `0.5 mm`, `500 um` and `5e-4` give the same bits, and with the
 import re
 from fractions import Fraction
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from .errors import InputError, nearest, shown
+
+if TYPE_CHECKING:
+    import pint  # loaded only where a unit is read
 
 _UNITS = """
 nano- = 1e-9 = n-
@@ -68,10 +72,10 @@ _PART = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<brac
 _LONGEST = 200  # characters; a quantity has no use for more
 
 
-def read(value, unit: str) -> float:
+def read(value: Any, unit: str) -> float:
     """Return `value`, text such as `0.5 mm` or a bare number in SI, as a float in the SI `unit` ('1' for none).
 
-    An InputError says what was found and what is expected.  Zero has no sign: -0.0 gives 0.0.
+    Raises InputError, which says what was found and what is expected, for anything else.  Zero has no sign.
     """
     number = exact(value, unit)
     try:
@@ -80,8 +84,11 @@ def read(value, unit: str) -> float:
         raise InputError(_infinite(value, unit)) from None
 
 
-def exact(value, unit: str) -> Fraction:
-    """Return `value` in the SI `unit` without rounding; a float counts as the shortest decimal that gives it."""
+def exact(value: Any, unit: str) -> Fraction:
+    """Return `value` in the SI `unit` without rounding; a float counts as the shortest decimal that gives it.
+
+    Raises InputError like `read`.
+    """
     if isinstance(value, str):
         return _from_text(value, unit)
     if isinstance(value, bool) or not hasattr(value, "__float__"):
@@ -130,11 +137,8 @@ def _from_text(text: str, unit: str) -> Fraction:
 
 def _has_power_of_power(written: str) -> bool:
     """Return whether powers stand one upon another in a unit: the sizes of such towers have no bound."""
-    before, closed, groups = (
-        "",
-        False,
-        [False],
-    )  # whether there is a power in each bracket that is open, and in the last
+    before: str | None = ""
+    closed, groups = False, [False]  # whether there is a power in the last bracket, and in each that is open
     for part in _PART.finditer(written):
         if part["power"]:
             if before == "power" or (before == ")" and closed):
@@ -149,13 +153,13 @@ def _has_power_of_power(written: str) -> bool:
     return False
 
 
-def _infinite(value, unit: str) -> str:
+def _infinite(value: Any, unit: str) -> str:
     """Return the message for a number that no float can hold."""
     return f"found {shown(value)}, which is not a finite number; {expected(unit)}"
 
 
 @cache
-def _table():
+def _table() -> "pint.UnitRegistry":
     """Return the unit table; building it imports pint, which takes 0.2 s and is not needed for bare numbers."""
     import pint
 
@@ -163,11 +167,11 @@ def _table():
 
 
 def _unit(written: str, text: str) -> tuple[Fraction, tuple]:
-    """Return the exact size of a unit in SI and its dimension; `text` is the quantity it was found in."""
-    found = _measure(written)
-    if isinstance(found, str):
-        raise InputError(f"found {shown(text)}; {found}")
-    return found
+    """Return the exact size of a unit in SI and its dimension; `text` is the quantity it stands in."""
+    measure = _measure(written)
+    if isinstance(measure, str):
+        raise InputError(f"found {shown(text)}; {measure}")
+    return measure
 
 
 @cache
@@ -187,7 +191,7 @@ def _measure(written: str) -> tuple[Fraction, tuple] | str:
             if name not in _table():
                 near = nearest(name, f"{_COMMON} {_WORDS}".split())
                 return f"unknown unit '{name}'{near} (known: {_COMMON}, N*s/m, m^2)"
-        size = _table().Quantity(_table().parse_expression(written)).to_base_units()
+        size: Any = _table().Quantity(_table().parse_expression(written)).to_base_units()
         return Fraction(size.magnitude), tuple(sorted(size.dimensionality.items()))
     except Exception:  # the parser's own errors are of many types and speak of Python syntax
         return unreadable

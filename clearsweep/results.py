@@ -1,6 +1,7 @@
 """What a case came to: its figures, events, wear and time histories.  What they mean is in `layout`."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -30,14 +31,14 @@ class Trajectory:
 
     status: str
     message: str
-    summary: dict
-    channels: dict = field(default_factory=dict)
+    summary: dict[str, Any]
+    channels: dict[str, np.ndarray] = field(default_factory=dict)
     events: np.ndarray = field(default_factory=lambda: np.empty(0, EVENT_DTYPE))
-    wear: dict = field(default_factory=dict)
+    wear: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
     @property
     def t(self) -> np.ndarray:
-        """Times of the samples, s."""
+        """Return the times of the samples, s."""
         return self.channels.get("t", np.empty(0))
 
     def __getitem__(self, name: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Where cases leave what their laws are made for: yield, a law's range, forces that would pull; counted and told."""
+"""Remarks where cases leave what their laws are made for: yield, a law's range, forces that would pull."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -6,29 +6,31 @@ from collections.abc import Iterable, Mapping
 from .results import ELASTIC_ONSET
 from .wording import joint_name
 
-#: Figure of a joint -> value above which it is told.
-TOLD = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0, "force_clips": 0.0}
+#: Figure of a joint -> value above which there is a remark.
+THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0, "force_clips": 0.0}
 LAW_LIMIT = "law-limit: "  # what the message of a case begins with that went past its law's range
 
 
 def columns(joints: Iterable[str]) -> list[str]:
-    """Return the columns of the summary that decide what is told."""
-    return ["case_id", "message", *(f"{joint}_{figure}" for figure in TOLD for joint in joints)]
+    """Return the columns of the summary that decide whether there is a remark."""
+    return ["case_id", "message", *(f"{joint}_{figure}" for figure in THRESHOLDS for joint in joints)]
 
 
 class Remarks:
-    """Counts the cases that are to be told of, and keeps the worst of each kind."""
+    """Counts the cases that leave the range of their laws, and keeps the worst of each kind."""
 
     def __init__(self, joints: Iterable[str]) -> None:
         self.joints = list(joints)
         self.cases = 0
-        self.counts = dict.fromkeys(TOLD, 0)
-        self.worst = dict.fromkeys(TOLD, (-math.inf, "", None))  # value, joint, row
+        self.counts = dict.fromkeys(THRESHOLDS, 0)
+        self.worst: dict[str, tuple[float, str, Mapping]] = dict.fromkeys(
+            THRESHOLDS, (-math.inf, "", {})
+        )  # value, joint, row
 
     def add(self, row: Mapping) -> None:
         """Take in a finished case, a row of the summary with at least `columns`."""
         self.cases += 1
-        for figure, threshold in TOLD.items():
+        for figure, threshold in THRESHOLDS.items():
             value, joint = max((_number(row[f"{joint}_{figure}"]), joint) for joint in self.joints)
             if value > threshold:
                 self.counts[figure] += 1
@@ -36,9 +38,9 @@ class Remarks:
                     self.worst[figure] = (value, joint_name(joint), row)
 
     def sentences(self) -> list[str]:
-        """Return what is to be told of all cases, one sentence or two for each kind."""
-        told = {"onset_rate_max": self._fast, "law_limit_fraction": self._deep, "force_clips": self._clipped}
-        return [told[figure](*self.worst[figure]) for figure in TOLD if self.counts[figure]]
+        """Return the remarks on all cases, one sentence or two for each kind."""
+        sentence = {"onset_rate_max": self._fast, "law_limit_fraction": self._deep, "force_clips": self._clipped}
+        return [sentence[figure](*self.worst[figure]) for figure in THRESHOLDS if self.counts[figure]]
 
     def _fast(self, rate: float, joint: str, row: Mapping) -> str:
         return (
@@ -48,11 +50,12 @@ class Remarks:
         )
 
     def _deep(self, share: float, joint: str, row: Mapping) -> str:
-        told = str(row["message"] or "")
-        known = told.startswith(LAW_LIMIT)
+        message = str(row["message"] or "")
+        known = message.startswith(LAW_LIMIT)
+        worst = message.removeprefix(LAW_LIMIT) if known else f"{joint}, {_percent(share)} of the time"
         return (
             f"Contacts go deeper than their elastic law holds in {self._share('law_limit_fraction')}, longest in case "
-            f"{row['case_id']}: {told.removeprefix(LAW_LIMIT) if known else f'{joint}, {_percent(share)} of the time'}"
+            f"{row['case_id']}: {worst}"
             ". The notes of clearsweep laws NAME say how its force goes on."
         )
 
@@ -68,18 +71,18 @@ class Remarks:
 
 def past_limits(spent: Iterable[tuple[str, str, float, float]]) -> str:
     """Return the message of a finished case from (joint, elastic law, its limit in m, share of the time beyond it)."""
-    told = [
+    excesses = [
         f"{joint} is deeper than {1e3 * limit:.4g} mm, up to which {law} holds, for {_percent(share)} of the time"
         for joint, law, limit, share in spent
         if share > 0.0
     ]
-    return LAW_LIMIT + "; ".join(told) if told else ""
+    return LAW_LIMIT + "; ".join(excesses) if excesses else ""
 
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %"
 
 
-def _number(value) -> float:
+def _number(value: float | None) -> float:
     """Return a figure of the summary, 0 for one that is not there."""
     return float(value) if value is not None and not math.isnan(value) else 0.0

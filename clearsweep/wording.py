@@ -37,21 +37,21 @@ class Scale(NamedTuple):
     factor: float
     unit: str  # '' for none
 
-    def number(self, value, digits: int = 3) -> str:
+    def number(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as the number that stands before the unit; a dash where there is none."""
-        return DASH if missing(value) else plain(float(value) / self.factor, digits)
+        return DASH if value is None or missing(value) else plain(float(value) / self.factor, digits)
 
-    def text(self, value, digits: int = 3) -> str:
+    def text(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as number and unit."""
         return self.joined(self.number(value, digits))
 
-    def given(self, value, digits: int = 6) -> str:
+    def given(self, value: float | None, digits: int = 6) -> str:
         """Return an SI value that somebody chose as number and unit, with no more digits than it needs."""
         return self.joined(self.given_number(value, digits))
 
-    def given_number(self, value, digits: int = 6) -> str:
+    def given_number(self, value: float | None, digits: int = 6) -> str:
         """Return the number of an SI value that somebody chose, with no more digits than it needs."""
-        return DASH if missing(value) else short(float(value) / self.factor, digits)
+        return DASH if value is None or missing(value) else short(float(value) / self.factor, digits)
 
     def joined(self, number: str) -> str:
         """Return a number, or several in a list, with the unit behind."""
@@ -61,7 +61,7 @@ class Scale(NamedTuple):
         return f"{number}{joint}{self.unit}"
 
 
-def scale(unit: str, values: Iterable[float] | float, speed: bool = False) -> Scale:
+def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = False) -> Scale:
     """Return the scale that suits the largest of `values` (SI, of `unit`); a shaft `speed` is given in rpm."""
     if speed and unit == "rad/s":
         return Scale(_TURNS, "rpm")
@@ -75,13 +75,13 @@ def scale(unit: str, values: Iterable[float] | float, speed: bool = False) -> Sc
     return Scale(10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{pretty(unit)}")
 
 
-def text(value, unit: str, digits: int = 3) -> str:
+def text(value: float | None, unit: str, digits: int = 3) -> str:
     """Return one SI value as number and unit, in the prefix that suits it."""
-    return DASH if missing(value) else scale(unit, value).text(value, digits)
+    return DASH if value is None or missing(value) else scale(unit, value).text(value, digits)
 
 
-def missing(value) -> bool:
-    """Tell whether there is no value: None or NaN."""
+def missing(value: object) -> bool:
+    """Return whether there is no value: None or NaN."""
     return value is None or (isinstance(value, float) and math.isnan(value))
 
 
@@ -157,9 +157,9 @@ _NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
 _SPEAKS_FOR_ITSELF = {"stiffness", "restitution", "damping", "exponent"}
 
 
-def _largest(values) -> float:
-    values = values if isinstance(values, Iterable) else (values,)
-    sizes = [abs(float(value)) for value in values if not missing(value)]
+def _largest(values: Iterable[float | None] | float) -> float:
+    several = values if isinstance(values, Iterable) else (values,)
+    sizes = [abs(float(value)) for value in several if value is not None and not missing(value)]
     return max((size for size in sizes if math.isfinite(size)), default=0.0)
 
 

@@ -5,15 +5,14 @@ import os
 import sys
 from pathlib import Path
 
-import fake_physics
+from fake_sweeps import sweep
 
 from clearsweep.errors import ClearsweepError
 from clearsweep.sweeping.signals import Stopped
-from clearsweep.sweeping.sweep import sweep
 
 directory, source, options = sys.argv[1:]
 try:
-    result = sweep(json.loads(source), directory, simulator=fake_physics.Fake, **json.loads(options))
+    result = sweep(json.loads(source), directory, **json.loads(options))
 except (Stopped, ClearsweepError) as error:
     print(f"{type(error).__name__}: {error}", file=sys.stderr)
     sys.exit(error.exit_code)

@@ -69,15 +69,15 @@ def driven(tmp_path):
     ids = np.array([int(held_grid.case_id(i), 16) for i in range(CASES)], "u8")
 
     def drive_with(executor):
-        with store.Store(tmp_path / "run").open_for(held_grid) as held:
+        with store.RunDirectory(tmp_path / "run").open_for(held_grid) as held:
             batches = Batches(np.arange(CASES), ids, 1, 0.0)
             batches.learn(Manifest("x", 4, 0, 1.0))  # four cases have been seen: batches of several
-            job = Job(held.directory, held_grid, Fake, None)
+            job = Job(held.path, held_grid, Fake, None)
             driver = Driver(executor, held, job, batches, None, progress.Silent())
             assert driver.run()
             rows = held.rows()
             assert not rows["failed"].any()
-            assert sum(held.counts_of(part.path.name)[0] for part in held.parts) == CASES, "a case ran twice"
+            assert sum(held.counts_of(batch.name)[0] for batch in held.batches) == CASES, "a case ran twice"
             return driver, rows["id"], np.sort(ids)
 
     return drive_with

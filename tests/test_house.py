@@ -1,5 +1,6 @@
-"""The rooms of the package and the direction of imports between them: an import the wrong way is found."""
+"""The rooms of the package and the direction of imports between them: one the wrong way, or in a circle, is found."""
 
+import ast
 import shutil
 import subprocess
 import sys
@@ -36,7 +37,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("grid/grid.py", "from ..mechanics import rates"),
         ("report/study.py", "import numba"),
         ("store/batch.py", "from ..sweeping import sweep"),
-        ("results.py", "from .store import Run"),
+        ("results.py", "from .store import StoredRun"),
     ],
 )
 def test_a_planted_import_the_wrong_way_is_found(copy, file, planted):
@@ -58,3 +59,55 @@ def test_no_module_imports_another_by_its_name_in_a_string():
         if "import_module" in path.read_text() or "__import__" in path.read_text()
     ]
     assert found == ["clearsweep/__init__.py"]  # public names are resolved when they are first used
+
+
+def graph_of_imports() -> dict[str, set[str]]:
+    """Return module -> the modules of the package that it imports, lazily or for types alone, too."""
+    names = {}
+    for path in (ROOT / "clearsweep").rglob("*.py"):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return {module: set(imports(module, path, names)) for module, path in names.items()}
+
+
+def imports(module, path, names):
+    """Yield the modules among `names` that one module imports."""
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in names)
+        elif isinstance(node, ast.ImportFrom):
+            start = package.split(".")[: 1 - node.level or None] if node.level else []
+            base = ".".join([*start, *([node.module] if node.module else [])])
+            for alias in node.names:
+                inner = f"{base}.{alias.name}"
+                yield from (name for name in ([inner] if inner in names else [base]) if name in names)
+
+
+def circle(graph) -> list[str]:
+    """Return modules that import each other in a circle, the first one again as the last; [] where there is none."""
+    done, way = set(), []
+
+    def walk(module):
+        if module in way:
+            return [*way[way.index(module) :], module]
+        if module in done:
+            return []
+        way.append(module)
+        met = next(filter(None, map(walk, sorted(graph[module]))), [])
+        way.pop()
+        done.add(module)
+        return met
+
+    return next(filter(None, map(walk, sorted(graph))), [])
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    graph = graph_of_imports()
+    assert "clearsweep.quantity" in graph["clearsweep.grid.values"]
+    assert " -> ".join(circle(graph)) == ""
+
+
+def test_a_planted_circle_is_found():
+    graph = graph_of_imports() | {"clearsweep.quantity": {"clearsweep.grid.grid"}}
+    assert {"clearsweep.quantity", "clearsweep.grid.grid"} <= set(circle(graph))

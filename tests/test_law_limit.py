@@ -7,7 +7,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.mechanics.joint import registry
 from clearsweep.simulation import scene
-from clearsweep.validity import TOLD, Remarks, past_limits
+from clearsweep.validity import THRESHOLDS, Remarks, past_limits
 
 CONTACT = {"law": "hertz", "elastic": "johnson", "material": {"young": 1e6, "poisson": 0.3}}
 
@@ -32,7 +32,7 @@ def test_a_law_without_a_limit_is_never_beyond_it():
 
 def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
     told = Remarks(["crank_rod", "rod_slider"])
-    zero = dict.fromkeys((f"{joint}_{figure}" for joint in told.joints for figure in TOLD), 0.0)
+    zero = dict.fromkeys((f"{joint}_{figure}" for joint in told.joints for figure in THRESHOLDS), 0.0)
     told.add({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.05})
     told.add({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.06, "rod_slider_force_clips": 1.0})
     told.add({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 0.5, "crank_rod_force_clips": 7.0})
@@ -49,7 +49,7 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
 
 def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
     told = Remarks(["pair"])
-    told.add({"case_id": "a", "message": "", **{f"pair_{figure}": 0.0 for figure in TOLD}})
+    told.add({"case_id": "a", "message": "", **{f"pair_{figure}": 0.0 for figure in THRESHOLDS}})
     assert told.sentences() == []
     assert past_limits([("pair", "johnson", 1e-4, 0.0)]) == ""
 

@@ -12,15 +12,16 @@ import threading
 import xml.etree.ElementTree as ET
 
 import fake_physics
+import fake_sweeps
 import numpy as np
 import pytest
 from report_fake import RPM, SWEEP, Run
 
+import clearsweep
 from clearsweep import report, results, store, wording
 from clearsweep.errors import InputError
 from clearsweep.report import main_effects, single, study
 from clearsweep.report.sections import headline
-from clearsweep.sweeping.sweep import sweep
 
 BIG = {
     "joints.rod-slider.clearance": list(np.geomspace(5e-5, 5e-4, 25)),
@@ -209,7 +210,7 @@ def test_values_that_a_case_does_not_use_are_left_out(tmp_path):
 
 def test_stored_run_is_read_as_the_store_hands_it_out(tmp_path):
     grid = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS), wear=True)
-    sweep(grid, out=tmp_path / "run", executor="serial", simulator=fake_physics.Fake, show_progress=False)
+    fake_sweeps.sweep(grid, tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     text = Page(report.write(run, tmp_path / "run.html").read_text(encoding="utf-8")).text
     assert "3 of 6" in text
@@ -331,7 +332,7 @@ def test_shown_case_is_the_one_that_was_stored(tmp_path):
         "save": {"orbits": "none"},
         "sweep": {"joints.rod-slider.clearance": ["0.1 mm", "0.2 mm"]},
     }
-    sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
+    clearsweep.sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     case_id = run.summary["case_id"][0]
     again = single.simulation.solve(single.to_draw(study.prepare(run), case_id))

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner
 from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid
+from fake_sweeps import merge, sweep
 from ruamel.yaml import YAML
 from test_sweep import quiet, same_results
 
@@ -19,11 +20,10 @@ from clearsweep import cli
 from clearsweep import grid as grids
 from clearsweep.errors import DirectoryError, InputError
 from clearsweep.sweeping import merge as merging
-from clearsweep.sweeping import sweep
+from clearsweep.sweeping import sweep as sweeping
 from clearsweep.sweeping.shard import Shard
 
 MIXED = grid(5, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 15 cases, 5 of them fail
-merge = functools.partial(merging.merge, simulator=Fake)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def test_every_case_is_in_one_shard_and_shards_are_equally_large():
 
 def test_no_axis_falls_to_one_shard_alone():
     held = grids.load(grid(4, [0.1 * k for k in range(16)]), CATALOGUE)
-    ids = sweep.case_ids(held)
+    ids = sweeping.case_ids(held)
     for k in range(1, 5):
         mine = np.flatnonzero(np.isin(ids, Shard(k, 4).ids(ids)))
         assert len({held.point(i)["mechanism.slider.mass"] for i in mine.tolist()}) > 1
@@ -169,7 +169,7 @@ class Elsewhere(Fake):
 @pytest.mark.parametrize("what", ["crank_torque_peak", "slider/x"])
 def test_overlaps_that_disagree_are_refused_with_the_case(pieces, tmp_path, monkeypatch, what):
     monkeypatch.setattr(Elsewhere, "what", what)
-    sweep.sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, simulator=Elsewhere, shard="2/3")
+    sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, simulator=Elsewhere, shard="2/3")
     held = set(pq.read_table(pieces / "2" / "summary.parquet")["case_id"].to_pylist())
     with pytest.raises(DirectoryError, match=f"{what} is") as caught:
         merge([pieces / name for name in "123"] + [tmp_path / "other"], tmp_path / "all")
@@ -179,7 +179,7 @@ def test_overlaps_that_disagree_are_refused_with_the_case(pieces, tmp_path, monk
 
 def test_timing_alone_is_no_disagreement(pieces, tmp_path, monkeypatch):
     monkeypatch.setattr(Elsewhere, "what", "run_time")
-    sweep.sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, simulator=Elsewhere, shard="2/3")
+    sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, simulator=Elsewhere, shard="2/3")
     merge([pieces / name for name in "123"] + [tmp_path / "other"], tmp_path / "all")
     assert same_results(tmp_path / "all", pieces / "whole")
 
@@ -200,7 +200,7 @@ def test_a_shard_that_is_none_is_refused_before_anything_is_written(tmp_path, te
 
 def test_shards_run_merge_and_report_from_the_command_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sweep, "sweep", functools.partial(sweep.sweep, simulator=Fake))
+    monkeypatch.setattr(sweeping, "sweep", sweep)
     monkeypatch.setattr(merging, "merge", merge)
     with open("g.yaml", "w", encoding="utf-8") as file:
         YAML().dump(grid(6, wear=True), file)

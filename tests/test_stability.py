@@ -142,7 +142,7 @@ def test_either_body_may_carry_the_journal_where_nothing_rubs(name):
 
 def mirrored(sign):
     """Return the state of a slider seated across its bearing's side `sign`, weightless at standstill of the rod."""
-    case = extremes.Case("mirror/C", extremes.crank("C", speed=1000.0), (0.3, 0.4 * sign))
+    case = extremes.Extreme("mirror/C", extremes.crank("C", speed=1000.0), (0.3, 0.4 * sign))
     made, _ = stability.scene_of(case)
     return made
 

@@ -29,7 +29,7 @@ def rows_of(held_grid, indices):
 
 def filled(directory, held_grid, batches):
     """Commit the batches, each a list of case indices, and merge them."""
-    with store.Store(directory).open_for(held_grid) as held:
+    with store.RunDirectory(directory).open_for(held_grid) as held:
         for number, indices in enumerate(batches):
             store.commit(directory, store.Form.of(held_grid), f"{number:016x}", rows_of(held_grid, indices))
         held.recover()
@@ -114,7 +114,7 @@ def test_orbits_file_reads_as_the_contract_says(mixed):
 def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeypatch):
     monkeypatch.setattr(assemble, "CHUNK_VALUES", 50)
     monkeypatch.setattr(assemble, "CHUNKS_AT_ONCE", 3)
-    monkeypatch.setattr(assemble, "OPEN_SHARDS", 2)
+    monkeypatch.setattr(assemble, "OPEN_FILES", 2)
     monkeypatch.setattr(assemble, "GROUP_ROWS", 4)
     held_grid = loaded(grid(30, wear=True))
     run = filled(tmp_path / "run", held_grid, [range(k, 30, 7) for k in range(7)])
@@ -165,7 +165,7 @@ def test_run_json_holds_the_grid_from_which_the_same_cases_follow(mixed):
 def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):
     held_grid, directory = loaded(grid(1)), tmp_path / "run"
     case_id, point = held_grid.case_id(0), held_grid.point(0)
-    with store.Store(directory).open_for(held_grid) as held:
+    with store.RunDirectory(directory).open_for(held_grid) as held:
         for number, status in enumerate(("crashed", "ok", "timeout")):
             path = results.Trajectory(status, "", {}) if status != "ok" else Fake.solve(held_grid.case(0))
             store.commit(directory, store.Form.of(held_grid), f"{number:016x}", [store.Row(case_id, point, path)])
@@ -183,7 +183,7 @@ def test_a_damaged_batch_is_found_named_and_forgotten(mixed, folder, harm):
     victim.write_bytes({"flip": content, "cut": content[: len(content) // 2], "empty": b"", "remove": b""}[harm])
     if harm == "remove":
         victim.unlink()
-    with store.Store(run.directory).open_for(held_grid) as held:
+    with store.RunDirectory(run.directory).open_for(held_grid) as held:
         damage = held.recover()
         assert len(held.rows()) == 6  # 5 + 6 + 1 without the batch of 6
     if (folder, harm) == ("parts", "remove"):
@@ -197,9 +197,13 @@ def test_a_damaged_batch_is_found_named_and_forgotten(mixed, folder, harm):
 def test_a_second_holder_of_the_directory_is_refused(tmp_path):
     held_grid = loaded(grid(1))
     refused = pytest.raises(DirectoryError, match=r"another run works here \(process")
-    with store.Store(tmp_path / "run").open_for(held_grid), refused, store.Store(tmp_path / "run").open_for(held_grid):
+    with (
+        store.RunDirectory(tmp_path / "run").open_for(held_grid),
+        refused,
+        store.RunDirectory(tmp_path / "run").open_for(held_grid),
+    ):
         pass
-    with store.Store(tmp_path / "run").open_for(held_grid):
+    with store.RunDirectory(tmp_path / "run").open_for(held_grid):
         pass
 
 
@@ -215,14 +219,14 @@ def test_results_of_another_grid_are_refused_with_what_differs(mixed, change, na
     _, run = mixed
     before = {path: path.read_bytes() for path in run.directory.rglob("*") if path.is_file() and path.name != "lock"}
     with pytest.raises(DirectoryError, match="holds the results of another grid") as caught:
-        store.Store(run.directory).check(loaded(grid(4, (GOOD, GOOD + 0.001, FAILS), wear=True) | change))
+        store.RunDirectory(run.directory).check(loaded(grid(4, (GOOD, GOOD + 0.001, FAILS), wear=True) | change))
     assert named in str(caught.value)
     assert all(path.read_bytes() == content for path, content in before.items())
 
 
 def test_a_larger_grid_fits_the_same_directory(mixed):
     _, run = mixed
-    store.Store(run.directory).check(loaded(grid(9, (GOOD,), wear=True)))
+    store.RunDirectory(run.directory).check(loaded(grid(9, (GOOD,), wear=True)))
 
 
 def test_results_of_another_model_version_are_refused(mixed):
@@ -231,12 +235,12 @@ def test_results_of_another_model_version_are_refused(mixed):
     record["frame"]["model_version"] = "0"
     (run.directory / "run.json").write_text(json.dumps(record))
     with pytest.raises(DirectoryError, match="model_version"):
-        store.Store(run.directory).check(held_grid)
+        store.RunDirectory(run.directory).check(held_grid)
 
 
 def test_a_directory_with_other_files_is_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("do not touch")
-    with pytest.raises(DirectoryError, match=r"thesis\.tex"), store.Store(tmp_path).open_for(loaded(grid(1))):
+    with pytest.raises(DirectoryError, match=r"thesis\.tex"), store.RunDirectory(tmp_path).open_for(loaded(grid(1))):
         pass
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
@@ -245,13 +249,13 @@ def test_batches_whose_run_json_was_lost_are_left_alone(mixed):
     held_grid, run = mixed
     (run.directory / "run.json").unlink()
     with pytest.raises(DirectoryError, match=r"parts/.* and no run\.json"):
-        store.Store(run.directory).check(held_grid)
+        store.RunDirectory(run.directory).check(held_grid)
 
 
 def test_a_place_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "below"):
-        with pytest.raises(DirectoryError), store.Store(place).open_for(loaded(grid(1))):
+        with pytest.raises(DirectoryError), store.RunDirectory(place).open_for(loaded(grid(1))):
             pass
 
 

@@ -16,18 +16,18 @@ import psutil
 import pytest
 import torture
 from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, Fake, grid
+from fake_sweeps import sweep
 
 from clearsweep import errors
 from clearsweep.sweeping import estimate, executors, progress
 from clearsweep.sweeping.driver import Batches
-from clearsweep.sweeping.sweep import sweep
 from clearsweep.sweeping.worker import Manifest
 
 HERE = Path(__file__).parent
 
 
 def quiet(source, out, **options):
-    return sweep(source, out, show_progress=False, simulator=Fake, **options)
+    return sweep(source, out, show_progress=False, **options)
 
 
 def program(out, source, **options):

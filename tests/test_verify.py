@@ -146,7 +146,7 @@ def test_results_survive_json_and_are_complete(results):
     assert read["date"]
     assert {"processor", "python", "numba", "scipy"} <= set(read["machine"])
     for entry in read["problems"]:
-        assert {row["method"] for row in entry["rows"]} == {method.name for method in accuracy.methods(True)}
+        assert {row["method"] for row in entry["rows"]} == {method.name for method in accuracy.methods(quick=True)}
         for row in entry["rows"]:
             assert ("tolerance" in row) != ("step" in row)
             assert row["ms_per_revolution"] > 0.0

@@ -212,12 +212,12 @@ def test_figures_over_the_blocks_are_those_of_the_summary_and_blocks_grow_with_t
 def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem(monkeypatch):
     twins = []
 
-    class Seen(lyapunov.Twin):
+    class Seen(lyapunov.Perturbed):
         def __init__(self, *arguments):
             super().__init__(*arguments)
             twins.append(self)
 
-    monkeypatch.setattr(running, "Twin", Seen)
+    monkeypatch.setattr(running, "Perturbed", Seen)
     source = next(problem.grid for problem in problems() if problem.name == "b_base")
     scene = clearsweep.load_case(changed(source, {"simulate.tolerance": 1e-12, "simulate.horizon": True}))
     found = clearsweep.simulate(scene).summary
@@ -228,7 +228,7 @@ def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem
     assert found["horizon_revolutions"] == pytest.approx(expected, rel=1e-12)
 
     unit = clearance * np.array([1.0 / 0.12, 1.0, rate / 0.12, rate])
-    start = scene.start + 0.5e-9 * np.array([*unit, 0.0, 0.0])  # the twin's direction; halves: four of one length
+    start = scene.start + 0.5e-9 * np.array([*unit, 0.0, 0.0])  # of the perturbation; halves: four of one length
     paths = [
         clearsweep.simulate(dataclasses.replace(scene, start=one), times=twins[0].times) for one in (scene.start, start)
     ]
@@ -246,7 +246,9 @@ def test_the_exponent_is_reproducible_and_leaves_the_figures_alone():
     assert figures(first) == figures(second)
     assert first.summary["lyapunov_exponent"] > 100.0
     assert figures(plain).items() <= figures(first).items()
-    assert 1.5 * plain.summary["steps"] < first.summary["steps"] < 2.0 * plain.summary["steps"]  # the twin's too
+    assert (
+        1.5 * plain.summary["steps"] < first.summary["steps"] < 2.0 * plain.summary["steps"]
+    )  # those of the perturbed one, too
 
 
 def test_the_exponent_does_not_depend_on_the_size_of_the_disturbance(monkeypatch):

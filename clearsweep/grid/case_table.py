@@ -3,42 +3,45 @@
 import csv
 import re
 from pathlib import Path
+from typing import Any
 
-from .document import Entry, Problems, refuse_endless
+from .document import Problems, WrittenValue, refuse_endless
 
 _HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
 _MOST_ROWS = 1_000_000
 _LARGEST = 512 * 2**20  # bytes of a table: 500 for each of so many rows
 
+TableRow = tuple[int, list[Any]]  # number and cells
 
-def read(problems: Problems, entry: Entry) -> Entry | None:
-    """Return the table in the file that `entry` names as columns, path -> list of values, None where it is wrong.
+
+def read(problems: Problems, written: WrittenValue) -> WrittenValue | None:
+    """Return the table in the file that `written` names as columns, path -> list of values, None where it is wrong.
 
     The file is looked for beside the grid.  Every value knows its file, row (1: the head; a Parquet file has no row for
     it, its first case is row 1) and column.
     """
-    file = Path(entry.origin).parent / entry.value if entry.line else Path(entry.value)
+    file = Path(written.origin).parent / written.value if written.line else Path(written.value)
     readers = {".csv": _csv, ".parquet": _parquet}
     if file.suffix.lower() not in readers:
-        problems.add(entry, "cases", f"found '{entry.value}'; expected the name of a .csv or .parquet file")
+        problems.add(written, "cases", f"found '{written.value}'; expected the name of a .csv or .parquet file")
         return None
     try:
         refuse_endless(file, _LARGEST)
         heads, rows = readers[file.suffix.lower()](file)
     except FileNotFoundError:
-        problems.add(entry, "cases", f"there is no file {file}; the name is relative to the grid's directory")
+        problems.add(written, "cases", f"there is no file {file}; the name is relative to the grid's directory")
         return None
     except (OSError, ValueError, csv.Error) as error:  # pyarrow's errors are ValueErrors
         reason = getattr(error, "strerror", None) or error
-        problems.add(entry, "cases", f"{file} cannot be read: {reason}")
+        problems.add(written, "cases", f"{file} cannot be read: {reason}")
         return None
     if not rows or len(rows) > _MOST_ROWS:
-        problems.add(entry, "cases", f"{file} holds {len(rows)} cases; expected 1 to {_MOST_ROWS}")
+        problems.add(written, "cases", f"{file} holds {len(rows)} cases; expected 1 to {_MOST_ROWS}")
         return None
     return _columns(problems, str(file), heads, rows)
 
 
-def _csv(file: Path) -> tuple[list[str], list[tuple[int, list]]]:
+def _csv(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the heads, and line number and cells of every row that is not blank."""
     with open(file, newline="", encoding="utf-8-sig") as stream:
         lines = csv.reader(stream)
@@ -46,7 +49,7 @@ def _csv(file: Path) -> tuple[list[str], list[tuple[int, list]]]:
         return heads, [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
 
 
-def _parquet(file: Path) -> tuple[list[str], list[tuple[int, list]]]:
+def _parquet(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the heads, and number and cells of every row."""
     import pyarrow.parquet as pq
 
@@ -56,28 +59,30 @@ def _parquet(file: Path) -> tuple[list[str], list[tuple[int, list]]]:
     return table.column_names, [(number, list(cells)) for number, cells in enumerate(rows, start=1)]
 
 
-def _columns(problems: Problems, origin: str, heads: list[str], rows: list[tuple[int, list]]) -> Entry | None:
-    """Return the entry of a table; None where its rows do not fit its head."""
-    found, places, units, good = {}, {}, [], True
+def _columns(problems: Problems, origin: str, heads: list[str], rows: list[TableRow]) -> WrittenValue | None:
+    """Return the columns of a table; None where its rows do not fit its head."""
+    columns: dict[str, WrittenValue] = {}
+    places: dict[str, WrittenValue] = {}
+    units, good = [], True
     for column, head in enumerate(heads, start=1):
-        here, match = Entry(None, origin, 1, column), _HEAD.fullmatch(head)
+        here, match = WrittenValue(None, origin, 1, column), _HEAD.fullmatch(head)
         path = match[1] if match else ""
-        if not path or path in found:
+        if not path or path in columns:
             wrong = "occurs twice; keep one of them" if path else "is no head; expected a dotted path and its unit"
             problems.add(here, "cases", f"column {column}: '{head}' {wrong}, such as drive.speed [rpm]")
             good = False
-        found[path], places[path] = Entry([], origin, 1, column), here
+        columns[path], places[path] = WrittenValue([], origin, 1, column), here
         units.append((match[2] or "").strip() if match else "")
     for line, cells in rows:
         if len(cells) != len(heads):
             sentence = f"row {line} has {len(cells)} cells, the head {len(heads)}; write a value for every column"
-            problems.add(Entry(None, origin, line, 1), "cases", sentence)
+            problems.add(WrittenValue(None, origin, line, 1), "cases", sentence)
             good = False
     if not good:
         return None
     for line, cells in rows:
-        for column, (list_of, cell, unit) in enumerate(zip(found.values(), cells, units, strict=True), start=1):
+        for column, (values, cell, unit) in enumerate(zip(columns.values(), cells, units, strict=True), start=1):
             text = cell.strip() if isinstance(cell, str) else cell
             value = f"{text} {unit}" if unit and text not in ("", None) else None if text == "" else text
-            list_of.value.append(Entry(value, origin, line, column))
-    return Entry(found, origin, 1, 1, places)
+            values.value.append(WrittenValue(value, origin, line, column))
+    return WrittenValue(columns, origin, 1, 1, places)

@@ -5,76 +5,77 @@ import math
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
 from .draft import Draft
-from .keys import Section
+from .keys import Number, Section, value_key, word_key
 from .values import exponent_values
 
 _LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a body would lose what it touches
 
 
-def check(read: Draft, catalogue: Catalogue) -> None:
+def check(draft: Draft, catalogue: Catalogue) -> None:
     """Note what does not fit together."""
-    for low, high, reason in read.mechanism.orders:
-        _below(read, low, high, reason)
-    _below(read, "simulate.discard", "simulate.revolutions", "nothing would be left")
-    _below(read, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
-    _until(read)
-    joints = [path for path, node in read.shape.items() if isinstance(node, Section) and _is_joint(path)]
-    if not joints and "joints" in read.shape and read.shape["joints"].need == "implied":
-        text = f"no joint has clearance; name at least one of {', '.join(site.name for site in read.mechanism.joints)}"
-        read.problems.add(read.place("joints"), "joints", text)
+    for low, high, reason in draft.mechanism.orders:
+        _below(draft, low, high, reason)
+    _below(draft, "simulate.discard", "simulate.revolutions", "nothing would be left")
+    _below(draft, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
+    _until(draft)
+    joints = [path for path, node in draft.shape.items() if isinstance(node, Section) and _is_joint(path)]
+    whole = draft.shape.get("joints")
+    if not joints and isinstance(whole, Section) and whole.need == "implied":
+        text = f"no joint has clearance; name at least one of {', '.join(site.name for site in draft.mechanism.joints)}"
+        draft.problems.add(draft.place("joints"), "joints", text)
     for path in joints:
-        _below(read, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
-        _below(read, f"{path}.friction.v0", f"{path}.friction.v1", "friction grows from v0 to v1")
-        _elastic(read, path, catalogue)
-        if f"{path}.wear" in read.shape:
-            _wear(read, path)
-            _pressure(read, path, catalogue)
+        _below(draft, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
+        _below(draft, f"{path}.friction.v0", f"{path}.friction.v1", "friction grows from v0 to v1")
+        _elastic(draft, path, catalogue)
+        if f"{path}.wear" in draft.shape:
+            _wear(draft, path)
+            _pressure(draft, path, catalogue)
 
 
-def _until(read: Draft) -> None:
+def _until(draft: Draft) -> None:
     """Check that the figure that `until` judges is one of this grid, and that its longest run is not the shorter."""
-    least, most = read.reached("simulate.revolutions"), read.reached("simulate.until.max_revolutions")
+    least, most = draft.reached("simulate.revolutions"), draft.reached("simulate.until.max_revolutions")
     if least and most and min(most) < max(least):
         path = "simulate.until.max_revolutions"
         sentence = (
             f"found {min(most):.15g}; allowed: at least {max(least):.15g}, the value of simulate.revolutions, the "
             "shortest run"
         )
-        read.problems.add(read.place(path), path, sentence)
+        draft.problems.add(draft.place(path), path, sentence)
     path = "simulate.until.figure"
-    figure = read.values.get(path)
-    if figure and figure not in read.figures:
-        names = [name for name in read.shape[path].options if name in read.figures]
+    figure = str(draft.values.get(path, ""))
+    if figure and figure not in draft.figures:
+        names = [name for name in word_key(draft.shape, path).options if name in draft.figures]
         sentence = f"{figure} is no figure of this grid{nearest(figure, names)} (known: {', '.join(names)})"
-        read.problems.add(read.place(path), path, sentence)
+        draft.problems.add(draft.place(path), path, sentence)
 
 
 def _is_joint(path: str) -> bool:
     return path.startswith("joints.") and path.count(".") == 1
 
 
-def _below(read: Draft, low: str, high: str, reason: str, *, equal: bool = False) -> None:
+def _below(draft: Draft, low: str, high: str, reason: str, *, equal: bool = False) -> None:
     """Note a problem unless every value of `low` is below every value of `high`; values left out are no problem."""
-    lows, highs = read.reached(low), read.reached(high)
+    lows, highs = draft.reached(low), draft.reached(high)
     if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
         return
-    if read.in_step(low, high):
+    if draft.in_step(low, high):
         wrong = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
         if not wrong:
             return
         lows, highs = zip(*wrong[:1], strict=True)
-    where = low if low in read.swept or low in read.written else high
+    where = low if low in draft.swept or low in draft.written else high
     word = "at most" if equal else "below"
-    read.problems.add(
-        read.place(where),
+    draft.problems.add(
+        draft.place(where),
         where,
         f"found {max(lows):.15g}; allowed: {word} {min(highs):.15g}, the value of {high}; {reason}",
     )
 
 
-def _there(read: Draft, path: str) -> bool:
+def _there(draft: Draft, path: str) -> bool:
     """Return whether a value or a section is written, or swept."""
-    return path in read.written or path in read.swept or path in read.sections
+    return path in draft.written or path in draft.swept or path in draft.sections
 
 
 _EXAMPLES = {
@@ -84,81 +85,87 @@ _EXAMPLES = {
 }
 
 
-def _elastic(read: Draft, joint: str, catalogue: Catalogue) -> None:
+def _elastic(draft: Draft, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has what its stiffness laws need, in the range they hold for."""
     law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
-    known = elastic in read.shape and read.unsure.isdisjoint((law, elastic))
-    if not known or not read.shape[elastic].used(read.names):
+    known = elastic in draft.shape and draft.unsure.isdisjoint((law, elastic))
+    if not known or not value_key(draft.shape, elastic).used(draft.names):
         return
-    for found in (catalogue.find("elastic", name) for name in sorted(read.names[elastic])):
-        for path in _needed(read, joint, found):
-            if not _there(read, f"{joint}.{path}"):
-                sentence = f"is missing; elastic '{found.name}' needs {_EXAMPLES[path]}"
-                read.problems.add(read.place(elastic), f"{joint}.{path}", sentence)
-        for path, low, high, unit, reason in found.ranges:
-            outside = [value for value in read.reached(f"{joint}.{path}") if not low <= value <= high]
+    tried = [law for law in catalogue.of("elastic") if law.name in draft.names[elastic]]
+    for chosen in sorted(tried, key=lambda law: law.name):
+        for path in _needed(draft, joint, chosen):
+            if not _there(draft, f"{joint}.{path}"):
+                sentence = f"is missing; elastic '{chosen.name}' needs {_EXAMPLES[path]}"
+                draft.problems.add(draft.place(elastic), f"{joint}.{path}", sentence)
+        for path, low, high, unit, reason in chosen.ranges:
+            outside = [value for value in draft.reached(f"{joint}.{path}") if not low <= value <= high]
             if outside:
                 sentence = (
-                    f"found {outside[0]:.15g}; elastic '{found.name}' allows {low:.15g} to {high:.15g}"
+                    f"found {outside[0]:.15g}; elastic '{chosen.name}' allows {low:.15g} to {high:.15g}"
                     f"{'' if unit == '1' else f' ({unit})'}: {reason}"
                 )
-                read.problems.add(read.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
+                draft.problems.add(draft.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
 
 
-def _needed(read: Draft, joint: str, law: Law) -> tuple[str, ...]:
+def _needed(draft: Draft, joint: str, law: Law) -> tuple[str, ...]:
     """Return the paths within the joint of what an elastic law needs besides its own fields."""
     needed = tuple("contact.material" if name == "material" else name for name in law.needs)
-    from_material = law.name == "power" and not _there(read, f"{joint}.contact.stiffness")
-    sized = needed or (from_material and _there(read, f"{joint}.contact.material"))
-    radius = read.shape[f"{joint}.bearing_radius"]
-    return ("bearing_radius", *needed) if sized and radius.uses[0].field.optional else needed
+    from_material = law.name == "power" and not _there(draft, f"{joint}.contact.stiffness")
+    sized = needed or (from_material and _there(draft, f"{joint}.contact.material"))
+    radius = draft.shape[f"{joint}.bearing_radius"]
+    optional = isinstance(radius, Number) and radius.uses[0].field.optional
+    return ("bearing_radius", *needed) if sized and optional else needed
 
 
-def _wear(read: Draft, joint: str) -> None:
+def _wear(draft: Draft, joint: str) -> None:
     """Check what wear needs of its joint, and that its coefficient is possible."""
     wear = f"{joint}.wear"
 
     def there(path: str) -> bool:
-        return _there(read, path)
+        return _there(draft, path)
 
     if not there(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
-        read.problems.add(read.place(wear), f"{joint}.length", sentence)
+        draft.problems.add(draft.place(wear), f"{joint}.length", sentence)
     overridden = there(f"{wear}.bearing_coefficient") and there(f"{wear}.journal_coefficient")
     if not there(f"{wear}.coefficient") and not overridden:
         sentence = (
             "is missing; write such as 2e-14 m^2/N for both bodies, or bearing_coefficient and journal_coefficient"
         )
-        read.problems.add(read.place(wear), f"{wear}.coefficient", sentence)
-    if f"{wear}.coefficient" in read.swept and overridden:
+        draft.problems.add(draft.place(wear), f"{wear}.coefficient", sentence)
+    if f"{wear}.coefficient" in draft.swept and overridden:
         sentence = "is swept but not in use: bearing_coefficient and journal_coefficient override it"
-        read.problems.add(read.swept[f"{wear}.coefficient"], f"{wear}.coefficient", sentence)
-    hardness = max(read.reached(f"{wear}.hardness"), default=0.0)
+        draft.problems.add(draft.swept[f"{wear}.coefficient"], f"{wear}.coefficient", sentence)
+    hardness = max(draft.reached(f"{wear}.hardness"), default=0.0)
     for path in (f"{wear}.coefficient", f"{wear}.bearing_coefficient", f"{wear}.journal_coefficient"):
-        largest = max(read.reached(path), default=0.0)
+        largest = max(draft.reached(path), default=0.0)
         if largest * hardness > _LARGEST_WEAR:
             sentence = (
                 f"found {largest:.15g} m^2/N, times the hardness {hardness:.15g} Pa {largest * hardness:.3g}; allowed: "
                 f"at most {_LARGEST_WEAR}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
-            read.problems.add(read.place(path), path, sentence)
+            draft.problems.add(draft.place(path), path, sentence)
 
 
-def _pressure(read: Draft, joint: str, catalogue: Catalogue) -> None:
+def _pressure(draft: Draft, joint: str, catalogue: Catalogue) -> None:
     """Check that Young's modulus, where the pressure of wear needs it, follows from the material or the stiffness."""
-    pressures = [catalogue.find("pressure", name) for name in read.names[f"{joint}.wear.pressure"]]
+    pressures = [law for law in catalogue.of("pressure") if law.name in draft.names[f"{joint}.wear.pressure"]]
     if not any("modulus" in law.needs for law in pressures):
         return
     contact = f"{joint}.contact"
     law, elastic = f"{contact}.law", f"{contact}.elastic"
-    if f"{contact}.material" in read.shape or elastic not in read.shape or not read.unsure.isdisjoint((law, elastic)):
+    if (
+        f"{contact}.material" in draft.shape
+        or elastic not in draft.shape
+        or not draft.unsure.isdisjoint((law, elastic))
+    ):
         return
-    ((_, with_elastic),) = read.shape[elastic].when
-    exponents = exponent_values(read, f"{contact}.stiffness")
-    power = read.names[law] <= with_elastic and read.names[elastic] == {"power"}
+    ((_, with_elastic),) = word_key(draft.shape, elastic).when
+    exponents = exponent_values(draft, f"{contact}.stiffness")
+    power = draft.names[law] <= with_elastic and draft.names[elastic] == {"power"}
     if not power or any(not math.isclose(exponent, 1.5) for exponent in exponents):
         sentence = (
             "is missing; the pressure of wear needs Young's modulus: write material: {young: 207 GPa, poisson: 0.3} "
             "(the stiffness of a power law of exponent 1.5 also gives it)"
         )
-        read.problems.add(read.place(contact), f"{contact}.material", sentence)
+        draft.problems.add(draft.place(contact), f"{contact}.material", sentence)

@@ -1,8 +1,8 @@
-"""Reads a YAML 1.2 file or a dict into entries that know where they were written, and collects what is wrong."""
+"""Reads a YAML 1.2 file or a dict into values that know where they were written, and collects what is wrong."""
 
 import os
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from typing import Any
@@ -30,44 +30,51 @@ _PLAIN = {
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class WrittenValue:
     """One value as it was written, and where."""
 
-    value: Any  # dict of str to Entry, list of Entry, text or number as written, bool or None
+    value: Any  # dict of str to WrittenValue, list of WrittenValue, text or number as written, bool or None
     origin: str = ""  # file, 'overrides', or '' for a dict
     line: int = 0  # 1 for the first line; 0: not from a file
     column: int = 0
-    keys: dict = field(default_factory=dict)  # key -> Entry that stands for the place of the key itself
+    keys: dict[str, "WrittenValue"] = field(default_factory=dict)  # key -> the place of the key itself, without a value
 
     @property
     def place(self) -> str:
-        """`grid.yaml:14:12: `, or as much of it as is known."""
+        """Return `grid.yaml:14:12: `, or as much of it as is known."""
         return f"{self.origin}:{self.line}:{self.column}: " if self.line else f"{self.origin}: " if self.origin else ""
+
+    def key_place(self, key: str) -> "WrittenValue":
+        """Return where a key of this section stands; its value stands for it where that is not known."""
+        place = self.keys.get(key)
+        return self.value[key] if place is None else place
 
 
 class Problems:
     """The mistakes found so far; each is told once, in the order of the file."""
 
-    def __init__(self):
-        self._found: dict[str, tuple[int, int]] = {}
+    def __init__(self) -> None:
+        self._places: dict[str, tuple[int, int]] = {}
 
     def __len__(self) -> int:
-        return len(self._found)
+        return len(self._places)
 
-    def add(self, entry: Entry, path: str, sentence: str) -> None:
+    def add(self, written: WrittenValue, path: str, sentence: str) -> None:
         """Note that the value at dotted `path` is wrong."""
-        self._found.setdefault(f"{entry.place}{path + ': ' if path else ''}{sentence}", (entry.line, entry.column))
+        self._places.setdefault(
+            f"{written.place}{path + ': ' if path else ''}{sentence}", (written.line, written.column)
+        )
 
     def check(self) -> None:
-        """Raise an InputError with everything found, if anything was."""
-        if self._found:
-            raise InputError(*sorted(self._found, key=self._found.get))
+        """Raise an InputError with all mistakes, if there are any."""
+        if self._places:
+            raise InputError(*sorted(self._places, key=self._places.__getitem__))
 
 
-def read(source, problems: Problems) -> Entry:
-    """Return the entry of a whole document, a path or a dict; an InputError where it cannot be read at all."""
+def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
+    """Return the whole of a document, a path or a dict; raise InputError where it cannot be read at all."""
     if not isinstance(source, (str, PathLike)):
-        return entry_of(source, "")
+        return written_of(source, "")
     name = fspath(source)
     try:
         refuse_endless(name, _LARGEST)
@@ -94,90 +101,96 @@ def read(source, problems: Problems) -> Entry:
 
 def refuse_endless(name: str | PathLike, most: int) -> None:
     """Raise an OSError unless a name is that of a regular file of at most so many bytes: no device, no pipe."""
-    found = os.stat(name)
-    if not stat.S_ISREG(found.st_mode):
-        raise OSError(0, "it is a directory" if stat.S_ISDIR(found.st_mode) else "it is no regular file")
-    if found.st_size > most:
-        raise OSError(0, f"it has {found.st_size:,} bytes, more than the {most:,} that are read")
+    facts = os.stat(name)
+    if not stat.S_ISREG(facts.st_mode):
+        raise OSError(0, "it is a directory" if stat.S_ISDIR(facts.st_mode) else "it is no regular file")
+    if facts.st_size > most:
+        raise OSError(0, f"it has {facts.st_size:,} bytes, more than the {most:,} that are read")
 
 
-def entry_of(value, origin: str) -> Entry:
-    """Return the entry of a Python value: mappings, sequences, arrays, numbers and text."""
+def written_of(value: Any, origin: str) -> WrittenValue:
+    """Return a Python value as if it had been written: mappings, sequences, arrays, numbers and text."""
     if hasattr(value, "items"):
-        return Entry({str(key): entry_of(item, origin) for key, item in value.items()}, origin)
+        return WrittenValue({str(key): written_of(item, origin) for key, item in value.items()}, origin)
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (list, tuple, range)):
-        return Entry([entry_of(item, origin) for item in value], origin)
-    return Entry(value, origin)
+        return WrittenValue([written_of(item, origin) for item in value], origin)
+    return WrittenValue(value, origin)
 
 
-def override(root: Entry, path: str, value, problems: Problems) -> Entry:
+def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> WrittenValue:
     """Return `root` with `value` put at dotted `path`; None takes away what is there."""
     return _put(
         root,
         path.split("."),
         value,
-        lambda found: problems.add(
-            Entry(None, "overrides"), path, f"leads into the value {shown(found)}, not into a section"
+        lambda passed: problems.add(
+            WrittenValue(None, "overrides"), path, f"leads into the value {shown(passed)}, not into a section"
         ),
     )
 
 
-def _put(entry: Entry, keys: list[str], value, refuse: Callable) -> Entry:
-    """Return `entry` with `value` put where `keys` lead; `refuse` is told of a value on the way."""
-    inside = dict(enumerate(entry.value)) if isinstance(entry.value, list) else entry.value
+def _put(written: WrittenValue, keys: list[str], value: Any, refuse: Callable[[Any], None]) -> WrittenValue:
+    """Return `written` with `value` put where `keys` lead; `refuse` is called with a value on the way."""
+    inside = dict(enumerate(written.value)) if isinstance(written.value, list) else written.value
     if not isinstance(inside, dict):
-        refuse(entry.value)
-        return entry
+        refuse(written.value)
+        return written
     inside = {str(key): item for key, item in inside.items()}
     key, *rest = keys
     if rest:
-        inside[key] = _put(inside.get(key, Entry({}, "overrides")), rest, value, refuse)
+        inside[key] = _put(inside.get(key, WrittenValue({}, "overrides")), rest, value, refuse)
     elif value is None:
         inside.pop(key, None)
     else:
-        inside[key] = entry_of(value, "overrides")
-    return Entry(inside, entry.origin, entry.line, entry.column, entry.keys)
+        inside[key] = written_of(value, "overrides")
+    return WrittenValue(inside, written.origin, written.line, written.column, written.keys)
 
 
-def _from_node(node: Node, origin: str, path: str, problems: Problems, done: dict) -> Entry:
-    """Return the entry of a YAML node; a node that is referred to again (an alias) is converted once."""
-    at = (origin, node.start_mark.line + 1, node.start_mark.column + 1)
+def _from_node(
+    node: Node, origin: str, path: str, problems: Problems, done: dict[int, WrittenValue | None]
+) -> WrittenValue:
+    """Return what a YAML node says; a node that is referred to again (an alias) is converted once."""
+    place = (origin, node.start_mark.line + 1, node.start_mark.column + 1)
     if id(node) in done:
-        if done[id(node)] is None:
-            problems.add(Entry(None, *at), path, "an alias that contains itself; write the value out")
-        return done[id(node)] or Entry(None, *at)
+        known = done[id(node)]
+        if known is None:
+            problems.add(WrittenValue(None, *place), path, "an alias that contains itself; write the value out")
+        return known or WrittenValue(None, *place)
     done[id(node)] = None
     if str(node.tag).removeprefix(_TAG) not in _PLAIN:
-        problems.add(Entry(None, *at), path, f"the YAML tag {node.tag} is not understood; write it without")
+        problems.add(WrittenValue(None, *place), path, f"the YAML tag {node.tag} is not understood; write it without")
     if isinstance(node, MappingNode):
-        entry = _mapping(node, at, path, problems, done)
+        written = _mapping(node, place, path, problems, done)
     elif isinstance(node, SequenceNode):
-        entry = Entry([_from_node(item, origin, path, problems, done) for item in node.value], *at)
+        written = WrittenValue([_from_node(item, origin, path, problems, done) for item in node.value], *place)
     else:
-        entry = Entry(_scalar(str(node.tag), node.value, Entry(None, *at), path, problems), *at)
-    done[id(node)] = entry
-    return entry
+        written = WrittenValue(_scalar(str(node.tag), node.value, WrittenValue(None, *place), path, problems), *place)
+    done[id(node)] = written
+    return written
 
 
-def _mapping(node: MappingNode, at: tuple, path: str, problems: Problems, done: dict) -> Entry:
-    """Return the entry of a YAML mapping; a key that is written twice is a problem."""
-    values, keys = {}, {}
+def _mapping(
+    node: MappingNode, place: tuple[str, int, int], path: str, problems: Problems, done: dict[int, WrittenValue | None]
+) -> WrittenValue:
+    """Return what a YAML mapping says; a key that is written twice is a problem."""
+    values: dict[str, WrittenValue] = {}
+    keys: dict[str, WrittenValue] = {}
     for key_node, value_node in node.value:
-        here = Entry(None, at[0], key_node.start_mark.line + 1, key_node.start_mark.column + 1)
+        here = WrittenValue(None, place[0], key_node.start_mark.line + 1, key_node.start_mark.column + 1)
         key = str(key_node.value) if not isinstance(key_node.value, list) else "?"
         inner = f"{path}.{key}" if path else key
         if key in values:
             problems.add(here, inner, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
             continue
-        value = _from_node(value_node, at[0], inner, problems, done)
+        value = _from_node(value_node, place[0], inner, problems, done)
         blank = value.value is None and not value_node.value  # a blank has no place of its own
         values[key], keys[key] = here if blank else value, here
-    return Entry(values, *at, keys)
+    return WrittenValue(values, *place, keys)
 
 
-def _scalar(tag: str, text: str, here: Entry, path: str, problems: Problems):
+def _scalar(tag: str, text: str, here: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:
     """Return a YAML scalar: bool, None, or its text, from which quantities are read exactly."""
     kind = tag.removeprefix(_TAG)
     if kind == "bool":

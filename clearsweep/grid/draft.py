@@ -1,9 +1,10 @@
-"""What a document was found to say, path by path, while it is read."""
+"""What a document says, path by path, as far as it has been read."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..catalogue import Mechanism
-from .document import Entry, Problems
+from .document import Problems, WrittenValue
 from .keys import Number, Shape
 from .sampling import Distribution, Sample
 
@@ -13,16 +14,16 @@ class Draft:
     """What a document says, path by path."""
 
     problems: Problems
-    mechanism: Mechanism | None = None  # the one named, or the likeliest
+    mechanism: Mechanism  # the one named, or the likeliest
     shape: Shape = field(default_factory=dict)  # what is there: no section that is left out
-    sections: dict[str, Entry] = field(default_factory=dict)
-    written: dict[str, Entry] = field(default_factory=dict)  # the values under `shape`
-    swept: dict[str, Entry] = field(default_factory=dict)
-    names: dict[str, frozenset] = field(default_factory=dict)  # path of a law's name -> the names in play
+    sections: dict[str, WrittenValue] = field(default_factory=dict)
+    written: dict[str, WrittenValue] = field(default_factory=dict)  # the values under `shape`
+    swept: dict[str, WrittenValue] = field(default_factory=dict)
+    names: dict[str, frozenset[str]] = field(default_factory=dict)  # path of a law's name -> the names in play
     unsure: set[str] = field(default_factory=set)  # paths of law names that could not be read
     broken: set[str] = field(default_factory=set)  # paths of sections that could not be read
     values: dict[str, float | int | str] = field(default_factory=dict)  # SI; defaults of words included
-    axes: dict[str, tuple] = field(default_factory=dict)
+    axes: dict[str, tuple[Any, ...]] = field(default_factory=dict)
     way: dict[str, str] = field(default_factory=dict)  # path that is swept -> the section that says so
     sample: Sample | None = None
     drawn: tuple[str, ...] = ()  # the paths under `sample`
@@ -30,8 +31,8 @@ class Draft:
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, float] = field(default_factory=dict)
 
-    def place(self, path: str) -> Entry:
-        """Return the entry to blame for the value at `path`: its own, or the section's that lacks it."""
+    def place(self, path: str) -> WrittenValue:
+        """Return the value to blame for the value at `path`: its own, or the section's that lacks it."""
         while path and path not in self.swept and path not in self.written and path not in self.sections:
             path = path.rpartition(".")[0]
         return self.swept.get(path) or self.written.get(path) or self.sections[path]
@@ -41,7 +42,7 @@ class Draft:
         ways = {self.way.get(path) for path in paths}
         return len(ways) == 1 and ways.isdisjoint((None, "sweep"))
 
-    def reached(self, path: str) -> tuple:
+    def reached(self, path: str) -> tuple[Any, ...]:
         """Return every value that `path` takes: axis, what is written, or the default; () if unknown or left out."""
         if path in self.swept:
             return self.axes.get(path, ())

@@ -1,7 +1,8 @@
 """How the cases of a grid are numbered: factors whose product they are, made of blocks or of rows in step."""
 
 from bisect import bisect_right
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 
 class Block(NamedTuple):
@@ -23,12 +24,12 @@ class Factor(NamedTuple):
         """Return the number of combinations of these axes."""
         return self.ends[-1]
 
-    def point(self, index: int, axes: dict) -> dict:
+    def point(self, index: int, axes: Mapping[str, tuple[Any, ...]]) -> dict[str, Any]:
         """Return the values of these axes at `index`; the last one runs fastest."""
         which = bisect_right(self.ends, index)
         block = self.blocks[which]
         index -= self.ends[which] - block.size
-        values = dict(block.words)
+        values: dict[str, Any] = dict(block.words)
         for path in reversed(block.paths):
             index, k = divmod(index, len(axes[path]))
             values[path] = axes[path][k]
@@ -46,6 +47,6 @@ class Step(NamedTuple):
         """Return the number of different rows."""
         return len(self.rows)
 
-    def point(self, index: int, axes: dict) -> dict:
+    def point(self, index: int, axes: Mapping[str, tuple[Any, ...]]) -> dict[str, Any]:
         """Return the values of these axes at `index`."""
         return {path: axes[path][self.rows[index]] for path in self.paths}

@@ -4,11 +4,13 @@ import hashlib
 import json
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, product
 from os import PathLike, fspath
 from pathlib import Path
+from typing import Any
 
 from .. import MODEL_VERSION
 from ..case import Case
@@ -16,22 +18,24 @@ from ..catalogue import Catalogue
 from ..errors import InputError, shown
 from ..layout import Layout
 from . import checks, variations
-from .document import Entry, Problems, override, read
+from .document import Problems, WrittenValue, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step
-from .keys import Flag, Number, Section, Shape, Word
+from .keys import Flag, Number, Section, Shape, Word, value_key
 from .resolve import case_of
 from .units import unit
-from .values import draft as read_draft
+from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 2
 MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 50 us each, 17 minutes
 
+Value = Any  # of a key: a number in SI, a word, True for a flag
+
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
 
-def load(source, catalogue: Catalogue, overrides: dict | None = None) -> "Grid":
+def load(source: str | PathLike | Mapping, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None) -> "Grid":
     """Return the checked grid in `source`, a path or a dict of the same shape.
 
     `overrides` maps dotted paths to values that replace what is written; None takes a key away, and a swept path that
@@ -67,7 +71,7 @@ def load(source, catalogue: Catalogue, overrides: dict | None = None) -> "Grid":
             f"{file or 'the grid'}: has {grid.size:,} cases; at most {MOST_CASES:,} can be run: take fewer values on "
             "the axes, or draw cases with `sample`"
         )
-    return replace(grid, layout=Layout.of(grid.case(0), catalogue))
+    return replace(grid, _layout=Layout.of(grid.case(0), catalogue))
 
 
 def starter() -> str:
@@ -75,27 +79,27 @@ def starter() -> str:
     return Path(__file__).with_name("starter.yaml").read_text(encoding="utf-8")
 
 
-def _name(root: Entry, file: str | None, problems: Problems) -> str:
+def _name(root: WrittenValue, file: str | None, problems: Problems) -> str:
     """Return the grid's name, by default that of its file; it becomes the name of a directory."""
-    entry = root.value.get("name")
-    if entry is None:
+    written = root.value.get("name")
+    if written is None:
         return Path(file).stem if file else "case"
-    if isinstance(entry.value, str) and _NAME.fullmatch(entry.value):
-        return entry.value
+    if isinstance(written.value, str) and _NAME.fullmatch(written.value):
+        return written.value
     problems.add(
-        entry,
+        written,
         "name",
-        f"found {shown(entry.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
+        f"found {shown(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
         "because results go to results/<name>",
     )
     return "case"
 
 
-def _sample(draft: Draft) -> dict:
+def _sample(draft: Draft) -> dict[str, Any]:
     """Return the section `sample` in SI, {} where there is none."""
     if draft.sample is None:
         return {}
-    head = {"method": draft.sample.method}
+    head: dict[str, Any] = {"method": draft.sample.method}
     if draft.sample.method != "one-at-a-time":
         head |= {"n": draft.sample.n, "seed": draft.sample.seed}
     return head | {"over": {path: draft.distributions[path].written() for path in draft.drawn}}
@@ -107,35 +111,41 @@ class Grid:
 
     name: str
     source: str | None  # file, None for a dict
-    axes: dict[str, tuple]  # dotted path -> values, SI or law names, in the order of the file
+    axes: dict[str, tuple[Any, ...]]  # dotted path -> values, SI or law names, in the order of the file
     limits: dict[str, float]  # figure of merit -> largest value that is acceptable, SI
     _shape: Shape
-    _values: dict
-    _written: frozenset
-    _names: dict[str, frozenset]
+    _values: dict[str, Value]
+    _written: frozenset[str]
+    _names: dict[str, frozenset[str]]
     _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
-    _sample: dict
-    layout: Layout | None = None  # that all cases share
+    _sample: dict[str, Any]
+    _layout: Layout | None = None
 
     @property
     def size(self) -> int:
         """Return the number of cases, however many."""
         return math.prod(factor.size for factor in self._factors)
 
+    @property
+    def layout(self) -> Layout:
+        """Return the layout that all cases share."""
+        assert self._layout is not None  # `load` made it
+        return self._layout
+
     def __len__(self) -> int:
         return self.size
 
-    def point(self, index: int) -> dict:
+    def point(self, index: int) -> dict[str, Value]:
         """Return dotted path -> value of the swept keys of a case; None for a key that its laws do not use."""
         if not 0 <= index < len(self):
             raise IndexError(f"case {index} of {len(self)}")
-        values = dict.fromkeys(self.axes)
+        values: dict[str, Value] = dict.fromkeys(self.axes)
         for factor in reversed(self._factors):
             index, k = divmod(index, factor.size)
             values |= factor.point(k, self.axes)
         return values
 
-    def index(self, point: dict) -> int:
+    def index(self, point: Mapping[str, Value]) -> int:
         """Return the index of the case whose `point` this is; a ValueError where there is none."""
         index = 0
         for factor in self._factors:
@@ -154,7 +164,7 @@ class Grid:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
         return identity(self.written_case(index))
 
-    def written_case(self, index: int) -> dict:
+    def written_case(self, index: int) -> dict[str, Any]:
         """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
         point = {path: value for path, value in self.point(index).items() if value is not None}
         words = tuple((path, value) for path, value in point.items() if isinstance(value, str))
@@ -162,38 +172,40 @@ class Grid:
             self._used[words] = self._in_use(dict(words))
         return self._nested(_derived({path: point.get(path, value) for path, value in self._used[words].items()}))
 
-    def frame(self) -> dict:
+    def frame(self) -> dict[str, Any]:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
         return self._base | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
 
-    def resolved(self) -> dict:
+    def resolved(self) -> dict[str, Any]:
         """Return the grid in SI as a dict of the shape of its file, from which `load` gives the same cases."""
-        ways = {way: {path: list(self.axes[path]) for path in paths} for way, paths in self._ways.items()}
+        ways: dict[str, Any] = {
+            way: {path: list(self.axes[path]) for path in paths} for way, paths in self._ways.items()
+        }
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
         limits = {"limits": self.limits} if self.limits else {}
-        sections = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
-        pairs = tuple(
-            f"{path}." for path in sections if self._shape[path].pair
-        )  # a list has no gap: any value fills it
+        sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
+        pairs = tuple(f"{path}." for path, node in self._shape.items() if isinstance(node, Section) and node.pair)
+        # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
         return {"name": self.name} | self._nested(sections | self._base | fillers) | ways | limits
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
-        node = self._shape[path]
+        node = value_key(self._shape, path)
         if isinstance(node, Word):
             return ""
         return unit(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
-    def _used(self) -> dict[tuple, dict]:
-        """Swept law names -> what `_in_use` says of them, as far as it was asked: cases are many, laws are few."""
+    def _used(self) -> dict[tuple[tuple[str, str], ...], dict[str, Value]]:
+        """Return a cache, swept law names -> what `_in_use` says of them: cases are many, laws are few."""
         return {}
 
-    def _in_use(self, words: dict) -> dict:
+    def _in_use(self, words: Mapping[str, str]) -> dict[str, Value]:
         """Return path -> value, or default, of every key in use with these swept law names."""
-        names, flat = self._names | {path: {word} for path, word in words.items()}, {}
+        names = self._names | {path: frozenset({word}) for path, word in words.items()}
+        flat: dict[str, Value] = {}
         for path, node in self._shape.items():
             if isinstance(node, Word) and node.used(names):
                 flat[path] = words.get(path, self._values.get(path))
@@ -204,9 +216,9 @@ class Grid:
         return flat
 
     @cached_property
-    def _base(self) -> dict:
-        """Path -> value of all that is not swept; where a law's name is swept, only what is written of its keys."""
-        flat = {}
+    def _base(self) -> dict[str, Value]:
+        """Return path -> value of all that is not swept, of the keys of a swept law only what is written."""
+        flat: dict[str, Value] = {}
         for path, node in self._shape.items():
             if isinstance(node, Section) or path in self.axes:
                 continue
@@ -224,19 +236,19 @@ class Grid:
 
     @cached_property
     def _ways(self) -> dict[str, tuple[str, ...]]:
-        """The section of a grid file -> the axes that it says, as far as there are any."""
+        """Return the section of a grid file -> the axes that it says, as far as there are any."""
         stepping = {path for paths in self._steps.values() for path in paths}
         swept = tuple(path for path in self.axes if path not in stepping)
         return ({"sweep": swept} if swept else {}) | self._steps
 
     @cached_property
     def _factors(self) -> tuple[Factor | Step, ...]:
-        """The factors of the product: axes in step, one for each section whose law names are swept, each other axis."""
+        """Return the factors of the product: axes in step, a section whose law names are swept, each other axis."""
         steps = tuple(self._step(paths) for paths in self._steps.values())
         groups: dict[str, list[str]] = {}
         sweep = self._ways.get("sweep", ())
         for path in sweep:
-            node = self._shape[path]
+            node = value_key(self._shape, path)
             swept = [chooser for chooser in node.choosers() if chooser in sweep]
             together = path if isinstance(node, Word) else swept[0] if swept else None
             groups.setdefault(together.rpartition(".")[0] if together else path, []).append(path)
@@ -244,7 +256,7 @@ class Grid:
 
     def _step(self, paths: tuple[str, ...]) -> Step:
         """Return axes in step, of equal rows only the first."""
-        rows: dict = {}
+        rows: dict[tuple[Any, ...], int] = {}
         for row, values in enumerate(zip(*(self.axes[path] for path in paths), strict=True)):
             rows.setdefault(values, row)
         return Step(paths, tuple(rows.values()))
@@ -254,17 +266,18 @@ class Grid:
         words = [path for path in paths if isinstance(self._shape[path], Word)]
         blocks = {}
         for choice in product(*(self.axes[path] for path in words)):
-            names = self._names | {path: {word} for path, word in zip(words, choice, strict=True)}
+            names = self._names | {path: frozenset({word}) for path, word in zip(words, choice, strict=True)}
             chosen = {
-                path: word if self._shape[path].used(names) else None for path, word in zip(words, choice, strict=True)
+                path: word if value_key(self._shape, path).used(names) else None
+                for path, word in zip(words, choice, strict=True)
             }
-            used = tuple(path for path in paths if path not in chosen and self._shape[path].fields(names))
+            used = tuple(path for path in paths if path not in chosen and value_key(self._shape, path).used(names))
             blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(self.axes[path]) for path in used))
         return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
 
-    def _nested(self, flat: dict) -> dict:
+    def _nested(self, flat: Mapping[str, Any]) -> dict[str, Any]:
         """Return a dict of dicts from dotted paths."""
-        tree: dict = {}
+        tree: dict[str, Any] = {}
         for path, value in flat.items():
             *above, key = path.split(".")
             inside = tree
@@ -277,7 +290,7 @@ class Grid:
         return tree
 
 
-def identity(case: dict) -> str:
+def identity(case: Mapping[str, Any]) -> str:
     """Return the name of a resolved case: 16 hexadecimal characters from all of it but `save`."""
     content = {key: case[key] for key in ("mechanism", "drive", "joints", "simulate") if key in case}
     text = json.dumps(
@@ -286,7 +299,7 @@ def identity(case: dict) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _derived(flat: dict) -> dict:
+def _derived(flat: Mapping[str, Value]) -> dict[str, Value]:
     """Return a copy without what is absent (None) and with the defaults that follow from other values."""
     values = {path: value for path, value in flat.items() if value is not None}
     for body in [path.removesuffix(".center") for path in flat if path.endswith(".center")]:

@@ -1,5 +1,7 @@
 """The JSON Schema of grid files, made of the keys there are."""
 
+from typing import Any
+
 from .. import quantity
 from ..catalogue import Catalogue
 from .key_table import shape
@@ -7,10 +9,10 @@ from .keys import Flag, Number, Section, Shape, Word
 from .sampling import DISTRIBUTIONS, METHODS
 
 
-def schema(catalogue: Catalogue) -> dict:
+def schema(catalogue: Catalogue) -> dict[str, Any]:
     """Return the JSON Schema (2020-12) of a grid file, for editors: keys, words, units and meanings."""
 
-    def axes(text: str) -> dict:
+    def axes(text: str) -> dict[str, Any]:
         return {
             "description": f"dotted path -> values, {text}",
             "type": "object",
@@ -69,7 +71,7 @@ def schema(catalogue: Catalogue) -> dict:
     }
 
 
-def _sample() -> dict:
+def _sample() -> dict[str, Any]:
     """Return the schema of the section `sample`."""
     whole = {"type": "integer", "minimum": 0}
     kinds = [
@@ -91,9 +93,10 @@ def _sample() -> dict:
     }
 
 
-def _object(tree: Shape, path: str) -> dict:
+def _object(tree: Shape, path: str) -> dict[str, Any]:
     """Return the schema of the section at `path`, '' for the whole."""
-    properties, required = {}, []
+    properties: dict[str, Any] = {}
+    required: list[str] = []
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
         if parent != path:

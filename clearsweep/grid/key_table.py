@@ -2,7 +2,7 @@
 
 from ..catalogue import Catalogue, Field, JointSite, Law, Mechanism
 from ..layout import settling
-from .keys import Condition, Flag, Number, Section, Shape, Use, Word
+from .keys import Condition, Flag, Number, Section, Shape, Use, Word, word_key
 
 _COEFFICIENT = Field(
     "coefficient",
@@ -138,8 +138,9 @@ def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     tree[path] = Section("the gap between the bodies")
     _numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
     _contact(tree, path, catalogue)
+    elastic = word_key(tree, f"{path}.contact.elastic")
     for field in _GAP_SIZES:
-        tree[f"{path}.{field.name}"] = Number((Use(field, tree[f"{path}.contact.elastic"].when),))
+        tree[f"{path}.{field.name}"] = Number((Use(field, elastic.when),))
 
 
 def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
@@ -193,5 +194,6 @@ def _laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[C
         for field in law.fields:
             use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
             known = tree.get(f"{path}.{field.name}")
-            if known is None or any(other.when for other in known.uses):
-                tree[f"{path}.{field.name}"] = Number((*(known.uses if known else ()), use))
+            uses = known.uses if isinstance(known, Number) else ()
+            if not uses or any(other.when for other in uses):
+                tree[f"{path}.{field.name}"] = Number((*uses, use))

@@ -1,10 +1,12 @@
 """The kinds of keys that a grid file has."""
 
+from collections.abc import Mapping, Set
 from typing import NamedTuple
 
 from ..catalogue import Field
 
 Condition = tuple[str, frozenset[str]]  # path of a law's name, and the names with which a key is in use
+Names = Mapping[str, Set[str]]  # path of a law's name -> the names in play
 
 
 class Use(NamedTuple):
@@ -20,9 +22,13 @@ class Number(NamedTuple):
     uses: tuple[Use, ...]
     sweep: bool = True
 
-    def fields(self, names) -> tuple[Field, ...]:
-        """Return what the key means with the law names in play, `names` (path -> set); () if it is not in use."""
+    def fields(self, names: Names) -> tuple[Field, ...]:
+        """Return what the key means with the law names in play; () if it is not in use."""
         return tuple(dict.fromkeys(use.field for use in self.uses if _met(use.when, names)))
+
+    def used(self, names: Names) -> bool:
+        """Return whether the key is in use with the law names in play."""
+        return bool(self.fields(names))
 
     def choosers(self) -> tuple[str, ...]:
         """Return the paths of the law names that decide whether and how the key is in use."""
@@ -40,11 +46,11 @@ class Word(NamedTuple):
 
     @property
     def sweep(self) -> bool:
-        """Whether the key can be swept."""
+        """Return whether the key can be swept."""
         return self.law
 
-    def used(self, names) -> bool:
-        """Return whether the key is in use with the law names in play, `names` (path -> set)."""
+    def used(self, names: Names) -> bool:
+        """Return whether the key is in use with the law names in play."""
         return _met(self.when, names)
 
     def choosers(self) -> tuple[str, ...]:
@@ -56,14 +62,18 @@ class Flag(NamedTuple):
     """A key that asks for something if it is true; written false it is as if left out."""
 
     text: str
-    sweep = False
+
+    @property
+    def sweep(self) -> bool:
+        """Return False: it cannot be swept."""
+        return False
 
     def choosers(self) -> tuple[str, ...]:
         """Return (): no law name decides whether it is in use."""
         return ()
 
 
-def _met(when: tuple[Condition, ...], names) -> bool:
+def _met(when: tuple[Condition, ...], names: Names) -> bool:
     """Return whether every condition allows one of the names in play."""
     return all(not wanted.isdisjoint(names[path]) for path, wanted in when)
 
@@ -77,3 +87,17 @@ class Section(NamedTuple):
 
 
 Shape = dict[str, Section | Word | Number | Flag]
+
+
+def value_key(shape: Shape, path: str) -> Word | Number:
+    """Return the key at `path`, which holds a word or a quantity; anything else is a mistake of the caller."""
+    node = shape[path]
+    assert isinstance(node, (Word, Number)), path
+    return node
+
+
+def word_key(shape: Shape, path: str) -> Word:
+    """Return the key at `path`, which holds a word; anything else is a mistake of the caller."""
+    node = shape[path]
+    assert isinstance(node, Word), path
+    return node

@@ -1,16 +1,19 @@
 """From a resolved case in the shape of a grid file to its typed form: the last place where a case is a dict."""
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from ..case import Case, Contact, Drive, Friction, Joint, Material, Mechanism, Save, Simulate, Until, Wear
 
+Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section
 
-def case_of(tree: Mapping) -> Case:
+
+def case_of(tree: Tree) -> Case:
     """Return the typed form of a case: nested sections, SI, defaults filled in, only keys in use."""
     kind, bodies = _taken(tree["mechanism"], "type")
     simulate = tree["simulate"]
     if "until" in simulate:
-        simulate = simulate | {"until": Until(**simulate["until"])}
+        simulate = dict(simulate) | {"until": Until(**simulate["until"])}
     return Case(
         mechanism=Mechanism(kind, dict(leaves(bodies))),
         joints=tuple(_joint(name, section) for name, section in tree["joints"].items()),
@@ -20,26 +23,26 @@ def case_of(tree: Mapping) -> Case:
     )
 
 
-def _joint(name: str, section: Mapping) -> Joint:
-    sections = {"contact": _contact(section["contact"])}
+def _joint(name: str, section: Tree) -> Joint:
+    sections: dict[str, Any] = {"contact": _contact(section["contact"])}
     if "friction" in section:
         sections["friction"] = Friction(*_taken(section["friction"], "law"))
     if "wear" in section:
         sections["wear"] = Wear(*_taken(section["wear"], "law", "pressure", "bins"))
-    return Joint(**{"name": name} | section | sections)
+    return Joint(name=name, **(dict(section) | sections))
 
 
-def _contact(section: Mapping) -> Contact:
+def _contact(section: Tree) -> Contact:
     law, elastic, material, values = _taken(section, "law", "elastic", "material")
     return Contact(law, elastic, values, Material(**material) if material else None)
 
 
-def _taken(section: Mapping, *keys: str) -> tuple:
+def _taken(section: Tree, *keys: str) -> tuple[Any, ...]:
     """Return the values of some keys, None for one that is not there, and a dict of all others."""
     return (*(section.get(key) for key in keys), {key: value for key, value in section.items() if key not in keys})
 
 
-def leaves(tree: Mapping, start: str = "") -> Iterator[tuple[str, object]]:
+def leaves(tree: Tree, start: str = "") -> Iterator[tuple[str, Any]]:
     """Yield dotted path and value of everything in nested sections and lists."""
     for key, value in tree.items():
         if isinstance(value, dict):

@@ -1,12 +1,16 @@
 """Draws cases from distributions: reads `sample`, makes the points of its design, turns them into values."""
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .. import quantity
+from ..catalogue import Field
 from ..errors import InputError, nearest, shown
-from .document import Entry, Problems
+from .axes import Reading
+from .document import Problems, WrittenValue
+
+if TYPE_CHECKING:
+    import numpy as np  # loaded only where something is drawn
 
 _MOST_CASES = 1_000_000
 _RARE = 1e-6  # share of a distribution on either side that may lie out of range: so rare that it is not drawn
@@ -35,8 +39,8 @@ class Sample(NamedTuple):
     method: str
     n: int
     seed: int
-    points: object  # (rows, variables) in the open interval (0, 1); the rows of the design
-    drawn: dict[str, Entry]  # values drawn before, which are kept
+    points: "np.ndarray"  # (rows, variables) in the open interval (0, 1); the rows of the design
+    drawn: dict[str, WrittenValue]  # values drawn before, which are kept
 
 
 class Distribution(NamedTuple):
@@ -45,85 +49,91 @@ class Distribution(NamedTuple):
     kind: str
     numbers: dict[str, float]
 
-    def values(self, points):
+    def values(self, points: "np.ndarray") -> "np.ndarray":
         """Return the quantiles at `points`, (rows,) in (0, 1); with no spread exactly the one value there is."""
         import numpy as np
         from scipy.special import ndtr, ndtri
 
-        low, high, mean, std = (self.numbers.get(name) for name in ("low", "high", "mean", "std"))
+        low, high = self.numbers.get("low", -math.inf), self.numbers.get("high", math.inf)
         if self.kind == "uniform":
             return np.clip(low + (high - low) * points, low, high)
         if self.kind == "loguniform":
             return np.clip(low * (high / low) ** points, low, high)
+        mean, std = self.numbers["mean"], self.numbers["std"]
         if std == 0.0:
             return np.full(len(points), mean)
+        quantiles: np.ndarray
         if self.kind == "lognormal":
             variance = math.log1p((std / mean) ** 2)  # of the logarithm
-            return mean * np.exp(math.sqrt(variance) * ndtri(points) - variance / 2.0)
-        low, high = -math.inf if low is None else low, math.inf if high is None else high
-        below, above = ndtr((low - mean) / std), ndtr((high - mean) / std)
-        return np.clip(mean + std * ndtri(below + (above - below) * points), low, high)
+            quantiles = mean * np.exp(math.sqrt(variance) * ndtri(points) - variance / 2.0)
+        else:
+            below, above = ndtr((low - mean) / std), ndtr((high - mean) / std)
+            quantiles = np.clip(mean + std * ndtri(below + (above - below) * points), low, high)
+        return quantiles
 
-    def written(self) -> dict:
+    def written(self) -> dict[str, Any]:
         """Return the distribution as a grid may have it, in SI."""
         ends = self.kind in ("uniform", "loguniform")
         return {self.kind: [self.numbers["low"], self.numbers["high"]] if ends else dict(self.numbers)}
 
 
-def read(problems: Problems, entry: Entry, variables: int) -> Sample | None:
+def read(problems: Problems, written: WrittenValue, variables: int) -> Sample | None:
     """Return the `sample` section for a number of variables, None where it is wrong."""
-    given, told = entry.value, len(problems)
+    given, noted = written.value, len(problems)
     known = ("method", "n", "seed", "over", "drawn")
     for key in given:
         if key not in known:
             sentence = f"unknown key '{key}'{nearest(key, known)} (allowed: {', '.join(known)})"
-            problems.add(entry.keys.get(key, entry), f"sample.{key}", sentence)
+            problems.add(written.key_place(key), f"sample.{key}", sentence)
     method = given["method"].value if "method" in given else None
     if method not in METHODS:
         near = nearest(method, METHODS) if isinstance(method, str) else ""
-        found = f"unknown method {shown(method)}{near}" if "method" in given else "is missing"
-        problems.add(given.get("method", entry), "sample.method", f"{found} (known: {', '.join(METHODS)})")
-    seed = _whole(problems, given.get("seed"), "seed", 0, 2**63 - 1, 0, entry)
+        wrong = f"unknown method {shown(method)}{near}" if "method" in given else "is missing"
+        problems.add(given.get("method", written), "sample.method", f"{wrong} (known: {', '.join(METHODS)})")
+    seed = _whole(problems, written, "seed", (0, 2**63 - 1), 0)
     if method == "one-at-a-time":
         for key in ("n", "seed"):
             if key in given:
                 sentence = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
-                problems.add(entry.keys.get(key, given[key]), f"sample.{key}", sentence)
-        n = 1
+                problems.add(written.key_place(key), f"sample.{key}", sentence)
+        n: int | None = 1
     else:
-        n = _whole(problems, given.get("n"), "n", 2, _MOST_CASES, None, entry)
+        n = _whole(problems, written, "n", (2, _MOST_CASES), None)
     if n and method in _POWERS_OF_TWO and n & (n - 1):
         low = 1 << (n.bit_length() - 1)
         problems.add(given["n"], "sample.n", f"found {n}; {method} needs a power of 2, such as {low} or {2 * low}")
     if n and method == "saltelli" and n * (variables + 2) > _MOST_CASES:
         sentence = f"found {n}; with {variables} variables these are {n * (variables + 2)} cases, at most {_MOST_CASES}"
         problems.add(given["n"], "sample.n", sentence)
-    drawn = given.get("drawn", Entry({})).value
+    drawn = given.get("drawn", WrittenValue({})).value
     if not isinstance(drawn, dict):
         problems.add(given["drawn"], "sample.drawn", f"found {shown(drawn)}; expected the values of each variable")
-    if len(problems) > told:
+    if len(problems) > noted or method is None or n is None or seed is None:
         return None
     return Sample(method, n, seed, _points(method, n, seed, variables), drawn)
 
 
-def _whole(problems: Problems, entry: Entry | None, key: str, low: int, high: int, default, section: Entry):
-    """Return a whole number of the section, None where it is wrong."""
-    if entry is None:
+def _whole(
+    problems: Problems, section: WrittenValue, key: str, allowed: tuple[int, int], default: int | None
+) -> int | None:
+    """Return a whole number of the section, in the range `allowed`; None where it is wrong."""
+    written, (low, high) = section.value.get(key), allowed
+    if written is None:
         if default is None:
             problems.add(section, f"sample.{key}", "is missing; write the number of points, such as 64")
         return default
     try:
-        number = quantity.exact(entry.value, "1")
+        number = quantity.exact(written.value, "1")
         if number.denominator == 1 and low <= number <= high:
             return int(number)
-        sentence = f"found {entry.value}; expected a whole number from {low} to {high}"
+        sentence = f"found {written.value}; expected a whole number from {low} to {high}"
     except InputError as error:
         sentence = str(error)
-    problems.add(entry, f"sample.{key}", sentence)
+    problems.add(written, f"sample.{key}", sentence)
     return None
 
 
-def _points(method: str, n: int, seed: int, variables: int):
+def _points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":
     """Return the points of a design, (rows, variables) in (0, 1)."""
     import numpy as np
 
@@ -141,7 +151,7 @@ def _points(method: str, n: int, seed: int, variables: int):
     return _saltelli(points, variables) if method == "saltelli" else points
 
 
-def _saltelli(points, variables: int):
+def _saltelli(points: "np.ndarray", variables: int) -> "np.ndarray":
     """Return A, B, and A with each column in turn from B: Saltelli et al. 2010, Comput. Phys. Commun. 181, 259."""
     import numpy as np
 
@@ -153,7 +163,7 @@ def _saltelli(points, variables: int):
     return np.vstack([first, second, *mixed])
 
 
-def _one_at_a_time(variables: int):
+def _one_at_a_time(variables: int) -> "np.ndarray":
     """Return the middle, then for each variable alone: its 5 % quantile, its 95 % quantile, the middle disturbed."""
     import numpy as np
 
@@ -163,31 +173,31 @@ def _one_at_a_time(variables: int):
     return rows
 
 
-def distribution(problems: Problems, where: str, entry: Entry, one: Callable, unit: str) -> Distribution | None:
-    """Return the distribution written at the key `where`, None where it is wrong; `one(entry)` reads a value."""
+def distribution(problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Distribution | None:
+    """Return the distribution written at the key `where`, None where it is wrong."""
     forms = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
-    if not isinstance(entry.value, dict) or len(entry.value) != 1:
-        problems.add(entry, where, f"found {shown(entry.value)}; expected one of {forms}")
+    if not isinstance(written.value, dict) or len(written.value) != 1:
+        problems.add(written, where, f"found {shown(written.value)}; expected one of {forms}")
         return None
-    ((kind, given),) = entry.value.items()
+    ((kind, given),) = written.value.items()
     if kind not in DISTRIBUTIONS:
         near = nearest(kind, DISTRIBUTIONS)
-        problems.add(entry.keys.get(kind, given), where, f"unknown distribution '{kind}'{near} (known: {forms})")
+        problems.add(written.key_place(kind), where, f"unknown distribution '{kind}'{near} (known: {forms})")
         return None
-    told = len(problems)
+    noted = len(problems)
     if kind in ("uniform", "loguniform"):
-        numbers = _ends(problems, where, kind, given, one)
+        numbers = _ends(problems, where, kind, given, reading)
     else:
-        numbers = _moments(problems, where, kind, given, one, unit)
-    return None if numbers is None or len(problems) > told else Distribution(kind, numbers)
+        numbers = _moments(problems, where, kind, given, reading)
+    return None if numbers is None or len(problems) > noted else Distribution(kind, numbers)
 
 
-def _ends(problems: Problems, where: str, kind: str, given: Entry, one: Callable) -> dict | None:
+def _ends(problems: Problems, where: str, kind: str, given: WrittenValue, reading: Reading) -> dict[str, float] | None:
     """Return both ends of a uniform or loguniform distribution."""
     if not isinstance(given.value, list) or len(given.value) != 2:
         problems.add(given, where, f"{kind}: found {shown(given.value)}; expected [low, high]")
         return None
-    low, high = (one(item) for item in given.value)
+    low, high = (reading.value(item) for item in given.value)
     if low is None or high is None:
         return None
     if low > high:
@@ -197,7 +207,9 @@ def _ends(problems: Problems, where: str, kind: str, given: Entry, one: Callable
     return {"low": low, "high": high}
 
 
-def _moments(problems: Problems, where: str, kind: str, given: Entry, one: Callable, unit: str) -> dict | None:
+def _moments(
+    problems: Problems, where: str, kind: str, given: WrittenValue, reading: Reading
+) -> dict[str, float] | None:
     """Return mean, standard deviation and bounds of a normal or lognormal distribution."""
     if not isinstance(given.value, dict):
         sentence = f"{kind}: found {shown(given.value)}; expected {DISTRIBUTIONS[kind]}"
@@ -207,17 +219,18 @@ def _moments(problems: Problems, where: str, kind: str, given: Entry, one: Calla
     for key in given.value:
         if key not in known:
             sentence = f"unknown key '{key}'{nearest(key, known)} (allowed: {', '.join(known)})"
-            problems.add(given.keys.get(key, given), f"{where}.{kind}", sentence)
+            problems.add(given.key_place(key), f"{where}.{kind}", sentence)
     if ("std" in given.value) == ("cv" in given.value) or "mean" not in given.value:
         problems.add(given, where, f"{kind}: expected mean and either std or cv: {DISTRIBUTIONS[kind]}")
         return None
-    mean = one(given.value["mean"])
-    numbers = {
-        key: _quantity(problems, where, given.value[key], "1" if key == "cv" else unit)
+    mean = reading.value(given.value["mean"])
+    values = {
+        key: _quantity(problems, where, given.value[key], "1" if key == "cv" else reading.unit)
         for key in known[1:]
         if key in given.value
     }
-    if mean is None or None in numbers.values():
+    numbers = {key: value for key, value in values.items() if value is not None}
+    if mean is None or len(numbers) < len(values):
         return None
     std = numbers["std"] if "std" in numbers else numbers["cv"] * abs(mean)
     low, high = numbers.get("low", -math.inf), numbers.get("high", math.inf)
@@ -236,28 +249,35 @@ def _moments(problems: Problems, where: str, kind: str, given: Entry, one: Calla
     return {"mean": mean, "std": std} | bounds
 
 
-def _quantity(problems: Problems, where: str, entry: Entry, unit: str) -> float | None:
+def _quantity(problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
     """Return a number of a distribution in SI, None where it is wrong."""
     try:
-        return quantity.read(entry.value, unit)
+        return quantity.read(written.value, unit)
     except InputError as error:
-        problems.add(entry, where, str(error))
+        problems.add(written, where, str(error))
         return None
 
 
-def draw(problems: Problems, where: str, entry: Entry, found: Distribution, points, fields) -> list[float] | None:
+def draw(
+    problems: Problems,
+    where: str,
+    written: WrittenValue,
+    spread: Distribution,
+    points: "np.ndarray",
+    fields: tuple[Field, ...],
+) -> list[float] | None:
     """Return the values of a variable at `points` (rows,), None where some would be out of the range of `fields`."""
     import numpy as np
 
-    values = found.values(points)
-    extremes = (*found.values(np.array([_RARE, 1.0 - _RARE])), values.min(), values.max())
+    values = spread.values(points)
+    extremes = (*spread.values(np.array([_RARE, 1.0 - _RARE])), values.min(), values.max())
     for field in fields:
         outside = [value for value in extremes if not field.holds(value)]
         if outside:
             sentence = (
-                f"{found.kind}: {outside[0]:.6g} is among its values, out of range; allowed: {field.allowed()}; write "
+                f"{spread.kind}: {outside[0]:.6g} is among its values, out of range; allowed: {field.allowed()}; write "
                 "low and high within that, or a distribution that stays there"
             )
-            problems.add(entry, where, sentence)
+            problems.add(written, where, sentence)
             return None
-    return values.tolist()
+    return [float(value) for value in values]

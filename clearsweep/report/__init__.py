@@ -4,24 +4,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..store import Run
+    from ..store import StoredRun
 
 
-def write(run: "Run", out: str | Path) -> Path:
+def write(run: "StoredRun", out: str | Path) -> Path:
     """Write the report of a run (as the store opens it) as one self-contained HTML file; return its path."""
     from . import page
 
     return page.write(run, Path(out))
 
 
-def tables(run: "Run", directory: str | Path) -> list[Path]:
+def tables(run: "StoredRun", directory: str | Path) -> list[Path]:
     """Write every table of a run as CSV (SI, units in the header) into a directory; return the paths."""
     from . import page
 
     return page.write_tables(run, Path(directory))
 
 
-def show(run: "Run", case_id: str, out: str | Path) -> Path:
+def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
     """Simulate one case of a run again and draw it, as HTML, SVG or PNG by the ending of `out`; return its path."""
     from . import single
 

@@ -7,7 +7,7 @@ import numpy as np
 from .. import wording
 from ..mechanics.mechanism.slider_crank.ideal import slider
 from ..results import ELASTIC_ONSET
-from ..store import Run
+from ..store import StoredRun
 from .draw import motion
 from .picture import Picture
 from .study import Joint, Study
@@ -17,7 +17,7 @@ FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square beside a colour bar i
 LEVELS = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))  # drawn across the force of a joint
 
 
-def history(run: Run, case_id: str) -> Mapping | None:
+def history(run: StoredRun, case_id: str) -> Mapping | None:
     """Return the saved channels of a case by name, None where no history was saved."""
     path = run.orbit(case_id)
     return path if len(path) > 1 else None
@@ -106,7 +106,7 @@ def _joint(study: Study, case_id: str, joint: Joint, path: Mapping, angle: np.nd
                 f"Journal orbit{where}",
                 "Circle: radial clearance. Outside it the bodies touch.",
                 f"Path of the journal centre, at most {reach} from the bearing centre; clearance "
-                f"{wording.text(clearance, 'm')}.",
+                f"{wording.text(float(clearance), 'm')}.",
                 lambda ax: motion.orbit(ax, x, y, force, float(clearance)),
                 SQUARE,
             )
@@ -169,7 +169,8 @@ def _ideal(study: Study, case_id: str, path: Mapping) -> tuple | None:
     if len(sizes) < len(names):
         return None
     crank, rod, speed = sizes
-    return slider(crank, rod, np.asarray(path["crank_angle"], float), speed)
+    position, velocity, acceleration = slider(crank, rod, np.asarray(path["crank_angle"], float), speed)
+    return position, velocity, acceleration
 
 
 def _most(values: np.ndarray, unit: str) -> str:

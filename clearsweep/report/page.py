@@ -7,19 +7,19 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from ..store import Run
+from ..store import StoredRun
 from . import sections
 from .picture import Picture, svg
 from .section import Block
 from .study import Study, prepare
 
 
-def write(run: Run, out: Path) -> Path:
+def write(run: StoredRun, out: Path) -> Path:
     """Write the report of a run as one self-contained HTML file; the same run gives the same bytes."""
     return save(render(prepare(run)), out)
 
 
-def write_tables(run: Run, directory: Path) -> list[Path]:
+def write_tables(run: StoredRun, directory: Path) -> list[Path]:
     """Write the tables of every section as CSV (SI, unit in the header) into `directory`; return the files."""
     directory.mkdir(parents=True, exist_ok=True)
     return [table.write(directory) for section in sections.of(prepare(run)) for table in section.tables]

@@ -12,7 +12,7 @@ import pandas as pd
 
 from ..errors import InputError
 from ..layout import DIFFERENCE
-from ..store import Run
+from ..store import StoredRun
 
 QUANTILES = (0.05, 0.5, 0.95)
 LEVEL = 0.95  # of all confidence intervals
@@ -85,7 +85,7 @@ class Chance(NamedTuple):
         return bool(self.share >= CHAOTIC)
 
 
-def settings(run: Run) -> list[Setting]:
+def settings(run: StoredRun) -> list[Setting]:
     """Return the samples of a run (as the store opens it), one for each combination of the other axes; [] without."""
     sample = run.grid.get("sample")
     if not sample:

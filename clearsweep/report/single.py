@@ -10,7 +10,7 @@ from .. import simulation, wording
 from ..case import Case
 from ..errors import InputError
 from ..results import Trajectory
-from ..store import Run
+from ..store import StoredRun
 from . import motion, page
 from .picture import STYLE, Picture
 from .study import Study, prepare, resolved
@@ -20,7 +20,7 @@ COLUMNS = 2  # of panels in a PNG or SVG
 ENDINGS = (".html", ".png", ".svg")
 
 
-def show(run: Run, case_id: str, out: Path) -> Path:
+def show(run: StoredRun, case_id: str, out: Path) -> Path:
     """Simulate a case of a run again and draw it, as HTML, PNG or SVG by the ending of `out`; return `out`."""
     if out.suffix.lower() not in ENDINGS:
         raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")

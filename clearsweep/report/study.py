@@ -10,7 +10,7 @@ from .. import grid, simulation, wording
 from ..case import Case
 from ..case import Joint as CaseJoint
 from ..results import ELASTIC_ONSET
-from ..store import Run
+from ..store import StoredRun
 from ..wording import Scale
 
 BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json keeps the values that make a case
@@ -91,7 +91,7 @@ class Study(NamedTuple):
     others. `base` is the resolved case in SI before the sweep's values.
     """
 
-    run: Run
+    run: StoredRun
     axes: tuple[Axis, ...]
     joints: tuple[Joint, ...]
     mechanism: str
@@ -167,7 +167,7 @@ class Study(NamedTuple):
         return (self.cases if case_id in self.cases.index else self.failed).loc[case_id]
 
 
-def prepare(run: Run) -> Study:
+def prepare(run: StoredRun) -> Study:
     """Return a run (of the store) prepared for reading."""
     summary, layout, record = run.summary, run.layout, run.grid
     units = grid.units(record, simulation.catalogue()) | summary.attrs.get("units", {})

@@ -7,11 +7,13 @@ interval by sqrt((1 + r) / (1 - r)), as for a first-order autoregressive process
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..layout import Layout
+from ..mechanics.solver.event import Work
 from .figures import column_of
 
 LEAST, MOST = 8, 32  # blocks: with fewer the interval itself is a guess; with more they need be no shorter
@@ -32,18 +34,19 @@ class Interval(NamedTuple):
 class Blocks:
     """What some figures of a scene sum up to, at the ends of the blocks of a run that is under way."""
 
-    def __init__(self, layout: Layout, figures):
+    def __init__(self, layout: Layout, figures: Iterable[str]):
         self.figures = {name: column_of(layout, name) for name in figures}
-        self.ends = []  # (time in s, figure -> its sums) at the start of the first block and the end of every one
+        # time (s) and figure -> its sums, at the start of the first block and the end of every one
+        self.ends: list[tuple[float, dict[str, Any]]] = []
         self.turns, self.stride = 0, 1  # revolutions noted, and those of a block
 
-    def note(self, work) -> bool:
+    def note(self, work: Work) -> bool:
         """Take down the sums at the end of a revolution of a run (event.Work); return whether a block ends here."""
         ends = self.turns % self.stride == 0
         self.turns += 1
         if ends:
-            held = {name: figure.sums.take(work.tally, place) for name, (figure, place) in self.figures.items()}
-            self.ends.append((float(work.y[work.time]), held))
+            sums = {name: figure.sums.take(work.tally, place) for name, (figure, place) in self.figures.items()}
+            self.ends.append((float(work.y[work.time]), sums))
             if len(self.ends) > MOST + 1:
                 del self.ends[1::2]
                 self.stride *= 2
@@ -55,5 +58,5 @@ class Blocks:
             return Interval(math.nan, math.inf, 0)
         times = np.array([time for time, _ in self.ends])
         sums = self.figures[name][0].sums
-        value, half_width = sums.over_blocks(times, [held[name] for _, held in self.ends], self.stride)
+        value, half_width = sums.over_blocks(times, [taken[name] for _, taken in self.ends], self.stride)
         return Interval(float(value), float(half_width), len(times) - 1)

@@ -5,7 +5,8 @@ reports and documents follow from that.  The order is that of the columns.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Window(NamedTuple):
     turns: float  # revolutions; 1 where nothing turns
 
 
-def largest(column: int, of: str = "joint"):
+def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
     """Return the formula of a figure that is kept as it is in Tally.joint or Tally.whole."""
     if of == "joint":
         return lambda window, place: window.tally.joint[place, column]
@@ -57,8 +58,9 @@ def volume(window: Window, place: int) -> float:
     """Return the volume (m^3) worn off both bodies of a joint."""
     joint, bins = window.joints[place], window.layout.joints[place].wear_bins
     bearing, journal = wear_depths(window.layout, window.tally, place)
-    cell = 2.0 * math.pi / bins * joint.wear.length
-    return cell * (joint.bearing_radius * bearing.sum() + joint.journal_radius * journal.sum())
+    worn: Any = joint.wear  # mypy takes it for a tuple of anything
+    cell = 2.0 * math.pi / bins * worn.length
+    return float(cell * (joint.bearing_radius * bearing.sum() + joint.journal_radius * journal.sum()))
 
 
 def narrow_arcs(window: Window, place: int) -> float:
@@ -75,6 +77,7 @@ def restitution(window: Window, place: int) -> float | None:
 
 def ideal_peak(window: Window, place: int) -> float:
     """Return the largest reaction (N) in the mechanism without clearance."""
+    assert window.case.drive is not None  # asked of mechanisms that turn
     bodies, speed = window.case.mechanism.values, window.case.drive.speed
     return largest_reactions(window.mechanism, bodies, speed)[window.case.joints[place].name]
 
@@ -378,7 +381,7 @@ def figures_of(window: Window, *, failed: bool = False) -> dict:
     for column in window.layout.columns:
         figure = known.get(column.figure)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
-        if formula:
+        if figure and formula:
             value = formula(window, places.get(column.joint))
             found[column.name] = value if value is None else (int if figure.kind == "int" else float)(value)
     return found
@@ -397,7 +400,8 @@ def events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
 def wear_of(layout: Layout, tally: tallies.Tally) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the wear depths (m) of bearing and journal by joint, where there is wear."""
     return {
-        joint.name: tuple(depths.copy() for depths in wear_depths(layout, tally, place))
+        joint.name: (bearing.copy(), journal.copy())
         for place, joint in enumerate(layout.joints)
         if joint.wear_bins
+        for bearing, journal in (wear_depths(layout, tally, place),)
     }

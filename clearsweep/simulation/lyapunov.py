@@ -6,7 +6,8 @@ import numpy as np
 
 from ..mechanics.joint.contract import touches
 from ..mechanics.solver import loop
-from .watch import go_to, moment_of
+from ..mechanics.solver.event import Work
+from .watch import Pausing, go_to, moment_of
 
 PARTS = 20  # of a revolution: a disturbance is brought back so often
 SIZE, OVER, MOST = 1e-6, 1e3, 1e-3  # clearances: what it is brought back to; so many tolerances if that is more
@@ -16,26 +17,27 @@ SETTLED = 4  # revolutions
 HORIZON = 0.01  # clearances: where prediction ends
 
 
-class Twin:
+class Perturbed:
     """A second run, a little off the first and brought back whenever it has grown: Benettin et al. 1980.
 
     The distance is that of the coordinates in clearances and of their rates in clearances times crank rate, at equal
-    times.  To bring the twin back is to take the same share of all that tells the two states apart; where one of them
+    times.  To bring it back is to take the same share of all that tells the two states apart; where one of them
     is in contact and the other not yet, it waits.  Brought back, it begins with the step length of the first run, so
     that their steps and the errors of these hardly differ until one of them meets an event without the other.
     """
 
     parts = PARTS
 
-    def __init__(self, control, run, scale: np.ndarray, tolerance: float):
-        """Make a twin in `run`, unused so far; scale : (coordinates and rates,) what counts as 1."""
+    def __init__(self, control: loop.Control, run: Pausing, scale: np.ndarray, tolerance: float):
+        """Perturb the motion in `run`, unused so far; scale : (coordinates and rates,) what counts as 1."""
         self.control = control._replace(keep_events=False, end=math.inf)
         self.run, self.work, self.scale, self.tolerance = run, run.work, scale, tolerance
         self.size = max(SIZE, min(OVER * tolerance, MOST))
-        self.times, self.growths = [], []  # s; logarithm of the growth since the start, up to then
+        self.times: list[float] = []  # s
+        self.growths: list[float] = []  # logarithm of the growth from the start to each of `times`
         self.status = loop.OK
 
-    def see(self, base) -> bool:
+    def see(self, base: Work) -> bool:
         """Follow `base` to where it is now."""
         moment = float(base.y[base.time])
         if not self.times:
@@ -50,8 +52,8 @@ class Twin:
             self._measure(base)
         return False
 
-    def _measure(self, base) -> None:
-        """Note how far the twin has departed from `base`, and bring it back."""
+    def _measure(self, base: Work) -> None:
+        """Note how far the perturbed motion has departed from `base`, and bring it back."""
         work, n = self.work, self.scale.size
         alike = bool(np.all(work.mode == base.mode))
         off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
@@ -64,8 +66,8 @@ class Twin:
         else:
             self._bring(base, self.scale / math.sqrt(n), 0.0)
 
-    def _bring(self, base, direction: np.ndarray, onset: np.ndarray | float) -> None:
-        """Put the twin beside `base`: in this direction of the state (or its first components) and the onset rates."""
+    def _bring(self, base: Work, direction: np.ndarray, onset: np.ndarray | float) -> None:
+        """Put the perturbed motion beside `base`, off in (the first components of) the state and in onset."""
         work = self.work
         go_to(moment_of(base), work)
         work.y[: len(direction)] += self.size * direction
@@ -73,8 +75,8 @@ class Twin:
         roots = work.y[work.time + 1 : work.time + 1 + work.mode.size]
         roots[:] = np.where(touches(work.mode), np.maximum(roots, loop.SEED * work.sigma), 0.0)
 
-    def figures(self, turn: float) -> dict:
-        """Return the exponent and the horizon; None where they were not found, or where a disturbance does not grow.
+    def figures(self, turn: float) -> dict[str, float | None]:
+        """Return the exponent and the horizon; None where there is none, or where a disturbance does not grow.
 
         Of more than SETTLED revolutions the first does not count: in it the disturbance turns to where it grows most.
         """

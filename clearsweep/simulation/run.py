@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,8 +19,9 @@ from ..mechanics.rates import rates_of, samples_of, slopes_of
 from ..mechanics.solver import dop853, loop, newton
 from ..mechanics.solver import event as events
 from . import watch
-from .lyapunov import Twin
+from .lyapunov import Perturbed
 from .scene import Scene
+from .watch import Watcher
 
 #: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
 #: crank rate, of the root of penetration in roots of the clearance.  Errors of the coordinates turn the contact force a
@@ -98,7 +100,7 @@ class Run:
         )
         self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
         self.counts = self.work.counts.copy()  # what all of it took, runs beside this one included
-        self.found = {}  # figures that were found on the way
+        self.figures: dict[str, float | None] = {}  # those that were found on the way
 
     def go(self, control: loop.Control) -> tuple[int, np.ndarray]:
         """Return the status and the events of an integration from where this one stands to where `control` ends it.
@@ -138,28 +140,29 @@ def _scale(scene: Scene) -> np.ndarray:
     return np.concatenate([place, rate, [moment], root, tolerance * internal])
 
 
-def integrated(scene: Scene, times: np.ndarray, end: float, watchers=()) -> Run:
+def integrated(scene: Scene, times: np.ndarray, end: float, watchers: Sequence[Watcher] = ()) -> Run:
     """Return the integration of a scene up to `end` (s), reported at `times` (s)."""
     run = Run(scene, times)
-    integrate(scene, run, end, scene.case.save.orbits != "none" or times.size > 0, watchers)
+    keep_events = scene.case.save.orbits != "none" or times.size > 0
+    integrate(scene, run, end, keep_events=keep_events, watchers=watchers)
     return run
 
 
-def integrate(scene: Scene, run: Run, end: float, keep_events: bool, watchers=()) -> None:
+def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers: Sequence[Watcher] = ()) -> None:
     """Integrate a scene up to `end` (s), in the eyes of `watchers`, see `watch`."""
-    control = control_of(scene, end, keep_events)
+    control = control_of(scene, end, keep_events=keep_events)
     if not scene.layout.horizon:
         call(run, control, scene, watchers)
         return
-    twin = Run(scene, np.empty(0))
-    twin_watch = Twin(control, twin, _unit(scene), scene.case.simulate.tolerance)
-    call(run, control, scene, (*watchers, twin_watch))
-    run.found = twin_watch.figures(period(scene))
-    twin.counts += twin.work.counts
-    run.spent(twin)
+    beside = Run(scene, np.empty(0))
+    perturbed = Perturbed(control, beside, _unit(scene), scene.case.simulate.tolerance)
+    call(run, control, scene, (*watchers, perturbed))
+    run.figures = perturbed.figures(period(scene))
+    beside.counts += beside.work.counts
+    run.spent(beside)
 
 
-def control_of(scene: Scene, end: float, keep_events: bool) -> loop.Control:
+def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
     """Return how to integrate a scene up to `end` (s)."""
     settings = scene.case.simulate
     turning = scene.mechanism.turns
@@ -176,7 +179,7 @@ def control_of(scene: Scene, end: float, keep_events: bool) -> loop.Control:
     )
 
 
-def call(run: Run, control: loop.Control, scene: Scene | None = None, watchers=()) -> None:
+def call(run: Run, control: loop.Control, scene: Scene, watchers: Sequence[Watcher] = ()) -> None:
     """Integrate, at one go unless somebody watches."""
     if control.method == events.IMPLICIT and run.work.ahead[0] == 0.0:
         run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)

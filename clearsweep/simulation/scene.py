@@ -1,7 +1,10 @@
 """From a case, names and numbers, to a scene, types and numbers: the only place where names become types."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +42,7 @@ def catalogue() -> Catalogue:
     return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, rates.JOINT_CHANNELS)
 
 
-def load_case(source, overrides: dict | None = None) -> Scene:
+def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:
     """Return the scene of a grid without `sweep`: a path or a dict of the same shape.
 
     `overrides` maps dotted paths to values that replace those written.  Raises InputError.
@@ -60,6 +63,7 @@ def build(case: Case) -> Scene:
     joints = {joint.name: _joint(mechanism.site(joint.name), joint) for joint in case.joints}
     offsets, roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(joints))
     if case.simulate.start == "seated":
+        assert mechanism.ideal is not None  # the grid knows `start` for mechanisms that have one
         offsets, roots = _seated(mechanism.ideal(bodies, drive, 0.0).reactions, joints)
     built = mechanism.build(bodies, drive, joints, offsets)
     terms = tuple(joints.values())
@@ -86,7 +90,7 @@ def _joint(site: JointSite, joint: Joint) -> dry.Joint:
     )
 
 
-def _seated(reactions, joints: dict[str, dry.Joint]) -> tuple[dict, np.ndarray]:
+def _seated(reactions: Mapping[str, np.ndarray], joints: dict[str, dry.Joint]) -> tuple[dict, np.ndarray]:
     """Return where the distal pin of each joint starts relative to the proximal one, and the penetrations' roots.
 
     It is displaced along the load (N) of the ideal mechanism to static penetration.
@@ -103,7 +107,7 @@ def _seated(reactions, joints: dict[str, dry.Joint]) -> tuple[dict, np.ndarray]:
     return offsets, roots
 
 
-def static_penetration(elastic, load: float) -> float:
+def static_penetration(elastic: Any, load: float) -> float:
     """Return the penetration (m) at which an elastic law carries `load` (N)."""
     low, high = 0.0, 1e-12
     while elastic_force(elastic, high) < load:
@@ -130,7 +134,7 @@ def signature(case: Case) -> tuple:
     return case.mechanism.type, joints
 
 
-def _types(term) -> str:
+def _types(term: tuple) -> str:
     """Return the name of a compiled form's type, with those of the types it holds: 'Archard(Mean)'."""
     inner = ", ".join(_types(part) for part in term if isinstance(part, tuple))
     return f"{type(term).__name__}({inner})" if inner else type(term).__name__
@@ -152,9 +156,9 @@ def warnings(case: Case) -> list[str]:
                 f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
                 "its normal force can be negative and is not clipped"
             )
-        hardness = joint.wear.values.get("hardness") if joint.wear else None
-        if hardness is None:
+        if joint.wear is None or "hardness" not in joint.wear.values:
             continue
+        hardness = joint.wear.values["hardness"]
         for body in ("bearing", "journal"):
             ratio = joint.wear.values[f"{body}_coefficient"] * hardness
             if ratio > _WEAR_WARNING:

@@ -7,14 +7,32 @@ was taken there, and the revolutions of a block.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ..mechanics.observe import histogram
+from ..mechanics.observe.tally import Tally
 
 CONFIDENCE = 0.95
 STRONGEST = 0.9  # correlation allowed for
+
+
+class Window(Protocol):
+    """The stretch of a run over which a figure is taken."""
+
+    @property
+    def tally(self) -> Tally:
+        """Return what was summed over it."""
+
+    @property
+    def duration(self) -> float:
+        """Return how long it is, s."""
+
+    @property
+    def turns(self) -> float:
+        """Return how many revolutions it has."""
 
 
 def half_width(values: np.ndarray) -> float:
@@ -33,11 +51,11 @@ def half_width(values: np.ndarray) -> float:
     return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(squares / (count * (count - 1)) * widened)
 
 
-def _sum(tally, place: int | None, column: int) -> float:
+def _sum(tally: Tally, place: int | None, column: int) -> Any:
     return tally.whole[column] if place is None else tally.joint[place, column]
 
 
-def _mean(times, sums):
+def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:
     """Return a mean over time, and its half-width."""
     return (sums[-1] - sums[0]) / (times[-1] - times[0]), half_width(np.diff(sums) / np.diff(times))
 
@@ -47,15 +65,15 @@ class Mean(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally, place):
+    def take(self, tally: Tally, place: int | None) -> Any:
         """Return the integral."""
         return _sum(tally, place, self.column)
 
-    def value(self, window, place):
+    def value(self, window: Window, place: int | None) -> Any:
         """Return the mean over the window."""
         return self.take(window.tally, place) / window.duration
 
-    def over_blocks(self, times, sums, revolutions):
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean and its half-width."""
         return _mean(times, sums)
 
@@ -65,15 +83,15 @@ class RootMean(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally, place):
+    def take(self, tally: Tally, place: int | None) -> Any:
         """Return the integral of the square."""
         return _sum(tally, place, self.column)
 
-    def value(self, window, place):
+    def value(self, window: Window, place: int | None) -> Any:
         """Return the root mean square over the window."""
         return math.sqrt(self.take(window.tally, place) / window.duration)
 
-    def over_blocks(self, times, sums, revolutions):
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the root mean square; its half-width follows from that of the square."""
         square, width = _mean(times, sums)
         value = math.sqrt(square)
@@ -85,15 +103,15 @@ class PerRevolution(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally, place):
+    def take(self, tally: Tally, place: int | None) -> Any:
         """Return the count."""
         return _sum(tally, place, self.column)
 
-    def value(self, window, place):
+    def value(self, window: Window, place: int | None) -> Any:
         """Return the mean over the window's revolutions."""
         return self.take(window.tally, place) / window.turns
 
-    def over_blocks(self, times, sums, revolutions):
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean over revolutions and its half-width."""
         return (sums[-1] - sums[0]) / (revolutions * (len(sums) - 1)), half_width(np.diff(sums) / revolutions)
 
@@ -101,15 +119,15 @@ class PerRevolution(NamedTuple):
 class DepthRate(NamedTuple):
     """How fast the deepest wear bin of a joint, of either body, wears (m/s)."""
 
-    def take(self, tally, place):
+    def take(self, tally: Tally, place: int | None) -> Any:
         """Return the depths (m) of all bins of both bodies."""
         return tally.wear.reshape(len(tally.joint), -1)[place].copy()
 
-    def value(self, window, place):
+    def value(self, window: Window, place: int | None) -> Any:
         """Return the largest depth over the window's time."""
         return self.take(window.tally, place).max() / window.duration
 
-    def over_blocks(self, times, depths, revolutions):
+    def over_blocks(self, times: np.ndarray, depths: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the rate of the bin that is deepest in the end, and its half-width."""
         deepest = int(np.argmax(depths[-1] - depths[0]))
         return _mean(times, [depth[deepest] for depth in depths])
@@ -120,16 +138,16 @@ class ForceExceeded(NamedTuple):
 
     share: float
 
-    def take(self, tally, place):
+    def take(self, tally: Tally, place: int | None) -> Any:
         """Return the joint's histogram of the force over time."""
         return tally.time[place].copy(), tally.ramp[place].copy()
 
-    def value(self, window, place):
+    def value(self, window: Window, place: int | None) -> Any:
         """Return the force that is exceeded during the share of the window's time."""
         tally = window.tally
         return histogram.force_exceeded(tally.time[place], tally.ramp[place], self.share * window.duration)
 
-    def over_blocks(self, times, histograms, revolutions):
+    def over_blocks(self, times: np.ndarray, histograms: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the force that is exceeded during the share of the time.
 
         Its interval is that of the share of time above it, block by block, read as forces (Woodruff 1952).
@@ -137,8 +155,8 @@ class ForceExceeded(NamedTuple):
         time, ramp = histograms[-1][0] - histograms[0][0], histograms[-1][1] - histograms[0][1]
         duration = times[-1] - times[0]
 
-        def force(share):
-            return histogram.force_exceeded(time, ramp, min(max(share, 0.0), 1.0) * duration)
+        def force(share: float) -> float:
+            return float(histogram.force_exceeded(time, ramp, min(max(share, 0.0), 1.0) * duration))
 
         value = force(self.share)
         above = np.array([_time_above(value, time, ramp) for time, ramp in histograms])

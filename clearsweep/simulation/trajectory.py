@@ -2,8 +2,11 @@
 
 import dataclasses
 import math
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..case import Case
 from ..errors import InputError
@@ -18,7 +21,7 @@ from .figures import COST, Window, events_of, figures_of, wear_of
 from .run import Run, call, control_of, integrate, integrated, period
 from .scene import Scene, build
 from .until import Until, longest, marks
-from .watch import go_to
+from .watch import Moment, Watcher, go_to
 
 _STATUS = {
     loop.OK: ("ok", ""),
@@ -41,7 +44,7 @@ _STATUS = {
 }
 
 
-def simulate(scene: Scene, times=None, watchers=()) -> Trajectory:
+def simulate(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Watcher] = ()) -> Trajectory:
     """Return the trajectory of a scene.
 
     Parameters
@@ -53,29 +56,29 @@ def simulate(scene: Scene, times=None, watchers=()) -> Trajectory:
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
-    found = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
+    trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if scene.layout.error_check:
-        _check_error(scene, found)
-    return found
+        _check_error(scene, trajectory)
+    return trajectory
 
 
-def _simulate(scene: Scene, times, watchers=()) -> Trajectory:
+def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
     """Return the trajectory of a scene whose length is given."""
     turning = scene.mechanism.turns
     end = scene.case.simulate.revolutions * period(scene) if turning else math.inf
     if times is not None:
-        times = checked_times(times, end)
+        reported = checked_times(times, end)
     elif scene.case.save.orbits == "none":
-        times = np.empty(0)
+        reported = np.empty(0)
     elif not turning:  # its duration is known afterwards
         last = integrated(scene, np.empty(0), end)
-        times = np.linspace(0.0, last.work.y[last.work.time], scene.case.save.samples + 1)
+        reported = np.linspace(0.0, last.work.y[last.work.time], scene.case.save.samples + 1)
     else:
-        times = sampling_times(scene.case, period(scene), end)
-    return _trajectory(scene, integrated(scene, times, end, watchers), end)
+        reported = sampling_times(scene.case, period(scene), end)
+    return _trajectory(scene, integrated(scene, reported, end, watchers), end)
 
 
-def _settle(scene: Scene, times, watchers) -> Trajectory:
+def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) -> Trajectory:
     """Return the trajectory of a scene that is to run until a figure has settled.
 
     What is reported comes from a second run over that stretch, the same to the last bit, as its times were not known.
@@ -85,45 +88,46 @@ def _settle(scene: Scene, times, watchers) -> Trajectory:
     end = whole.case.simulate.revolutions * turn
     run = Run(scene, marks(settings, turn))
     watch = Until(scene, run.record.samples)
-    integrate(whole, run, end, orbits != "none" or times is not None, (watch, *watchers))
+    keep_events = orbits != "none" or times is not None
+    integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
     run.record = Record(np.empty(0), np.empty(0))
     if run.status != loop.OK:
         return _trajectory(whole, run, end)
     settled = _changed(scene, revolutions=watch.revolutions)
     end = watch.revolutions * turn
     if times is not None or orbits != "none":
-        times = sampling_times(settled.case, turn, end) if times is None else checked_times(times, end)
-        _retrace(settled, run, times, end, watch.starts)
-    found = _trajectory(settled, run, end)
-    found.summary.update(watch.figures())
-    return found
+        reported = sampling_times(settled.case, turn, end) if times is None else checked_times(times, end)
+        _retrace(settled, run, reported, end, watch.starts)
+    trajectory = _trajectory(settled, run, end)
+    trajectory.summary.update(watch.figures())
+    return trajectory
 
 
-def _retrace(scene: Scene, run: "Run", times: np.ndarray, end: float, starts) -> None:
+def _retrace(scene: Scene, run: Run, times: np.ndarray, end: float, starts: Iterable[Moment]) -> None:
     """Record the motion of a run at `times`, from the last of its `starts` before them or from the beginning."""
     again = Run(scene, times)
     before = [start for start in starts if times.size and start["y"][run.work.time] <= times[0]]
     if before:
         go_to(before[-1], again.work)
-    call(again, control_of(scene, end, keep_events=False))
+    call(again, control_of(scene, end, keep_events=False), scene)
     run.record = again.record
     run.spent(again)
 
 
-def _changed(scene: Scene, **settings) -> Scene:
+def _changed(scene: Scene, **settings: Any) -> Scene:
     """Return a scene with other values in `simulate`."""
     simulate = scene.case.simulate._replace(**settings)
     return dataclasses.replace(scene, case=scene.case._replace(simulate=simulate))
 
 
-def _check_error(scene: Scene, found: Trajectory) -> None:
+def _check_error(scene: Scene, trajectory: Trajectory) -> None:
     """Enter into the summary how far every figure differs from that of a run at a tenth of the tolerance."""
-    if found.status != "ok":
+    if trajectory.status != "ok":
         return
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
-        tighter["revolutions"] = found.summary["revolutions_run"]
-    _differ(found.summary, _simulate(_changed(scene, **tighter), np.empty(0)).summary)
+        tighter["revolutions"] = trajectory.summary["revolutions_run"]
+    _differ(trajectory.summary, _simulate(_changed(scene, **tighter), np.empty(0)).summary)
 
 
 def _differ(summary: dict, tighter: dict) -> None:
@@ -152,20 +156,20 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
         time=reached,
         whole=whole,
         events=run.work.counts[events.EVENTS],
-        budget=control_of(scene, end, False).step_budget,
+        budget=control_of(scene, end, keep_events=False).step_budget,
     )
     failed = run.status != loop.OK
     summary = dict.fromkeys(column.name for column in scene.layout.columns)
     summary |= figures_of(window_of(scene, run, end), failed=failed)
     if failed:
         return Trajectory(status, message, summary)
-    summary |= run.found
+    summary |= run.figures
     message = past_limits(
         (
             joint.name,
             joint.contact.elastic or "",
             registry.penetration_limit(joint),
-            summary[f"{joint.column}_law_limit_fraction"],
+            float(summary[f"{joint.column}_law_limit_fraction"] or 0.0),
         )
         for joint in scene.case.joints
     )
@@ -193,14 +197,15 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
     )
 
 
-def checked_times(times, end: float) -> np.ndarray:
+def checked_times(times: ArrayLike, end: float) -> np.ndarray:
     """Return times (s) that a user asks for, as an array; raise InputError unless they lie within a run up to `end`."""
-    times = np.ascontiguousarray(times, dtype=float)
-    if times.ndim != 1 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0.0):
+    array: np.ndarray = np.ascontiguousarray(times, dtype=float)
+    if array.ndim != 1 or not np.all(np.isfinite(array)) or np.any(np.diff(array) < 0.0):
         raise InputError("times: expected a one-dimensional array of increasing, finite times in s")
-    if times.size and not (times[0] >= 0.0 and times[-1] <= end * (1.0 + 1e-12)):
-        raise InputError(f"times: found {times[0]:.6g} s to {times[-1]:.6g} s; the run lasts from 0 to {end:.6g} s")
-    return np.minimum(times, end)
+    if array.size and not (array[0] >= 0.0 and array[-1] <= end * (1.0 + 1e-12)):
+        raise InputError(f"times: found {array[0]:.6g} s to {array[-1]:.6g} s; the run lasts from 0 to {end:.6g} s")
+    within: np.ndarray = np.minimum(array, end)
+    return within
 
 
 def sampling_times(case: Case, turn: float, end: float) -> np.ndarray:

@@ -5,9 +5,12 @@ from collections import deque
 
 import numpy as np
 
+from .. import case
 from ..case import Simulate
-from .batch_means import Blocks
-from .watch import mark, moment_of
+from ..mechanics.solver.event import Work
+from .batch_means import Blocks, Interval
+from .scene import Scene
+from .watch import Moment, mark, moment_of
 
 LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be repeated
 RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
@@ -24,18 +27,20 @@ class Until:
 
     parts = 1
 
-    def __init__(self, scene, samples: np.ndarray):
+    def __init__(self, scene: Scene, samples: np.ndarray):
         """Prepare for a run of `scene` that puts its time histories at the `marks` into `samples`."""
-        settings, save = scene.case.simulate, scene.case.save
-        self.figure, self.relative = settings.until.figure, settings.until.relative_ci
+        settings, save, until = scene.case.simulate, scene.case.save, until_of(scene.case.simulate)
+        self.figure, self.relative = until.figure, until.relative_ci
         self.blocks = Blocks(scene.layout, (self.figure,))
         self.discard, self.least = settings.discard, settings.revolutions
         self.samples, self.places, self.units = samples, *_journals(scene)
         # moments of the run, oldest first, from which what is saved can be run again
-        self.starts = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
-        self.revolutions, self.period, self.interval, self.settled = 0.0, None, None, False
+        self.starts: deque[Moment] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
+        self.revolutions, self.settled = 0.0, False
+        self.period: int | None = None  # revolutions
+        self.interval: Interval | None = None
 
-    def see(self, work) -> bool:
+    def see(self, work: Work) -> bool:
         """Return whether the run may end with this revolution."""
         turns = self.blocks.turns
         self.revolutions = self.discard + turns
@@ -46,7 +51,7 @@ class Until:
         self.settled = self.period is not None or self.interval.within(self.relative)
         return turns > 0 and self.settled and self.revolutions >= self.least
 
-    def figures(self) -> dict:
+    def figures(self) -> dict[str, float | None]:
         """Return what the run came to, as columns of the summary."""
         width = self.interval.half_width if self.interval and math.isfinite(self.interval.half_width) else None
         return {
@@ -57,10 +62,11 @@ class Until:
         }
 
 
-def _journals(scene) -> tuple[list, np.ndarray]:
+def _journals(scene: Scene) -> tuple[list[int], np.ndarray]:
     """Return the channels that tell where the journals are and how fast, and what counts as 1 in each."""
     names = [channel.name for channel in scene.layout.channels]
-    places, units = [], []
+    places: list[int] = []
+    units: list[float] = []
     for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
         places += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]
         units += [joint.clearance] * 2 + [joint.clearance * scene.value.reference_rate] * 2
@@ -70,7 +76,13 @@ def _journals(scene) -> tuple[list, np.ndarray]:
 def longest(settings: Simulate) -> float:
     """Return the most revolutions that an `until` allows: `discard` and whole ones, as intervals are made of those."""
     discard = settings.discard
-    return discard + math.floor(settings.until.max_revolutions - discard + 1e-9)
+    return discard + math.floor(until_of(settings).max_revolutions - discard + 1e-9)
+
+
+def until_of(settings: Simulate) -> case.Until:
+    """Return when a run has settled; only for cases that say so."""
+    assert settings.until is not None
+    return settings.until
 
 
 def period_of(returns: np.ndarray) -> int | None:

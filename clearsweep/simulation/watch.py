@@ -5,20 +5,45 @@ of a plain run of the same length.
 """
 
 import itertools
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..mechanics.solver import loop
+from ..mechanics.solver.event import Work
 
 #: Turns before the end of a revolution at which a run pauses: more than a step spans, so that it can still end there.
 LEAD = 0.025
 
 
-def drive(control, run, discard: float, turn: float, watchers) -> tuple[int, np.ndarray]:
+Moment = dict[str, np.ndarray]  # copies of all arrays that a motion goes on from, by name
+
+
+class Pausing(Protocol):
+    """An integration that can pause and go on: a `run.Run`."""
+
+    work: Work
+
+    def go(self, control: loop.Control) -> tuple[int, np.ndarray]:
+        """Return the status and the events from where it stands to where `control` ends or pauses it."""
+
+
+class Watcher(Protocol):
+    """What looks at a run on its way."""
+
+    parts: int  # of a revolution, at the end of each of which it looks
+
+    def see(self, work: Work) -> bool:
+        """Look; return whether the run may end with this revolution."""
+
+
+def drive(
+    control: loop.Control, run: Pausing, discard: float, turn: float, watchers: Sequence[Watcher]
+) -> tuple[int, np.ndarray]:
     """Return the status and the events of an integration that its `watchers` look at on the way.
 
-    discard : revolutions after which they begin, each of which takes `turn` (s).  A watcher has a number of `parts` of
-    a revolution and is called with `work` at the end of each; if it returns True, the run ends with this revolution.
+    discard : revolutions after which they begin, each of which takes `turn` (s).
     """
     work, logs, parts = run.work, [], max(watcher.parts for watcher in watchers)
     for k in itertools.count():
@@ -42,19 +67,20 @@ def mark(turns: float, discard: float, turn: float) -> float:
     return (discard + turns - LEAD if turns else discard) * turn
 
 
-def moment_of(work) -> dict:
+def moment_of(work: Work) -> Moment:
     """Return copies of all arrays of `work` (event.Work) that the motion goes on from."""
     return {name: array.copy() for name, array in _arrays(work).items() if name not in ("counts", "slopes")}
 
 
-def go_to(moment: dict, work) -> None:
+def go_to(moment: Moment, work: Work) -> None:
     """Let `work` go on from what `moment_of` returned of another run of the same scene."""
     arrays = _arrays(work)
     for name, array in moment.items():
         arrays[name][...] = array
 
 
-def _arrays(work) -> dict[str, np.ndarray]:
+def _arrays(work: Work) -> dict[str, np.ndarray]:
     """Return the arrays of `work` (event.Work) by name, those of the implicit method among them."""
-    fields = work._asdict() | work.implicit._asdict()
+    implicit: Any = work.implicit  # what mypy takes for a tuple of anything
+    fields: dict[str, Any] = work._asdict() | implicit._asdict()
     return {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}

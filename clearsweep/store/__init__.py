@@ -1,19 +1,21 @@
 """Results on disk: batches are committed one by one, merged into one summary and one file of orbits, read again."""
 
+from pathlib import Path
+
 import pyarrow
 
 from .assemble import merge
 from .batch import Axis, Form, Row
 from .compare import difference
-from .directory import Store, commit, id_text, now, read_record
-from .read import Run, newest
+from .directory import RunDirectory, commit, id_text, now, read_record
+from .read import StoredRun, newest
 
 __all__ = [
     "Axis",
     "Form",
     "Row",
-    "Run",
-    "Store",
+    "RunDirectory",
+    "StoredRun",
     "commit",
     "difference",
     "id_text",
@@ -26,9 +28,9 @@ __all__ = [
 ]
 
 
-def open(directory) -> Run:
-    """Return the run in `directory`: its summary, orbits, events and wear."""
-    return Run(directory)
+def open(directory: str | Path) -> StoredRun:
+    """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none."""
+    return StoredRun(directory)
 
 
 def use_one_thread() -> None:

@@ -1,9 +1,10 @@
-"""The form of what is stored: columns of the summary, datasets of the orbits, one batch of cases as bytes."""
+"""The form of what is stored: columns of the summary, datasets of the orbits, and the two files of a batch of cases."""
 
 import io
 import json
 import math
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -11,10 +12,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from .. import results
+from ..grid import Grid
 from ..layout import Column, Layout
 
 ID_LENGTH = 16  # hexadecimal characters of a case_id
 CASE, SAMPLE, EVENT = "case", "sample", "event"
+ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names are older than what they are called
 
 
 class Axis(NamedTuple):
@@ -33,7 +36,7 @@ class Form(NamedTuple):
     histories: bool  # False: neither samples nor events are stored
 
     @classmethod
-    def of(cls, grid) -> "Form":
+    def of(cls, grid: Grid) -> "Form":
         """Return the form of the results of `grid`."""
         axes = tuple(
             Axis(path, grid.unit(path), all(isinstance(value, str) for value in values))
@@ -62,7 +65,7 @@ class Dataset(NamedTuple):
 
 
 def summary_schema(form: Form) -> pa.Schema:
-    """Return the schema of the summary and of its parts; every field's metadata hold `unit` and `description`."""
+    """Return the schema of a summary; every field's metadata hold `unit` and `description`."""
     types = {"float": pa.float64(), "int": pa.int64(), "text": pa.string()}
     columns = [Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
     columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
@@ -110,7 +113,7 @@ def _column(values: list, kind: pa.DataType) -> pa.Array:
 
 def array_of(buffers: list, kind: pa.DataType, count: int) -> pa.Array:
     """Return an Arrow array of `count` values made of raw buffers, None for an absent one."""
-    return pa.Array.from_buffers(kind, count, [None if part is None else pa.py_buffer(part) for part in buffers])
+    return pa.Array.from_buffers(kind, count, [None if buffer is None else pa.py_buffer(buffer) for buffer in buffers])
 
 
 def datasets(form: Form) -> tuple[Dataset, ...]:
@@ -165,7 +168,7 @@ def offsets_of(form: Form) -> dict[str, Dataset]:
     return found
 
 
-def put(file: h5py.File, dataset: Dataset, values: np.ndarray, **options) -> None:
+def put(file: h5py.File, dataset: Dataset, values: np.ndarray, **options: Any) -> None:
     """Write `values` as one dataset with its unit and description."""
     describe(file.create_dataset(dataset.path, data=values, **options), dataset)
 
@@ -179,7 +182,7 @@ def describe(target: h5py.Dataset, dataset: Dataset) -> None:
 CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the case, ascending", CASE)
 
 
-def shard_bytes(form: Form, rows: list[Row]) -> bytes:
+def orbits_bytes(form: Form, rows: list[Row]) -> bytes:
     """Return the HDF5 file of one batch, contiguous and uncompressed, so that a merge reads it by plain offsets."""
     with h5py.File("batch", "w", driver="core", backing_store=False) as file:
         put(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
@@ -188,7 +191,8 @@ def shard_bytes(form: Form, rows: list[Row]) -> bytes:
         for dataset in datasets(form):
             put(file, dataset, _gathered(form, dataset, rows))
         file.flush()
-        return file.id.get_file_image()
+        content: bytes = file.id.get_file_image()
+        return content
 
 
 def _count(form: Form, trajectory: results.Trajectory, each: str) -> int:
@@ -223,10 +227,37 @@ def _coded(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndar
     return numbers
 
 
-def part_bytes(form: Form, rows: list[Row], facts: dict) -> bytes:
+def summary_bytes(form: Form, rows: list[Row], facts: dict) -> bytes:
     """Return the Parquet file of one batch; `facts` (what the store knows of the batch) go into its metadata."""
     table = summary_table(form, rows)
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
     sink = io.BytesIO()
     pq.write_table(table, sink)
     return sink.getvalue()
+
+
+class BatchFiles(NamedTuple):
+    """The two files of a committed batch."""
+
+    summary: Path  # Parquet; it is written last: with it the batch is committed
+    orbits: Path | None  # HDF5; None where nothing is kept
+    sha256: str  # of `orbits`
+    written: int  # ns since 1970
+
+    @property
+    def name(self) -> str:
+        """Return the name of the summary, in which there is a hash of its content."""
+        return self.summary.name
+
+
+def batch_files(path: Path, content: bytes) -> BatchFiles:
+    """Return the files of the batch whose summary, at `path`, has this content."""
+    facts = json.loads(pq.read_metadata(pa.BufferReader(content)).metadata[b"clearsweep"])
+    orbits = None if facts["shard"] is None else path.parent.parent / ORBITS / facts["shard"]
+    return BatchFiles(path, orbits, facts["sha256"], facts["written"])
+
+
+def read_summary(path: Path, columns: list[str]) -> pa.Table:
+    """Return columns of the summary of a batch."""
+    with pq.ParquetFile(path) as file:  # lighter than pq.read_table, which loads the machinery for data sets
+        return file.read(columns, use_threads=False)

@@ -1,29 +1,37 @@
-"""Comparing what two directories hold of the same cases."""
+"""Compares what two directories hold of the same cases."""
+
+from typing import Any
 
 import numpy as np
 
 from ..results import TIMINGS
-from .assemble import GROUP_ROWS, Shards, summary_group
+from .assemble import GROUP_ROWS, OrbitFiles, summary_group
 from .batch import Form, datasets, summary_schema
-from .directory import Store, id_text
+from .directory import RunDirectory, id_text
+
+Difference = tuple[str, str, Any, Any]  # case_id, name of a column or dataset, value here, value there
 
 
-def difference(form: Form, one: Store, mine: np.ndarray, other: Store, theirs: np.ndarray):
-    """Return (case_id, name, value here, value there) of the first thing in which two directories differ, or None.
+def difference(
+    form: Form, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+) -> Difference | None:
+    """Return the first thing in which two directories differ, or None.
 
     `mine` and `theirs` (ROWS) say where each holds the same cases in the same order.  Timings are not looked at.
     """
-    parts = [np.array([part.path.name for part in store.parts], "S") for store in (one, other)]
-    apart = parts[0][mine["part"]] != parts[1][theirs["part"]]  # parts are named by their content
+    names = [np.array([batch.name for batch in run.batches], "S") for run in (first, second)]
+    apart = names[0][mine["batch"]] != names[1][theirs["batch"]]  # batches are named by their content
     mine, theirs = mine[apart], theirs[apart]
-    return _in_summary(form, one, mine, other, theirs) or _in_orbits(form, one, mine, other, theirs)
+    return _in_summary(form, first, mine, second, theirs) or _in_orbits(form, first, mine, second, theirs)
 
 
-def _in_summary(form: Form, one: Store, mine: np.ndarray, other: Store, theirs: np.ndarray):
+def _in_summary(
+    form: Form, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+) -> Difference | None:
     schema = summary_schema(form)
     for start in range(0, len(mine), GROUP_ROWS):
         group = slice(start, start + GROUP_ROWS)
-        tables = [summary_group(store, schema, rows[group]) for store, rows in ((one, mine), (other, theirs))]
+        tables = [summary_group(run, schema, rows[group]) for run, rows in ((first, mine), (second, theirs))]
         for name in schema.names:
             if name in TIMINGS or tables[0][name].equals(tables[1][name]):
                 continue
@@ -33,17 +41,20 @@ def _in_summary(form: Form, one: Store, mine: np.ndarray, other: Store, theirs: 
     return None
 
 
-def _in_orbits(form: Form, one: Store, mine: np.ndarray, other: Store, theirs: np.ndarray):
-    with Shards(one, form) as here, Shards(other, form) as there:
+def _in_orbits(
+    form: Form, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+) -> Difference | None:
+    with OrbitFiles(first, form) as here, OrbitFiles(second, form) as there:
         for dataset in datasets(form):
             places = [
-                shards.extents(dataset.each, dataset.width, rows) for shards, rows in ((here, mine), (there, theirs))
+                orbits.extents(dataset.each, dataset.width, rows) for orbits, rows in ((here, mine), (there, theirs))
             ]
             for k, case_id in enumerate(mine["id"].tolist()):
                 values = [
-                    shards.read(int(rows["part"][k]), dataset, int(first[k]), int(count[k]))
-                    for shards, rows, (first, count) in zip((here, there), (mine, theirs), places, strict=True)
+                    orbits.read(int(rows["batch"][k]), dataset, int(begin[k]), int(count[k]))
+                    for orbits, rows, (begin, count) in zip((here, there), (mine, theirs), places, strict=True)
                 ]
                 if values[0] != values[1]:
-                    return id_text(case_id), dataset.path, *(f"{len(each):,} bytes" for each in values)
+                    here_size, there_size = (f"{len(each):,} bytes" for each in values)
+                    return id_text(case_id), dataset.path, here_size, there_size
     return None

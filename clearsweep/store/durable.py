@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import os
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import StorageError
@@ -59,7 +60,7 @@ def checksum(path: Path) -> str:
 
 
 @contextlib.contextmanager
-def storing(path: Path):
+def storing(path: Path) -> Iterator[None]:
     """Turn an operating system's refusal while writing `path` into a StorageError that says what is safe."""
     try:
         yield

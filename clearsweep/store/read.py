@@ -1,7 +1,9 @@
-"""Reading what a run left: its summary, orbits, events and wear."""
+"""Reads what a run left: its summary, orbits, events and wear."""
 
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -14,8 +16,11 @@ from ..layout import Layout
 from .batch import EVENT, SAMPLE
 from .directory import read_record
 
+if TYPE_CHECKING:
+    import pandas as pd  # loaded only where a frame is made
 
-class Run:
+
+class StoredRun:
     """The results in one directory.
 
     Attributes
@@ -59,18 +64,18 @@ class Run:
 
     @cached_property
     def _places(self) -> dict[str, int]:
-        """The row of every case."""
+        """Return the row of every case."""
         with h5py.File(self.directory / "orbits.h5", "r") as file:
             return {case_id.decode(): row for row, case_id in enumerate(file["case_id"][:])}
 
-    def __len__(self):
-        return pq.read_metadata(self.directory / "summary.parquet").num_rows
+    def __len__(self) -> int:
+        return int(pq.read_metadata(self.directory / "summary.parquet").num_rows)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"<clearsweep run {str(self.directory)!r}: {len(self)} cases>"
 
     @cached_property
-    def summary(self):
+    def summary(self) -> "pd.DataFrame":
         """Return the summary as a DataFrame; `attrs["units"]` and `attrs["descriptions"]` hold these by column."""
         with pq.ParquetFile(self.directory / "summary.parquet") as file:
             table = file.read(use_threads=False)
@@ -79,13 +84,13 @@ class Run:
             frame.attrs[name] = {field.name: field.metadata[key].decode() for field in table.schema}
         return frame
 
-    def rows(self, columns: list[str]):
+    def rows(self, columns: list[str]) -> Iterator[dict[str, Any]]:
         """Yield the rows of the summary as dicts of these columns, a few thousand in memory at a time."""
         with pq.ParquetFile(self.directory / "summary.parquet") as file:
             for batch in file.iter_batches(batch_size=4096, columns=columns, use_threads=False):
                 yield from batch.to_pylist()
 
-    def orbit(self, case_id: str):
+    def orbit(self, case_id: str) -> "pd.DataFrame":
         """Return the time histories of one case as a DataFrame, columns by channel; `attrs["units"]` by column.
 
         It is empty for a failed case and where `save.orbits` is none.
@@ -95,9 +100,9 @@ class Run:
         frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
         return frame
 
-    def events(self, case_id: str):
+    def events(self, case_id: str) -> "pd.DataFrame":
         """Return the contact events of one case as a DataFrame: t (s), joint, kind, rate (m/s), force_peak (N)."""
-        frame = self._frame(case_id, EVENT, [f"events/{name}" for name in results.EVENT_DTYPE.names])
+        frame = self._frame(case_id, EVENT, [f"events/{name}" for name in results.EVENT_DTYPE.names or ()])
         frame = frame.rename(columns=lambda name: name.removeprefix("events/"))
         frame["joint"] = frame["joint"].map(dict(enumerate(joint.name for joint in self.layout.joints)))
         frame["kind"] = frame["kind"].map(dict(enumerate(results.EVENT_KINDS)))
@@ -109,7 +114,7 @@ class Run:
         place = self._place(case_id)
         with h5py.File(self.directory / "orbits.h5", "r") as file:
             return {
-                joint.name: tuple(file[f"wear/{joint.name}/{body}"][place] for body in ("bearing", "journal"))
+                joint.name: (file[f"wear/{joint.name}/bearing"][place], file[f"wear/{joint.name}/journal"][place])
                 for joint in self.layout.joints
                 if joint.wear_bins
             }
@@ -119,14 +124,16 @@ class Run:
             raise InputError(f"{self.directory}: no case {case_id!r}; the case_id column of summary.parquet lists them")
         return self._places[case_id]
 
-    def _frame(self, case_id: str, each: str, paths: list[str]):
+    def _frame(self, case_id: str, each: str, paths: list[str]) -> "pd.DataFrame":
         import pandas as pd
 
         place = self._place(case_id)
         with h5py.File(self.directory / "orbits.h5", "r") as file:
-            held = "t" in file  # nothing is where save.orbits is none
-            start, stop = file["offsets" if each == SAMPLE else "events/offsets"][place : place + 2] if held else (0, 0)
-            frame = pd.DataFrame({path: file[path][start:stop] if held else [] for path in paths})
+            stored = "t" in file  # nothing is where save.orbits is none
+            start, stop = (
+                file["offsets" if each == SAMPLE else "events/offsets"][place : place + 2] if stored else (0, 0)
+            )
+            frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
 
 

@@ -2,21 +2,27 @@
 
 import heapq
 from collections import Counter
+from collections.abc import Iterable
+from typing import Any
 
 from .. import validity, wording
 from .progress import clock
+from .sweep import RunResult
 
 WORST_CASES = 5
 LISTED_FAILURES = 3  # of each status
 FILES = ("summary.parquet", "orbits.h5", "run.json")
 
 
-def of_run(result) -> dict:
+def of_run(result: RunResult) -> dict[str, Any]:
     """Return what `run` tells of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
     run = result.open()
     swept = list(run.grid["units"])
     joints = [joint.name for joint in run.layout.joints]
-    worst, failures, statuses, told = [], [], Counter(), validity.Remarks(joints)
+    worst: list[tuple[float, str, dict[str, Any]]] = []
+    failures: list[dict[str, Any]] = []
+    statuses: Counter[str] = Counter()
+    remarks = validity.Remarks(joints)
     peaks = [f"{joint}_force_peak" for joint in joints]
     for row in run.rows(["status", *swept, *peaks, *validity.columns(joints)]):
         statuses[row["status"]] += 1
@@ -25,10 +31,12 @@ def of_run(result) -> dict:
             if statuses[row["status"]] <= LISTED_FAILURES:
                 failures.append(known | {"status": row["status"], "message": row["message"]})
             continue
-        told.add(row)
+        remarks.add(row)
         peak, joint = max(((row[f"{joint}_force_peak"] or 0.0, joint) for joint in joints), default=(0.0, ""))
         entry = (peak, row["case_id"], known | {"joint": joint, "force_peak": peak})
-        (heapq.heappush if len(worst) < WORST_CASES else heapq.heappushpop)(worst, entry)
+        heapq.heappush(worst, entry)
+        if len(worst) > WORST_CASES:
+            heapq.heappop(worst)  # the least of them
     return {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -42,7 +50,7 @@ def of_run(result) -> dict:
         "seconds": round(result.seconds, 3),
         "case_seconds": round(result.case_seconds, 3),
         "derived": result.derived,
-        "warnings": [*result.warnings, *told.sentences()],
+        "warnings": [*result.warnings, *remarks.sentences()],
         "units": run.grid.get("units", {}),
         "worst": [entry for *_, entry in sorted(worst, reverse=True)],
         "failures": failures,
@@ -50,7 +58,7 @@ def of_run(result) -> dict:
     }
 
 
-def run_text(facts: dict) -> str:
+def run_text(facts: dict[str, Any]) -> str:
     """Return the facts of a run as the lines a person reads."""
     left = f", {facts['missing']:,} left" if facts["missing"] else ""
     done = f"{cases(facts['ran'])} ran in {clock(facts['seconds'])} ({facts['reused']:,} were there before)"
@@ -80,7 +88,7 @@ def run_text(facts: dict) -> str:
     return plain("\n".join(lines))
 
 
-def derived_lines(derived: dict) -> list[str]:
+def derived_lines(derived: dict[str, dict[str, Any]]) -> list[str]:
     """Return one line for each derived value or range."""
     lines = []
     for name, value in derived.items():
@@ -89,7 +97,7 @@ def derived_lines(derived: dict) -> list[str]:
     return lines
 
 
-def estimate_text(facts: dict) -> str:
+def estimate_text(facts: dict[str, Any]) -> str:
     """Return the facts of a dry run as the lines a person reads."""
     lines = [
         f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them there already, "
@@ -122,7 +130,7 @@ def size(count: float) -> str:
     return f"{count:.0f} B"
 
 
-def friendly(value: float, unit: str, speed: bool = False) -> str:
+def friendly(value: float, unit: str, *, speed: bool = False) -> str:
     """Return a value as it could stand in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
     scale = wording.scale(unit, value, speed=speed)
     if scale.unit.isascii() or scale.unit.startswith("µ"):
@@ -135,7 +143,7 @@ def plain(text: str) -> str:
     return text.replace("\u00a0", " ").replace("\u2009", " ")
 
 
-def _worst_rows(facts: dict) -> list[list[str]]:
+def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
     paths = list(facts["worst"][0]["swept"])
     head = ["case_id", *(wording.axis_name(path, _joints(paths)) for path in paths), "joint", "force peak"]
     return [
@@ -152,11 +160,11 @@ def _worst_rows(facts: dict) -> list[list[str]]:
     ]
 
 
-def _joints(paths) -> int:
+def _joints(paths: Iterable[str]) -> int:
     return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
 
 
-def _setting(swept: dict, units: dict) -> str:
+def _setting(swept: dict[str, Any], units: dict[str, str]) -> str:
     return ", ".join(
         f"{wording.axis_name(path, _joints(swept))} {_value(path, value, units)}"
         for path, value in swept.items()
@@ -164,7 +172,7 @@ def _setting(swept: dict, units: dict) -> str:
     )
 
 
-def _value(path: str, value, units: dict) -> str:
+def _value(path: str, value: Any, units: dict[str, str]) -> str:
     if value is None or isinstance(value, str):
         return value or "-"
     return friendly(value, units.get(path, "1"), speed=path.endswith("speed"))

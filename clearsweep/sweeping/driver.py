@@ -6,11 +6,15 @@ import secrets
 import signal
 import time
 from collections import deque
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+
+import numpy as np
 
 from .. import store
 from ..errors import ClearsweepError, StorageError
 from . import signals
+from .executors import Executor
+from .progress import Silent
 from .worker import Batch, Job, Manifest, Task, failure, read_note, run_batch
 
 TARGET = 2.0  # s of work in a batch: commits cost about 20 ms, and this is what a killed worker loses
@@ -28,7 +32,8 @@ MOST_RESTARTS = 3  # of the pool without a batch finished in between
 class Batches:
     """Pending cases, cut into batches of about TARGET seconds; lost ones come first."""
 
-    def __init__(self, pending, ids, jobs: int, bytes_per_case: float):
+    def __init__(self, pending: np.ndarray, ids: np.ndarray, jobs: int, bytes_per_case: float):
+        """Take the indices of the `pending` cases, (cases,), and the identities of all, by index, uint64."""
         self.pending, self.ids, self.jobs = pending, ids, jobs
         self.most = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
         self.taken, self.largest = 0, 1
@@ -69,12 +74,20 @@ def fresh(cases: tuple[Task, ...], tried: int = 0) -> Batch:
 class Driver:
     """Hands batches to an executor until none is left, a signal comes, or too many cases failed."""
 
-    def __init__(self, executor, held: store.Store, job: Job, batches: Batches, most_failures: int | None, progress):
-        self.executor, self.held, self.job, self.batches = executor, held, job, batches
+    def __init__(
+        self,
+        executor: Executor,
+        directory: store.RunDirectory,
+        job: Job,
+        batches: Batches,
+        most_failures: int | None,
+        progress: Silent,
+    ):
+        self.executor, self.directory, self.job, self.batches = executor, directory, job, batches
         self.most_failures, self.progress = most_failures, progress
-        self.window = {}  # future -> batch
+        self.window: dict[Future, Batch] = {}  # under way
         self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
-        self.doubtful = {}  # future -> time at which its worker was first seen dead
+        self.doubtful: dict[Future, float] = {}  # time at which its worker was first seen dead, s
 
     def run(self) -> bool:
         """Run everything; return False where too many cases failed and the rest was left."""
@@ -87,7 +100,7 @@ class Driver:
                 if not self.window:
                     return True
                 done, _ = wait(self.window, timeout=TICK, return_when=FIRST_COMPLETED)
-                for future in done or self._orphaned():
+                for future in done or self._orphans():
                     self._settle(future)
             self._drain()
             raise signals.Stopped(
@@ -111,14 +124,15 @@ class Driver:
                 self.batches.again.appendleft(batch)
                 self._restart()
 
-    def _settle(self, future) -> None:
+    def _settle(self, future: Future) -> None:
         """Take in how one batch ended."""
         if future not in self.window:
-            return None  # lost in a restart that another of these caused
+            return  # lost in a restart that another of these caused
         batch = self.window.pop(future)
         if self.doubtful.pop(future, None) and not future.done():
             future.cancel()
-            return self._lost(batch, None)
+            self._lost(batch, None)
+            return
         try:
             manifest = future.result()
         except self.executor.deaths as error:
@@ -131,12 +145,12 @@ class Driver:
             raise
         else:
             self._take(batch, manifest)
-        return None
 
     def _take(self, batch: Batch, manifest: Manifest) -> None:
+        """Take a batch into account that its worker has given back."""
         self.job.note(batch).unlink(missing_ok=True)
-        if manifest.part:
-            self.held.adopt(manifest.part)
+        if manifest.committed:
+            self.directory.adopt(manifest.committed)
             self.restarts = 0
         self.batches.learn(manifest)
         self.ran += manifest.done
@@ -146,19 +160,19 @@ class Driver:
         if left := batch.cases[manifest.done :]:
             self.batches.again.append(fresh(left))  # its worker was told to stop
 
-    def _found(self, batch: Batch) -> bool:
-        """Take in a batch whose worker died after it had committed; return whether it had."""
-        part = self.held.part_of(batch.name)
-        if part is None:
+    def _was_committed(self, batch: Batch) -> bool:
+        """Return whether a worker committed this batch before it died; if so, take the batch in."""
+        committed = self.directory.committed_as(batch.name)
+        if committed is None:
             return False
-        self._take(batch, Manifest(part, *self.held.counts_of(part), 0.0))
+        self._take(batch, Manifest(committed, *self.directory.counts_of(committed), 0.0))
         return True
 
     def _lost(self, batch: Batch, exitcode: int | None) -> None:
         """Deal with a batch whose worker died: the case it was at is tried once more alone, the others go on."""
         note = read_note(self.job, batch)
         self.job.note(batch).unlink(missing_ok=True)
-        if self._found(batch):
+        if self._was_committed(batch):
             return
         if note is None:  # it died before the first case
             self.batches.again.append(fresh(batch.cases, batch.tried + 1))
@@ -167,7 +181,10 @@ class Driver:
             raise ClearsweepError(
                 f"workers die before their first case ({_cause(exitcode)}); try --executor serial to see why"
             )
-        culprit, others = batch.cases[note.index], batch.cases[: note.index] + batch.cases[note.index + 1 :]
+        culprit, others = (
+            batch.cases[note.batch_index],
+            batch.cases[: note.batch_index] + batch.cases[note.batch_index + 1 :],
+        )
         if others:
             self.batches.again.append(fresh(others))
         if note.late:
@@ -180,9 +197,9 @@ class Driver:
     def _give_up(self, case: Task, status: str, message: str) -> None:
         """Commit a case that cannot be computed as a failed row."""
         batch = fresh((case,))
-        row = store.Row(case.case_id, self.job.grid.point(case.index), failure(status, message))
-        part = store.commit(self.job.directory, store.Form.of(self.job.grid), batch.name, [row])
-        self._take(batch, Manifest(part, 1, 1, 0.0))
+        row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
+        committed = store.commit(self.job.directory, store.Form.of(self.job.grid), batch.name, [row])
+        self._take(batch, Manifest(committed, 1, 1, 0.0))
 
     def _restart(self) -> None:
         """Start a new pool in place of a broken one; what was under way is handed out again unless it was committed."""
@@ -192,16 +209,16 @@ class Driver:
         window, self.window, self.doubtful = self.window, {}, {}
         self.executor.restart()
         for batch in window.values():
-            if not self._found(batch):
+            if not self._was_committed(batch):
                 self.batches.again.append(fresh(batch.cases, batch.tried))
 
-    def _orphaned(self) -> list:
+    def _orphans(self) -> list[Future]:
         """Return futures that will not end: their worker has been dead for a while without the pool saying so.
 
         A worker on another machine cannot be looked at; what it committed can, where its answer died with it.
         """
         now, elsewhere = time.monotonic(), self.executor.elsewhere
-        committed = self.held.batches() if elsewhere else ()
+        committed = self.directory.committed() if elsewhere else set()
         for future, batch in self.window.items():
             note = None if elsewhere else read_note(self.job, batch)
             if batch.name in committed or (note and not _alive(note.process)):
@@ -210,7 +227,7 @@ class Driver:
 
     def _drain(self) -> None:
         """Let the workers finish the case they are at, end them, and take in what they have committed."""
-        with contextlib.suppress(OSError):  # a full disk: they are ended without being told
+        with contextlib.suppress(OSError):  # a full disk: they are ended without a warning
             self.job.stop.touch()
         for future in wait(self.window, timeout=GRACE).done:
             with contextlib.suppress(Exception):
@@ -218,7 +235,7 @@ class Driver:
                 del self.window[future]
         self.executor.close()
         for batch in self.window.values():
-            self._found(batch)
+            self._was_committed(batch)
 
 
 def _alive(pid: int) -> bool:

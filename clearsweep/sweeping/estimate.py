@@ -2,10 +2,12 @@
 
 import time
 from concurrent.futures import TimeoutError as Late
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..grid import Grid
 from . import executors, signals, sweep
 from .shard import Shard
 from .simulator import SIMULATION
@@ -22,25 +24,32 @@ class Estimate(NamedTuple):
 
     cases: int  # of the grid, or of its shard
     pending: int  # cases that the directory does not hold yet
-    derived: dict  # name -> {"unit", "min", "max"}
-    warnings: list
+    derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
+    warnings: list[str]
     timed: int  # cases timed
     case_seconds: float | None  # s a case on average; None where a timed case did not end
     seconds: float | None  # s of the whole run, compiled code in the cache
     bytes: int  # in the directory: batches and merged files
 
 
-def estimate(source, out=None, *, jobs=None, shard=None, simulator: Simulator = SIMULATION) -> Estimate:
+def estimate(
+    source: sweep.Source,
+    out: str | Path | None = None,
+    *,
+    jobs: int | None = None,
+    shard: str | None = None,
+    simulator: Simulator = SIMULATION,
+) -> Estimate:
     """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
-    shard = None if shard is None else Shard.read(shard)
+    part = None if shard is None else Shard.read(shard)
     grid = sweep.load(source, simulator)
     derived, warnings = sweep.facts(grid, simulator)
-    held = sweep.directory(grid, out, shard)
-    held.check(grid)
-    held.look()
+    directory = sweep.directory_of(grid, out, part)
+    directory.check(grid)
+    directory.look()
     ids = sweep.case_ids(grid)
-    wanted = shard.ids(ids) if shard else np.unique(ids)
-    pending = sweep.missing(ids, wanted, held.rows(), retry_failed=False)
+    wanted = part.ids(ids) if part else np.unique(ids)
+    pending = sweep.missing(ids, wanted, directory.rows(), retry_failed=False)
     jobs = jobs or executors.cores()
     times, events = _pilot(grid, pending, simulator) if len(pending) else ([], 0.0)
     mean = float(np.mean(times)) if times else None
@@ -57,7 +66,7 @@ def estimate(source, out=None, *, jobs=None, shard=None, simulator: Simulator = 
     )
 
 
-def _pilot(grid, pending: np.ndarray, simulator) -> tuple[list[float], float]:
+def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[float], float]:
     """Return the times (s) of a few cases spread over the grid and their mean number of events."""
     chosen = pending[np.unique(np.linspace(0, len(pending) - 1, PILOT_CASES).round().astype(int))].tolist()
     times, events = [], []
@@ -79,7 +88,7 @@ def _pilot(grid, pending: np.ndarray, simulator) -> tuple[list[float], float]:
     return times, float(np.mean(events))
 
 
-def _case_bytes(grid, events: float) -> float:
+def _case_bytes(grid: Grid, events: float) -> float:
     """Return the bytes that one case takes in its batch and in the merged files together."""
     layout = grid.layout
     history = sweep.case_bytes(grid)

@@ -1,9 +1,4 @@
-"""Executors: where batches run.
-
-Each has `submit(function, *args) -> Future`, `restart()`, `close()`, and says how many workers it has (`jobs`), which
-exceptions tell that one died with its batch (`deaths`), and whether they may be on other machines (`elsewhere`). It is
-made of the number of workers, the address of a scheduler, and a function that its own workers call before all else.
-"""
+"""Executors: where batches run."""
 
 import contextlib
 import logging
@@ -17,7 +12,9 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
 from types import ModuleType
+from typing import Any, Protocol
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
@@ -43,11 +40,38 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def no_preparation() -> None:
+    """Do nothing: workers need no modules loaded in advance."""
+
+
+class Executor(Protocol):
+    """What the driver asks of the place where batches run.
+
+    It is made of the number of workers, the address of a scheduler, and a function that its own workers call first.
+    """
+
+    deaths: tuple[type[Exception], ...]  # exceptions that tell that a worker died with its batch
+    elsewhere: bool  # whether workers may be on other machines
+
+    @property
+    def jobs(self) -> int:
+        """Return the number of workers."""
+
+    def submit(self, function: Callable, *args: Any) -> Future:
+        """Run `function(*args)` in a worker; raise RuntimeError where the pool is broken."""
+
+    def restart(self) -> None:
+        """Replace all workers; what they had in hand is lost."""
+
+    def close(self) -> None:
+        """End all workers."""
+
+
 class _Process(SpawnProcess):
     """A worker process that does not import the user's own script again: it may have no `__main__` guard."""
 
     @staticmethod
-    def _Popen(process_obj):  # noqa: N802 - the name that multiprocessing calls
+    def _Popen(process_obj: BaseProcess) -> Any:  # noqa: N802 - the name that multiprocessing calls
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
         try:
@@ -63,9 +87,10 @@ class _Context(SpawnContext):
 class Local:
     """Processes of their own on this machine, one thread each; one that dies takes only its own batch along."""
 
-    deaths, elsewhere = (ProcessExpired,), False
+    deaths: tuple[type[Exception], ...] = (ProcessExpired,)
+    elsewhere = False
 
-    def __init__(self, jobs: int, _scheduler: None = None, load: Callable[[], None] = int):
+    def __init__(self, jobs: int, _scheduler: str | None = None, load: Callable[[], None] = no_preparation):
         self.jobs, self._load = jobs, load
         self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
         os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
@@ -78,7 +103,7 @@ class Local:
                 raise RuntimeError("the worker processes could not be started")
         return pool
 
-    def submit(self, function, *args) -> Future:
+    def submit(self, function: Callable, *args: Any) -> Future:
         """Run `function(*args)` in a worker; RuntimeError where the pool is broken."""
         return self._pool.schedule(function, args=args)
 
@@ -105,14 +130,15 @@ class Local:
 class Serial:
     """This very process, one batch at a time: for looking into a case, not for sweeps."""
 
-    jobs, deaths, elsewhere = 1, (), False
+    jobs, elsewhere = 1, False
+    deaths: tuple[type[Exception], ...] = ()
 
-    def __init__(self, _jobs: int = 1, _scheduler: None = None, _load: Callable[[], None] = int):
+    def __init__(self, _jobs: int = 1, _scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
         """Take any number of jobs for one."""
 
-    def submit(self, function, *args) -> Future:
+    def submit(self, function: Callable, *args: Any) -> Future:
         """Run `function(*args)` and return its outcome."""
-        future = Future()
+        future: Future = Future()
         try:
             future.set_result(function(*args))
         except Exception as error:
@@ -131,9 +157,9 @@ class Dask:
 
     elsewhere = True
 
-    def __init__(self, jobs: int, scheduler: str | None = None, _load: Callable[[], None] = int):
+    def __init__(self, jobs: int, scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
         distributed = _distributed()
-        self.deaths = (distributed.KilledWorker, worker.AbandonedError)
+        self.deaths: tuple[type[Exception], ...] = (distributed.KilledWorker, worker.AbandonedError)
         self._wanted, self._scheduler = jobs, scheduler
         self._start()
 
@@ -150,9 +176,10 @@ class Dask:
             self._jobs, self._counted = max(1, len(self._client.nthreads())), time.monotonic()
         return self._jobs
 
-    def submit(self, function, *args) -> Future:
+    def submit(self, function: Callable, *args: Any) -> Future:
         """Run `function(*args)` on some worker."""
-        return self._executor.submit(worker.run_packed, pickle.dumps((function, args)))
+        future: Future = self._executor.submit(worker.run_packed, pickle.dumps((function, args)))
+        return future
 
     def restart(self) -> None:
         """Connect again, to a new cluster where it is our own."""
@@ -192,7 +219,7 @@ def reach(scheduler: str | None) -> None:
         )
 
 
-def _client(address):
+def _client(address: Any) -> Any:
     """Return a client of the scheduler at `address`, or of a cluster."""
     try:
         return _distributed().Client(address, timeout=PATIENCE, set_as_default=False)
@@ -203,7 +230,7 @@ def _client(address):
         ) from None
 
 
-def _cluster(jobs: int):
+def _cluster(jobs: int) -> Any:
     """Return a cluster of processes on this machine, one thread each."""
     import dask
 
@@ -222,7 +249,8 @@ def _cluster(jobs: int):
         )
 
 
-def _distributed():
+def _distributed() -> Any:
+    """Return the package `distributed`; raise InputError where it is not installed."""
     try:
         import distributed
     except ImportError:
@@ -231,4 +259,10 @@ def _distributed():
     return distributed
 
 
-EXECUTORS = {"local": Local, "serial": Serial, "dask": Dask}
+Maker = Callable[[int, str | None, Callable[[], None]], Executor]  # of jobs, scheduler, load
+
+EXECUTORS: dict[str, Maker] = {
+    "local": Local,
+    "serial": Serial,
+    "dask": Dask,
+}

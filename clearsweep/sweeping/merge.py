@@ -1,7 +1,9 @@
-"""Joining runs of one grid, such as its shards, into one run."""
+"""Joins runs of one grid, such as its shards, into one run."""
 
 import time
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,39 +20,47 @@ from .worker import Simulator
 NAMED = 3  # cases or shards that a message lists before it stops
 
 
-def merge(directories, out, *, partial=False, simulator: Simulator = SIMULATION) -> RunResult:
+def merge(directories: Iterable[str | Path], out: str | Path, *, partial: bool = False) -> RunResult:
     """Join runs of the same grid into `out`, which then is what one run of the grid would have left.
 
-    Directories of different grids, cases that disagree and, unless `partial`, missing cases are refused before
-    anything is written.  Batches are linked where the file system can, else copied; the directories stay as they are.
+    Directories of different grids, cases that disagree and, unless `partial`, missing cases are refused with a
+    DirectoryError before anything is written.  Batches are linked where the file system can, else copied; the
+    directories stay as they are.
     """
+    return run_merge(directories, out, partial=partial)
+
+
+def run_merge(
+    directories: Iterable[str | Path], out: str | Path, *, partial: bool = False, simulator: Simulator = SIMULATION
+) -> RunResult:
+    """Join runs as `merge` does, of cases that `simulator` knows."""
     begin = time.monotonic()
     out = Path(out)
     places = list({Path(directory).resolve(): Path(directory) for directory in directories}.values())
     records = _same_grid(places)
     grid = grids.load({key: records[0][key] for key in records[0]["keys"]}, simulator.catalogue())
-    target = store.Store(out)
+    target = store.RunDirectory(out)
     target.check(grid)
     if target.record.exists() and out.resolve() not in {place.resolve() for place in places}:
         places.append(out)
-    sources = [store.Store(place) for place in places]
+    sources = [store.RunDirectory(place) for place in places]
     for source in sources:
         for sentence in source.look().values():
-            progress.say(f"{source.directory}: {sentence}")
+            progress.say(f"{source.path}: {sentence}")
     rows = [source.rows() for source in sources]
     ids = np.unique(case_ids(grid))
     if not partial:
         _complete(ids, rows, [record.get("shard") for record in records])
     _agree(store.Form.of(grid), sources, rows)
     derived, warnings = facts(grid, simulator)
-    with signals.catching(), target.open_for(grid) as held:
+    with signals.catching(), target.open_for(grid):
         start = min(record["start"] for record in records)
-        for sentence in held.recover():
+        for sentence in target.recover():
             progress.say(sentence)
         for source in sources:
-            held.take(source)
+            target.take(source)
         counts = conclude(
-            held,
+            target,
             grid,
             ids,
             ran=0,
@@ -72,7 +82,7 @@ def merge(directories, out, *, partial=False, simulator: Simulator = SIMULATION)
     )
 
 
-def _same_grid(places: list[Path]) -> list[dict]:
+def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
     """Return the run.json of every directory; DirectoryError where two are not of the same grid and version."""
     records = [store.read_record(place) for place in places]
     for place, record in zip(places, records, strict=True):
@@ -83,32 +93,33 @@ def _same_grid(places: list[Path]) -> list[dict]:
         other = _decisive(record)
         differing = [path for path in sorted({*first, *other}) if first.get(path) != other.get(path)]
         if differing:
-            found = "".join(
+            lines = "".join(
                 f"\n  {path}: {_short(first.get(path))} there, {_short(other.get(path))} here" for path in differing
             )
             raise DirectoryError(
                 f"{place}: holds results of another grid than {places[0]}; "
-                f"only shards of one grid can be joined; what differs:{found}"
+                f"only shards of one grid can be joined; what differs:{lines}"
             )
     return records
 
 
-def _decisive(record: dict) -> dict:
+def _decisive(record: dict[str, Any]) -> dict[str, Any]:
     """Return dotted path -> value of all that decides which cases a run has and what they give."""
     axes = {f"{way}.{path}": values for way in WAYS for path, values in (record.get(way) or {}).items()}
-    return record.get("frame", {}) | axes
+    frame: dict[str, Any] = record.get("frame", {})
+    return frame | axes
 
 
 def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None]) -> None:
     """Raise DirectoryError where a case is in no directory."""
-    held = np.concatenate([each["id"] for each in rows])
-    missing = np.setdiff1d(ids, held)
+    present = np.concatenate([each["id"] for each in rows])
+    missing = np.setdiff1d(ids, present)
     if not len(missing):
         return
-    parts = {Shard.read(text).of for text in shards if text}
+    divisions = {Shard.read(text).of for text in shards if text}
     where = []
-    if len(parts) == 1 and all(shards):  # all of one division: say which shards are to run
-        of = parts.pop()
+    if len(divisions) == 1 and all(shards):  # all of one division: say which shards are to run
+        of = divisions.pop()
         left = [str(shard) for shard in (Shard(k + 1, of) for k in range(of)) if np.isin(shard.ids(ids), missing).any()]
         where = [f"run what is left of shard {_listed(left)}, or"]
     raise DirectoryError(
@@ -120,7 +131,7 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
     )
 
 
-def _agree(form, sources: list, rows: list[np.ndarray]) -> None:
+def _agree(form: store.Form, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
     """Raise DirectoryError where a case is in two directories and differs in more than its timing."""
     ids = np.concatenate([each["id"] for each in rows])
     place = np.concatenate([np.arange(len(each)) for each in rows])
@@ -130,14 +141,14 @@ def _agree(form, sources: list, rows: list[np.ndarray]) -> None:
     first, second = order[twice], order[twice + 1]
     for a, b in np.unique(np.column_stack([number[first], number[second]]), axis=0).tolist():
         pair = (number[first] == a) & (number[second] == b)
-        found = store.difference(
+        difference = store.difference(
             form, sources[a], rows[a][place[first[pair]]], sources[b], rows[b][place[second[pair]]]
         )
-        if found:
-            case_id, name, here, there = found
+        if difference:
+            case_id, name, here, there = difference
             raise DirectoryError(
-                f"case {case_id}: {name} is {_short(here)} in {sources[a].directory} and "
-                f"{_short(there)} in {sources[b].directory}; leave out the one that is wrong "
+                f"case {case_id}: {name} is {_short(here)} in {sources[a].path} and "
+                f"{_short(there)} in {sources[b].path}; leave out the one that is wrong "
                 "(machines that round differently give different chaotic motion)"
             )
 
@@ -146,6 +157,6 @@ def _listed(texts: list[str]) -> str:
     return ", ".join(texts[:NAMED]) + (", ..." if len(texts) > NAMED else "")
 
 
-def _short(value) -> str:
+def _short(value: Any) -> str:
     text = "nothing" if value is None else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

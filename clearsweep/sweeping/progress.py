@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from ..errors import printable
 
 
-def of(total: int, wanted: bool):
+def of(total: int, *, wanted: bool) -> "Silent":
     """Return a context with `advance(done, failed)` for `total` cases."""
     if not wanted:
         return Silent()
@@ -19,13 +19,13 @@ def say(sentence: str) -> None:
     print(printable(sentence), file=sys.stderr, flush=True)
 
 
-class Silent(AbstractContextManager):
+class Silent(AbstractContextManager["Silent"]):
     """No progress."""
 
     def advance(self, done: int, failed: int) -> None:
         """Take note of `done` more cases; `failed` is the number that failed in all."""
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         """End the display."""
 
 
@@ -37,12 +37,13 @@ class Bar(Silent):
 
         self.bar = tqdm(total=total, unit="case", dynamic_ncols=True, file=sys.stderr)
 
-    def advance(self, done, failed):
+    def advance(self, done: int, failed: int) -> None:
+        """Move the bar on by `done` cases."""
         self.bar.update(done)
         if failed:
             self.bar.set_postfix_str(f"{failed} failed", refresh=False)
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.bar.close()
 
 
@@ -53,7 +54,8 @@ class Lines(Silent):
         self.total, self.done, self.begin = total, 0, time.monotonic()
         self.due, self.interval = self.begin + 5.0, 5.0
 
-    def advance(self, done, failed):
+    def advance(self, done: int, failed: int) -> None:
+        """Write a line if one is due."""
         self.done += done
         now = time.monotonic()
         if now < self.due or not self.done:

@@ -11,25 +11,25 @@ from ..errors import InputError
 class Shard(NamedTuple):
     """One of `of` parts of a grid's cases, counted from 1."""
 
-    index: int
+    number: int
     of: int
 
     @classmethod
     def read(cls, text: str) -> "Shard":
-        """Return the shard that a text such as '2/8' names."""
-        found = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(text))
-        shard = cls(*map(int, found.groups())) if found else cls(0, 0)
-        if not 1 <= shard.index <= shard.of:
+        """Return the shard that a text such as '2/8' names; raise InputError where it names none."""
+        match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(text))
+        shard = cls(*map(int, match.groups())) if match else cls(0, 0)
+        if not 1 <= shard.number <= shard.of:
             raise InputError(f"shard: found {text!r}; expected I/N with I from 1 to N, such as 2/8")
         return shard
 
-    def __str__(self):
-        return f"{self.index}/{self.of}"
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
 
     def ids(self, ids: np.ndarray) -> np.ndarray:
-        """Return the identities of the cases in this shard.
+        """Return the identities of the cases in this shard, uint64, of those of all cases.
 
         It is every N-th of the sorted identities.  These are hashes, so that every axis is spread over all shards and
         none of them gets the slow cases alone.
         """
-        return np.unique(ids)[self.index - 1 :: self.of]
+        return np.unique(ids)[self.number - 1 :: self.of]

@@ -1,15 +1,17 @@
-"""Ctrl-C and SIGTERM: asked once, a run finishes what is under way and stops; asked twice, it stops at once."""
+"""Ctrl-C and SIGTERM: at the first, a run finishes what is under way and stops; at the second it stops at once."""
 
 import contextlib
 import os
 import signal
 import threading
+from collections.abc import Iterator
+from types import FrameType
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
-class _Asked:
-    """What this process was asked."""
+class _Request:
+    """The request to stop, as far as this process has had one."""
 
     signum = 0  # the signal that asked it to stop, 0 while none has
     patient = False  # whether whoever runs looks at requested() between two cases
@@ -25,23 +27,23 @@ class Stopped(KeyboardInterrupt):
 
 def requested() -> int:
     """Return the signal that asked to stop, 0 where none has."""
-    return _Asked.signum
+    return _Request.signum
 
 
 @contextlib.contextmanager
-def patience():
-    """Inside, the first signal is only noted: the code looks at requested() itself."""
-    before, _Asked.patient = _Asked.patient, True
+def patience() -> Iterator[None]:
+    """Let the first signal only be noted inside: the code there looks at requested() itself."""
+    before, _Request.patient = _Request.patient, True
     try:
         yield
     finally:
-        _Asked.patient = before
+        _Request.patient = before
 
 
 @contextlib.contextmanager
-def catching():
-    """Inside, SIGINT and SIGTERM raise Stopped, or are noted first where there is patience; for the main thread."""
-    _Asked.signum = 0
+def catching() -> Iterator[None]:
+    """Let SIGINT and SIGTERM raise Stopped inside, or be noted first where there is patience; for the main thread."""
+    _Request.signum = 0
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread can catch signals
         return
@@ -61,8 +63,8 @@ def in_worker() -> None:
 
 
 @contextlib.contextmanager
-def shielded():
-    """Inside, threads and processes are born with both signals blocked: a worker starting up is not torn by Ctrl-C."""
+def shielded() -> Iterator[None]:
+    """Block both signals for threads and processes born inside: a worker starting up is not torn by Ctrl-C."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
@@ -70,19 +72,19 @@ def shielded():
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _in_parent(signum, _frame):
-    again, _Asked.signum = _Asked.signum, signum
-    if again or not _Asked.patient:
+def _in_parent(signum: int, _frame: FrameType | None) -> None:
+    again, _Request.signum = _Request.signum, signum
+    if again or not _Request.patient:
         raise Stopped(signum)
 
 
 def leave_if_asked() -> None:
     """End this process if it is a worker that was told to go while it was busy."""
-    if _Asked.signum and signal.getsignal(signal.SIGTERM) is _in_worker:
-        os._exit(128 + _Asked.signum)
+    if _Request.signum and signal.getsignal(signal.SIGTERM) is _in_worker:
+        os._exit(128 + _Request.signum)
 
 
-def _in_worker(signum, _frame):
-    _Asked.signum = signum
-    if not _Asked.patient:
+def _in_worker(signum: int, _frame: FrameType | None) -> None:
+    _Request.signum = signum
+    if not _Request.patient:
         leave_if_asked()

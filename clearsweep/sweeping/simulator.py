@@ -1,19 +1,23 @@
 """The functions of `clearsweep.simulation` that sweeps use, as one value that can travel to a worker process."""
 
+from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
 from .. import simulation
+from ..case import Case
+from ..catalogue import Catalogue
+from ..results import Trajectory
 from .worker import Simulator
 
 
 class _Functions(NamedTuple):
-    catalogue: object = simulation.catalogue
-    load: object = simulation.load
-    signature: object = simulation.signature
-    compile_for: object = simulation.compile_for
-    solve: object = simulation.solve
-    derived: object = simulation.derived
-    warnings: object = simulation.warnings
+    catalogue: Callable[[], Catalogue] = simulation.catalogue
+    load: Callable[[], None] = simulation.load
+    signature: Callable[[Case], Hashable] = simulation.signature
+    compile_for: Callable[[Case], None] = simulation.compile_for
+    solve: Callable[[Case], Trajectory] = simulation.solve
+    derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
+    warnings: Callable[[Case], list[str]] = simulation.warnings
 
 
 SIMULATION: Simulator = _Functions()

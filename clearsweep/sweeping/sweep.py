@@ -1,9 +1,12 @@
 """The order of work of a sweep: check, lock, see what is missing, compile once, fan out, merge."""
 
 import time
+from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, wait
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +23,8 @@ from .worker import Job, Simulator, compile_all
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
 MOST_WARNINGS = 5
 LONGEST_TIMEOUT = 1e8  # s, three years
+
+Source = str | PathLike | Mapping | grids.Grid  # a grid file, a dict of the same shape, or what it was read to
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,7 @@ class RunResult:
     seconds: float
     case_seconds: float
     start_up: float
-    derived: dict  # name -> {"unit", "min", "max"}
+    derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
     joined: int = 0  # directories that were joined; 0 for a run
 
@@ -50,29 +55,42 @@ class RunResult:
         """Return 3 where cases failed or were left, else 0."""
         return 3 if self.failed or self.missing else 0
 
-    def open(self):
+    def open(self) -> store.StoredRun:
         """Return the results as clearsweep.open would."""
         return store.open(self.directory)
 
 
-def sweep(
-    source,
-    out=None,
+class Options(NamedTuple):
+    """How a sweep runs; `sweep` says what each means."""
+
+    jobs: int | None = None
+    executor: str = "local"
+    scheduler: str | None = None
+    retry_failed: bool = False
+    case_timeout: float | None = None
+    max_failures: int | str | None = None
+    shard: str | None = None
+    show_progress: bool = True
+
+
+def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the command line
+    source: Source,
+    out: str | Path | None = None,
     *,
-    jobs=None,
-    executor="local",
-    scheduler=None,
-    retry_failed=False,
-    case_timeout=None,
-    max_failures=None,
-    shard=None,
-    show_progress=True,
-    simulator: Simulator = SIMULATION,
+    jobs: int | None = None,
+    executor: str = "local",
+    scheduler: str | None = None,
+    retry_failed: bool = False,
+    case_timeout: float | None = None,
+    max_failures: int | str | None = None,
+    shard: str | None = None,
+    show_progress: bool = True,
 ) -> RunResult:
-    """Run the cases of a grid (path, dict or Grid) that `out` does not hold yet, merge all of them, return the counts.
+    """Run the cases of a grid that `out` does not hold yet, merge all of them, return the counts.
 
     Parameters
     ----------
+    source : path of a grid file, dict of the same shape, or Grid.
     out : directory; default results/<name of the grid>.
     jobs : number of worker processes; default the number of cores this process may use.
     executor : 'local' (processes), 'serial' (this process) or 'dask' (a cluster).
@@ -82,41 +100,59 @@ def sweep(
     max_failures : int, or text such as '5%' of the cases to run: stop when more than that have failed.
     shard : text such as '2/8': run only the second of eight parts of the cases; `merge` joins them.
     show_progress : tell stderr how far it is.
+
+    Raises InputError for a grid or an option that cannot be used, DirectoryError for a directory that does not fit,
+    StorageError where writing fails, and Stopped, a KeyboardInterrupt, after a signal.
     """
+    options = Options(
+        jobs, executor, scheduler, retry_failed, case_timeout, max_failures, shard, show_progress=show_progress
+    )
+    return run_sweep(source, out, options)
+
+
+def run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator = SIMULATION) -> RunResult:
+    """Run a grid as `sweep` does, its cases by `simulator`."""
     begin = time.monotonic()
-    check(executor, jobs, case_timeout, scheduler)
-    _most(max_failures, 0)
+    check(options)
+    _most(options.max_failures, 0)
     grid = load(source, simulator)
-    shard = None if shard is None else Shard.read(shard)
+    shard = None if options.shard is None else Shard.read(options.shard)
     ids = case_ids(grid)
     wanted = shard.ids(ids) if shard else np.unique(ids)
     derived, warnings = facts(grid, simulator)
-    with signals.catching(), directory(grid, out, shard).open_for(grid) as held:
+    with signals.catching(), directory_of(grid, out, shard).open_for(grid) as directory:
         start = store.now()
-        for sentence in held.recover():
+        for sentence in directory.recover():
             progress.say(sentence)
-        pending = missing(ids, wanted, held.rows(), retry_failed)
+        pending = missing(ids, wanted, directory.rows(), retry_failed=options.retry_failed)
         ran, case_seconds, ready = 0, 0.0, time.monotonic()
         if len(pending):
-            job = Job(held.directory.resolve(), grid, simulator, case_timeout)
-            workers = executors.EXECUTORS[executor](
-                min(jobs or executors.cores(), len(pending)), scheduler, simulator.load
-            )
+            job = Job(directory.path.resolve(), grid, simulator, options.case_timeout)
+            jobs = min(options.jobs or executors.cores(), len(pending))
+            workers = executors.EXECUTORS[options.executor](jobs, options.scheduler, simulator.load)
             try:
                 warm(workers, grid, pending, simulator)
                 ready = time.monotonic()
                 batches = Batches(pending, ids, workers.jobs, case_bytes(grid))
-                with progress.of(len(pending), show_progress) as display:
-                    driver = Driver(workers, held, job, batches, _most(max_failures, len(pending)), display)
+                with progress.of(len(pending), wanted=options.show_progress) as display:
+                    most_failures = _most(options.max_failures, len(pending))
+                    driver = Driver(workers, directory, job, batches, most_failures, display)
                     driver.run()
                 ran, case_seconds = driver.ran, driver.case_seconds
             finally:
                 workers.close()
         counts = conclude(
-            held, grid, wanted, ran=ran, start=start, derived=derived, warnings=warnings, shard=shard and str(shard)
+            directory,
+            grid,
+            wanted,
+            ran=ran,
+            start=start,
+            derived=derived,
+            warnings=warnings,
+            shard=shard and str(shard),
         )
     return RunResult(
-        held.directory,
+        directory.path,
         **counts,
         seconds=time.monotonic() - begin,
         case_seconds=case_seconds,
@@ -126,22 +162,24 @@ def sweep(
     )
 
 
-def load(source, simulator: Simulator = SIMULATION):
+def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:
     """Return the grid in `source`, which may be one already."""
     return source if isinstance(source, grids.Grid) else grids.load(source, simulator.catalogue())
 
 
-def directory(grid, out=None, shard=None):
-    """Return the store of the results of `grid`, or of one shard of it."""
-    name = f"{grid.name}-shard-{shard.index}-of-{shard.of}" if shard else grid.name
-    return store.Store(Path(out) if out else Path("results") / name)
+def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard | None = None) -> store.RunDirectory:
+    """Return the directory of the results of `grid`, or of one shard of it."""
+    name = f"{grid.name}-shard-{shard.number}-of-{shard.of}" if shard else grid.name
+    return store.RunDirectory(Path(out) if out else Path("results") / name)
 
 
-def conclude(held, grid, wanted: np.ndarray, *, ran: int, **known) -> dict[str, int]:
+def conclude(
+    directory: store.RunDirectory, grid: grids.Grid, wanted: np.ndarray, *, ran: int, **known: Any
+) -> dict[str, int]:
     """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts."""
-    rows = held.rows()
+    rows = directory.rows()
     rows = rows[np.isin(rows["id"], wanted)]
-    merged = store.merge(held, store.Form.of(grid), rows)
+    merged = store.merge(directory, store.Form.of(grid), rows)
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
         "cases": len(wanted),
@@ -151,13 +189,14 @@ def conclude(held, grid, wanted: np.ndarray, *, ran: int, **known) -> dict[str, 
         "failed": failed,
         "missing": len(wanted) - len(rows),
     }
-    held.write_record(grid, end=store.now(), counts=counts, merged=merged, **known)
+    directory.write_record(grid, end=store.now(), counts=counts, merged=merged, **known)
     return counts
 
 
-def facts(grid, simulator) -> tuple[dict, list[str]]:
+def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, Any]], list[str]]:
     """Return the ranges of what is derived (name -> unit, min, max) and the warnings, over a sample of the cases."""
-    ranges, sentences = {}, {}
+    ranges: dict[str, dict[str, Any]] = {}
+    sentences: dict[str, None] = {}
     for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():
@@ -169,12 +208,12 @@ def facts(grid, simulator) -> tuple[dict, list[str]]:
     return ranges, list(sentences)[:MOST_WARNINGS]
 
 
-def case_ids(grid) -> np.ndarray:
+def case_ids(grid: grids.Grid) -> np.ndarray:
     """Return the identities of all cases as numbers, uint64, by index."""
     return np.fromiter((int(grid.case_id(index), 16) for index in range(len(grid))), "u8", len(grid))
 
 
-def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, retry_failed: bool) -> np.ndarray:
+def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
     """Return the indices of the wanted cases that are to run, each identity once."""
     if retry_failed:
         rows = rows[~rows["failed"]]
@@ -183,7 +222,7 @@ def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, retry_failed:
     return first[np.isin(ids[first], wanted) & ~np.isin(ids[first], rows["id"])]
 
 
-def case_bytes(grid) -> float:
+def case_bytes(grid: grids.Grid) -> float:
     """Return the bytes of history that one case stores, without events."""
     case = grid.case(0)
     save, simulate = case.save, case.simulate
@@ -191,15 +230,15 @@ def case_bytes(grid) -> float:
     turns = {"none": 0.0, "last": save.revolutions, "all": most}[save.orbits]
     if case.drive is None and save.orbits != "none":
         turns = 1.0  # samples are counted in all
-    return 8.0 * turns * save.samples * len(grid.layout.channels)
+    return float(8.0 * turns * save.samples * len(grid.layout.channels))
 
 
-def kinds(grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
+def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
     """Return one pending case for each kind of scene; only names of laws can change the kind."""
     named = [path for path, values in grid.axes.items() if isinstance(values[0], str)]
     if not named:
         return [grid.case(int(pending[0]))]
-    firsts = {}
+    firsts: dict[tuple[Any, ...], int] = {}
     for index in pending.tolist():
         point = grid.point(index)
         firsts.setdefault(tuple(point[path] for path in named), index)
@@ -207,7 +246,7 @@ def kinds(grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
     return list({simulator.signature(case): case for case in cases}.values())
 
 
-def warm(workers, grid, pending: np.ndarray, simulator) -> None:
+def warm(workers: executors.Executor, grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> None:
     """Compile each kind of scene once, in one worker; what fails there fails again as a case, where it is recorded."""
     cases = kinds(grid, pending, simulator)
     future = workers.submit(compile_all, simulator, cases)
@@ -221,8 +260,9 @@ def warm(workers, grid, pending: np.ndarray, simulator) -> None:
         progress.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
 
 
-def check(executor: str, jobs, case_timeout, scheduler) -> None:
-    """Raise InputError for options of `sweep` that do not hold or do not go together."""
+def check(options: Options) -> None:
+    """Raise InputError for options that do not hold or do not go together."""
+    executor, jobs, case_timeout, scheduler = options.executor, options.jobs, options.case_timeout, options.scheduler
     if executor not in executors.EXECUTORS:
         raise InputError(f"executor: found {executor!r}; expected one of {', '.join(executors.EXECUTORS)}")
     if jobs is not None and jobs < 1:
@@ -240,7 +280,7 @@ def check(executor: str, jobs, case_timeout, scheduler) -> None:
         executors.reach(scheduler)
 
 
-def _most(max_failures, cases: int) -> int | None:
+def _most(max_failures: int | str | None, cases: int) -> int | None:
     """Return how many cases may fail, from a number or a percentage."""
     if max_failures is None:
         return None

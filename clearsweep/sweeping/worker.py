@@ -11,12 +11,13 @@ import sys
 import time
 from collections.abc import Callable, Hashable
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from .. import store
 from ..case import Case
 from ..catalogue import Catalogue
 from ..errors import ClearsweepError
+from ..grid import Grid
 from ..results import Trajectory
 from ..store import durable
 from . import signals
@@ -26,31 +27,44 @@ NOTE_LENGTH = 22  # bytes that say who is at which case; after them a watchdog w
 
 
 class Simulator(Protocol):
-    """What a sweep asks of mechanics, functions of resolved cases: `SIMULATION`, or what a test puts in its place.
+    """What a sweep asks of mechanics: `SIMULATION`, or what a test puts in its place.
 
     It travels to worker processes by pickle.
     """
 
-    catalogue: Callable[[], Catalogue]  # all laws there are, for reading a grid
-    load: Callable[[], None]  # loads what cases need
-    signature: Callable[[Case], Hashable]  # equal for cases that share their compiled code
-    compile_for: Callable[[Case], None]  # compiles the code of a case, or loads it from the cache
-    solve: Callable[[Case], Trajectory]  # the result of a case
-    derived: Callable[[Case], dict[str, tuple[float, str]]]  # name -> (value, unit) of what follows from other values
-    warnings: Callable[[Case], list[str]]  # sentences about values that may not be what was meant
+    def catalogue(self) -> Catalogue:
+        """Return all laws there are, for reading a grid."""
+
+    def load(self) -> None:
+        """Load what cases need."""
+
+    def signature(self, case: Case, /) -> Hashable:
+        """Return what is equal for cases that share their compiled code."""
+
+    def compile_for(self, case: Case, /) -> None:
+        """Compile the code of a case, or load it from the cache."""
+
+    def solve(self, case: Case, /) -> Trajectory:
+        """Return the result of a case."""
+
+    def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
+        """Return name -> (value, SI unit) of what follows from other values."""
+
+    def warnings(self, case: Case, /) -> list[str]:
+        """Return sentences about values that may not be what was meant."""
 
 
 class Task(NamedTuple):
     """One case on its way to a worker, which makes its values itself: the parent stays light."""
 
     case_id: str
-    index: int  # in the grid
+    grid_index: int
 
 
 class Batch(NamedTuple):
     """Cases that are computed and committed together."""
 
-    name: str  # of its shard and part
+    name: str  # of its files
     cases: tuple[Task, ...]
     tried: int = 0  # times it was lost with its worker
 
@@ -59,7 +73,7 @@ class Job(NamedTuple):
     """What all batches of a run share."""
 
     directory: Path
-    grid: object  # grid.Grid
+    grid: Grid
     simulator: Simulator
     case_timeout: float | None  # s
 
@@ -80,7 +94,7 @@ class AbandonedError(Exception):
 class Manifest(NamedTuple):
     """What a batch came to; the results themselves are in the store."""
 
-    part: str | None  # None where nothing was committed
+    committed: str | None  # name of its summary; None where nothing was committed
     done: int
     failed: int
     seconds: float  # spent on its cases
@@ -94,7 +108,7 @@ def enter(parent: int, load: Callable[[], None]) -> None:
         os._exit(1)  # the parent went before it could be tied to
     signals.in_worker()
     store.use_one_thread()
-    with contextlib.suppress(Exception):  # what is wrong with them comes up again in a case, where it is told
+    with contextlib.suppress(Exception):  # what is wrong with them comes up again in a case, where it is recorded
         load()
 
 
@@ -111,7 +125,7 @@ def time_case(simulator: Simulator, case: Case) -> tuple[float, int]:
     return time.perf_counter() - begin, len(trajectory.events)
 
 
-def run_packed(content: bytes):
+def run_packed(content: bytes) -> Any:
     """Return the outcome of a pickled (function, arguments): for executors that look into arguments on the way."""
     store.use_one_thread()
     function, arguments = pickle.loads(content)
@@ -122,7 +136,7 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
     """Compute the cases of a batch and commit them; asked to stop, commit the first ones that are done."""
     signals.leave_if_asked()
     first = batch.cases[0]
-    if job.grid.case_id(first.index) != first.case_id:
+    if job.grid.case_id(first.grid_index) != first.case_id:
         raise ClearsweepError(
             f"the worker on {platform.node()} has another version of clearsweep than the program "
             "that sends it work; install the same one everywhere"
@@ -141,20 +155,20 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
                 with durable.storing(job.note(batch)):
                     os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
                     os.lseek(note, NOTE_LENGTH, os.SEEK_SET)
-                values = job.grid.case(case.index)
-                rows.append(store.Row(case.case_id, job.grid.point(case.index), _solve(job, values, note)))
+                values = job.grid.case(case.grid_index)
+                rows.append(store.Row(case.case_id, job.grid.point(case.grid_index), _solve(job, values, note)))
             seconds = time.perf_counter() - begin
-            part = store.commit(job.directory, store.Form.of(job.grid), batch.name, rows) if rows else None
+            committed = store.commit(job.directory, store.Form.of(job.grid), batch.name, rows) if rows else None
         finally:
             os.close(note)
-    return Manifest(part, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+    return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
 
 
 class Note(NamedTuple):
     """What a worker left about the batch it was at."""
 
     process: int
-    index: int  # of the case in the batch
+    batch_index: int
     late: bool  # the case took longer than it may
 
 

@@ -7,10 +7,12 @@ implicit method saves (`stiff`).
 """
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 
-def main(json: bool = False, quick: bool = False, directory=None) -> None:
+def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
     """Measure, and print the tables or, for programs, JSON; what is being done goes to stderr.
 
     `quick` takes fewer tolerances, steps, rounds and extreme cases, and ends within a minute; `directory` : where the
@@ -20,21 +22,22 @@ def main(json: bool = False, quick: bool = False, directory=None) -> None:
 
     from . import text
 
-    results = measure(quick, lambda what: print(f"verify: {what}", file=sys.stderr, flush=True))
+    results = measure(quick=quick, note=lambda sentence: print(f"verify: {sentence}", file=sys.stderr, flush=True))
     print(dumps(results, indent=2, allow_nan=False) if json else text.text(results), flush=True)
     if directory is not None:
         print(f"verify: wrote {write(results, directory)}", file=sys.stderr, flush=True)
 
 
-def measure(quick: bool = False, note=None) -> dict:
+def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return all figures as a dict that JSON can hold; see `measure` of each of the modules named above."""
     from . import accuracy, convergence, stability, stiff
 
     more = {"convergence": convergence, "stability": stability, "stiffness": stiff}
-    return accuracy.measure(quick, note) | {name: module.measure(quick, note) for name, module in more.items()}
+    first = accuracy.measure(quick=quick, note=note)
+    return first | {name: module.measure(quick=quick, note=note) for name, module in more.items()}
 
 
-def write(results: dict, directory) -> Path:
+def write(results: dict[str, Any], directory: str | Path) -> Path:
     """Write `accuracy.md` and its figure, `accuracy/error.svg`, below `directory`; return the path of the former."""
     from . import figure, text
 
@@ -46,7 +49,7 @@ def write(results: dict, directory) -> Path:
     return page
 
 
-def draw(results: dict, path) -> Path:
+def draw(results: dict[str, Any], path: str | Path) -> Path:
     """Draw error against run time, a panel a problem, as SVG or PNG by the ending of `path`; return the path."""
     from . import figure
 

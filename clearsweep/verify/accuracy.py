@@ -7,10 +7,11 @@ import os
 import platform
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -72,7 +73,7 @@ def _repeat_scipy(problem, tolerance: float, method: str, times=()):
     return lambda: scipy_ivp(scene, times, problem.end, tolerance, problem.separations, method)
 
 
-def methods(quick: bool) -> list[Method]:
+def methods(*, quick: bool) -> list[Method]:
     """Return the methods and their settings: ours first, then the rivals'."""
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, STEPS)
     few = QUICK_FEW if quick else FEW
@@ -91,7 +92,7 @@ def methods(quick: bool) -> list[Method]:
     ]
 
 
-def measure(quick: bool = False, note=None) -> dict:
+def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return every figure of every method on every problem, as `results["problems"][i]["rows"]`, and `headline`.
 
     `note` : called with a sentence on what is being done.  Times are the least of several rounds, in each of which
@@ -107,7 +108,7 @@ def measure(quick: bool = False, note=None) -> dict:
     for problem in problems():
         if note:
             note(f"{problem.name}: {problem.title}")
-        found["problems"].append(measure_one(problem, methods(quick), found["rounds"]))
+        found["problems"].append(measure_one(problem, methods(quick=quick), found["rounds"]))
     found["headline"] = headline(found["problems"])
     return found
 

@@ -9,10 +9,14 @@ import copy
 import itertools
 import math
 import time
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from .. import grid
+from ..layout import Layout
+from ..mechanics.solver.event import Work
 from ..simulation import scene
-from ..simulation.batch_means import Blocks
+from ..simulation.batch_means import Blocks, Interval
 from ..simulation.trajectory import simulate
 from .problems import problems
 
@@ -29,20 +33,20 @@ class Lengths:
 
     parts = 1
 
-    def __init__(self, layout, lengths):
+    def __init__(self, layout: Layout, lengths: Sequence[int]):
         self.blocks, self.lengths = Blocks(layout, FIGURES), lengths
-        self.found = {}  # length -> figure -> Interval
+        self.intervals: dict[int, dict[str, Interval]] = {}  # length -> figure -> interval
 
-    def see(self, work) -> bool:
+    def see(self, work: Work) -> bool:
         """Take the end of a revolution into account."""
         turns = self.blocks.turns
         self.blocks.note(work)
         if turns in self.lengths:
-            self.found[turns] = {figure: self.blocks.interval(figure) for figure in FIGURES}
+            self.intervals[turns] = {figure: self.blocks.interval(figure) for figure in FIGURES}
         return False
 
 
-def measure(quick: bool = False, note=None) -> dict:
+def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return the figures and intervals of every tolerance and length as `rows`, and how well they agree.
 
     `within` : share of the pairs of tolerances, over all figures and lengths, that differ by no more than both
@@ -71,7 +75,7 @@ def measure(quick: bool = False, note=None) -> dict:
     }
 
 
-def run(tolerance: float, lengths) -> list[dict]:
+def run(tolerance: float, lengths: Sequence[int]) -> list[dict[str, Any]]:
     """Return a row for each length, in revolutions after the discarded ones, of one run at a tolerance."""
     source = copy.deepcopy(next(problem.grid for problem in problems() if problem.name == PROBLEM))
     source["joints"]["rod-slider"] |= {"length": 0.02, "wear": WEAR}
@@ -81,6 +85,7 @@ def run(tolerance: float, lengths) -> list[dict]:
     watch = Lengths(made.layout, lengths)
     simulate(made, watchers=(watch,))
     return [
-        {"tolerance": tolerance, "revolutions": turns} | {figure: held._asdict() for figure, held in found.items()}
-        for turns, found in watch.found.items()
+        {"tolerance": tolerance, "revolutions": turns}
+        | {figure: interval._asdict() for figure, interval in intervals.items()}
+        for turns, intervals in watch.intervals.items()
     ]

@@ -8,7 +8,8 @@ but for the group `dear`, whose cases may take more steps than the budget has.
 
 import itertools
 import math
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,12 +44,14 @@ SPEED_AND_STIFFNESS = {  # rpm -> N/m^1.5
 MIXED, SEED = 48, 20240229  # drawn at random, always the same ones
 CYCLES = 5e4  # oscillations in contact per revolution that a mixed case may have
 
+Section = dict[str, Any]  # of a grid, in SI
 
-class Case(NamedTuple):
+
+class Extreme(NamedTuple):
     """A row of the table."""
 
     name: str  # group/what
-    grid: dict
+    grid: Section
     shift: tuple = ()  # clearances by which the slider, and lengths of the rod's end, are displaced at the start
     tuning: tuple = ()  # (what: graze or meet, dotted path, low, high): made by bisection, see `tuning`
 
@@ -58,43 +61,43 @@ class Case(NamedTuple):
         return self.name.split("/", maxsplit=1)[0]
 
 
-def contact(stiffness=6.61e10, restitution=0.9) -> dict:
+def contact(stiffness: float = 6.61e10, restitution: float = 0.9) -> Section:
     """Return a contact section whose free impact gives back exactly `restitution`."""
     return {"law": "exact", "stiffness": stiffness, "restitution": restitution}
 
 
-def voigt(damping, stiffness=1e8) -> dict:
+def voigt(damping: float, stiffness: float = 1e8) -> Section:
     """Return a contact section of a linear spring (N/m) and damper (N s/m)."""
     return {"law": "kelvin-voigt", "stiffness": stiffness, "damping": damping}
 
 
-def tanh(coefficient, scale=1e-3) -> dict:
+def tanh(coefficient: float, scale: float = 1e-3) -> Section:
     """Return a friction section."""
     return {"law": "tanh", "coefficient": coefficient, "velocity_scale": scale}
 
 
-def ambrosio(coefficient) -> dict:
+def ambrosio(coefficient: float) -> Section:
     """Return a friction section with a dead band."""
     return {"law": "ambrosio", "coefficient": coefficient, "v0": 1e-3, "v1": 1e-2}
 
 
-def crank(
-    opening,
+def crank(  # noqa: PLR0913 - what a case may differ in, each by name
+    opening: str,
     *,
-    speed=5000.0,
-    law=None,
-    clearance=5e-4,
-    friction=None,
-    mass=1.0,
-    slider=0.14,
-    gravity=0.0,
-    start="centred",
-) -> dict:
+    speed: float = 5000.0,
+    law: Section | None = None,
+    clearance: float = 5e-4,
+    friction: Section | None = None,
+    mass: float = 1.0,
+    slider: float = 0.14,
+    gravity: float = 0.0,
+    start: str = "centred",
+) -> Section:
     """Return a grid of a slider-crank open at the joints that the letters of `opening` name.
 
     `speed` : rpm; `mass` : factor on all masses and inertias.
     """
-    joint = {"clearance": clearance, "bearing_radius": 0.01, "contact": law or contact()}
+    joint: Section = {"clearance": clearance, "bearing_radius": 0.01, "contact": law or contact()}
     if friction:
         joint["friction"] = friction
     return {
@@ -112,7 +115,13 @@ def crank(
     }
 
 
-def pair(stiffness, restitution, masses=(0.2, 0.2), speed=1.0, clearance=1e-3) -> dict:
+def pair(
+    stiffness: float,
+    restitution: float,
+    masses: tuple[float, float] = (0.2, 0.2),
+    speed: float = 1.0,
+    clearance: float = 1e-3,
+) -> Section:
     """Return a grid of two bodies that bounce ten times."""
     return {
         "mechanism": {"type": "impact-pair", "masses": list(masses), "speed": speed},
@@ -122,75 +131,75 @@ def pair(stiffness, restitution, masses=(0.2, 0.2), speed=1.0, clearance=1e-3) -
     }
 
 
-def cases() -> list[Case]:
+def cases() -> list[Extreme]:
     """Return all cases of the table."""
     return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_dear()]
 
 
-def _along_the_axes():
+def _along_the_axes() -> Iterator[Extreme]:
     """Yield cases in which one quantity goes through its range."""
     for (stiffness, speed), opening in itertools.product(STIFFNESS_AND_SPEED.items(), ("C", "BC", "ABC")):
-        yield Case(f"stiffness/{opening} {stiffness:.0e}", crank(opening, speed=speed, law=contact(stiffness)))
+        yield Extreme(f"stiffness/{opening} {stiffness:.0e}", crank(opening, speed=speed, law=contact(stiffness)))
     for clearance, opening in itertools.product((1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")):
-        yield Case(f"clearance/{opening} {clearance:.0e} m", crank(opening, speed=1500, clearance=clearance))
+        yield Extreme(f"clearance/{opening} {clearance:.0e} m", crank(opening, speed=1500, clearance=clearance))
     for restitution, opening in itertools.product((0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0), ("C", "BC")):
         law = contact(restitution=restitution)
-        yield Case(f"restitution/{opening} {restitution:g}", crank(opening, law=law))
+        yield Extreme(f"restitution/{opening} {restitution:g}", crank(opening, law=law))
     for (speed, stiffness), opening in itertools.product(SPEED_AND_STIFFNESS.items(), ("C", "ABC")):
         grid = crank(opening, speed=speed, law=contact(stiffness, 0.7), gravity=9.81)
-        yield Case(f"speed/{opening} {speed} rpm", grid)
-    for law, opening in ((tanh, "C"), (ambrosio, "C"), (tanh, "BC"), (tanh, "ABC")):
+        yield Extreme(f"speed/{opening} {speed} rpm", grid)
+    for smooth, opening in ((tanh, "C"), (ambrosio, "C"), (tanh, "BC"), (tanh, "ABC")):
         for coefficient in (0.01, 0.1, 0.3, 0.5, 1.0):
-            name = f"friction/{opening} {law.__name__} {coefficient:g}"
-            yield Case(name, crank(opening, speed=3000, friction=law(coefficient), gravity=9.81))
+            name = f"friction/{opening} {smooth.__name__} {coefficient:g}"
+            yield Extreme(name, crank(opening, speed=3000, friction=smooth(coefficient), gravity=9.81))
     for mass, opening in itertools.product((1e-2, 1e-1, 10.0, 1e2), ("C", "BC", "ABC")):
-        yield Case(f"mass/{opening} all x {mass:g}", crank(opening, mass=mass, speed=2000))
+        yield Extreme(f"mass/{opening} all x {mass:g}", crank(opening, mass=mass, speed=2000))
     for slider, opening in itertools.product((1e-3, 1e-2, 1.0, 10.0), ("C", "BC")):
-        yield Case(f"mass/{opening} slider {slider:g} kg", crank(opening, slider=slider, speed=2000))
+        yield Extreme(f"mass/{opening} slider {slider:g} kg", crank(opening, slider=slider, speed=2000))
 
 
-def _degenerate():
+def _degenerate() -> Iterator[Extreme]:
     """Yield starts in contact, exactly centred without gravity, and at the bearing's edge without force or speed."""
     for opening, speed in itertools.product(OPENINGS, (300, 5000)):
         grid = crank(opening, speed=speed, law=contact(restitution=0.5), gravity=9.81, start="seated")
-        yield Case(f"seated/{opening} {speed} rpm", grid)
+        yield Extreme(f"seated/{opening} {speed} rpm", grid)
     for opening in OPENINGS:
-        yield Case(f"centred/{opening} weightless", crank(opening, speed=1000, law=contact(1e9, 0.5)))
+        yield Extreme(f"centred/{opening} weightless", crank(opening, speed=1000, law=contact(1e9, 0.5)))
     for speed in (1, 10, 100):
-        yield Case(f"centred/C weightless, {speed} rpm", crank("C", speed=speed, law=contact(1e7, 0.1)))
+        yield Extreme(f"centred/C weightless, {speed} rpm", crank("C", speed=speed, law=contact(1e7, 0.1)))
     for along, across in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
         for speed in (100, 3000):
             name = f"touching/C at {along:.2g}, {across:.2g} clearances, {speed} rpm"
-            yield Case(name, crank("C", speed=speed, law=contact(1e10, 0.5)), (along, across))
+            yield Extreme(name, crank("C", speed=speed, law=contact(1e10, 0.5)), (along, across))
 
 
-def _tuned():
+def _tuned() -> Iterator[Extreme]:
     """Yield grazing onsets, and onsets of two joints at one time."""
     for opening, speed, restitution in itertools.product("ABC", (1000, 5000), (0.9, 0.7)):
         grid = crank(opening, speed=speed, law=contact(restitution=restitution))
         tuning = ("graze", f"joints.{LETTERS[opening]}.clearance", 1e-4, 3e-3)
-        yield Case(f"graze/{opening} {speed} rpm {restitution:g}", grid, tuning=tuning)
+        yield Extreme(f"graze/{opening} {speed} rpm {restitution:g}", grid, tuning=tuning)
     for (free, opening), speed in itertools.product((("C", "BC"), ("C", "AC"), ("B", "AB")), (1000, 5000)):
         tuning = ("meet", f"joints.{LETTERS[free]}.clearance", 1e-6, 4e-3)
-        yield Case(f"simultaneous/{opening} {speed} rpm", crank(opening, speed=speed), tuning=tuning)
+        yield Extreme(f"simultaneous/{opening} {speed} rpm", crank(opening, speed=speed), tuning=tuning)
     for opening in ("BC", "ABC"):  # all separate together, from rest under their static load
-        yield Case(f"simultaneous/{opening} equal joints, seated", crank(opening, law=contact(1e12), start="seated"))
+        yield Extreme(f"simultaneous/{opening} equal joints, seated", crank(opening, law=contact(1e12), start="seated"))
 
 
-def _stiff():
+def _stiff() -> Iterator[Extreme]:
     """Yield contacts whose damping or friction outruns the motion."""
     for damping, opening, speed in itertools.product((1e6, 1e7), ("C", "BC"), (300, 1500, 5000)):
         grid = crank(opening, speed=speed, law=voigt(damping))
-        yield Case(f"stiff/{opening} damping {damping:.0e}, {speed} rpm", grid)
+        yield Extreme(f"stiff/{opening} damping {damping:.0e}, {speed} rpm", grid)
     for stiffness, opening in itertools.product((1e12, 1e13, 1e14), ("C", "B")):
         grid = crank(opening, speed=300, law=contact(stiffness, 0.01), gravity=9.81)
-        yield Case(f"stiff/{opening} {stiffness:.0e}, restitution 0.01", grid)
+        yield Extreme(f"stiff/{opening} {stiffness:.0e}, restitution 0.01", grid)
     for scale, opening in itertools.product((1e-3, 1e-4, 1e-5), ("C", "B")):
         grid = crank(opening, speed=60, law=contact(1e9, 0.1), friction=tanh(0.3, scale), gravity=9.81)
-        yield Case(f"stiff/{opening} friction full at {scale:.0e} m/s", grid)
+        yield Extreme(f"stiff/{opening} friction full at {scale:.0e} m/s", grid)
 
 
-def _mixed():
+def _mixed() -> Iterator[Extreme]:
     """Yield cases in which everything differs at once."""
     draw = np.random.default_rng(SEED)
     for number in range(MIXED):
@@ -214,20 +223,20 @@ def _mixed():
             friction=friction,
             gravity=gravity,
         )
-        yield Case(f"mixed/{number:02d} {opening}", grid)
+        yield Extreme(f"mixed/{number:02d} {opening}", grid)
 
 
-def _pairs():
+def _pairs() -> Iterator[Extreme]:
     """Yield impacts of two bodies."""
     for stiffness, restitution in itertools.product((1e5, 1e9, 1e14), (0.01, 0.5, 1.0)):
-        yield Case(f"pair/{stiffness:.0e}, restitution {restitution:g}", pair(stiffness, restitution))
-    yield Case("pair/mass ratio 1e4", pair(1e9, 0.5, masses=(0.01, 100.0)))
-    yield Case("pair/creeping", pair(1e5, 0.5, speed=1e-4))
-    yield Case("pair/tight", pair(1e10, 0.5, clearance=1e-7))
+        yield Extreme(f"pair/{stiffness:.0e}, restitution {restitution:g}", pair(stiffness, restitution))
+    yield Extreme("pair/mass ratio 1e4", pair(1e9, 0.5, masses=(0.01, 100.0)))
+    yield Extreme("pair/creeping", pair(1e5, 0.5, speed=1e-4))
+    yield Extreme("pair/tight", pair(1e10, 0.5, clearance=1e-7))
 
 
-def _dear():
+def _dear() -> Iterator[Extreme]:
     """Yield contacts that oscillate so often in a revolution that the budget of steps is at stake."""
-    yield Case("dear/C undamped 1e14, 1 rpm", crank("C", speed=1, law=contact(1e14, 1.0)))
-    yield Case("dear/ABC undamped 1e14, 1 rpm", crank("ABC", speed=1, law=contact(1e14, 1.0), gravity=9.81))
-    yield Case("dear/C 1e14, 10 rpm", crank("C", speed=10, law=contact(1e14, 0.9), gravity=9.81))
+    yield Extreme("dear/C undamped 1e14, 1 rpm", crank("C", speed=1, law=contact(1e14, 1.0)))
+    yield Extreme("dear/ABC undamped 1e14, 1 rpm", crank("ABC", speed=1, law=contact(1e14, 1.0), gravity=9.81))
+    yield Extreme("dear/C 1e14, 10 rpm", crank("C", speed=10, law=contact(1e14, 0.9), gravity=9.81))

@@ -1,7 +1,9 @@
 """Error against run time, drawn."""
 
 from pathlib import Path
+from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
@@ -18,7 +20,7 @@ COLUMNS = 3
 FIRST_HALF, RATIO = "error over the first half [1]", "error of the restitution [1]"
 
 
-def draw(results: dict, path) -> Path:
+def draw(results: dict[str, Any], path: str | Path) -> Path:
     """Draw error against run time for every problem of `results`, as `measure` returned them; return the path.
 
     The ending of `path` chooses the format: .svg, .png or .pdf.
@@ -38,7 +40,7 @@ def draw(results: dict, path) -> Path:
     return path
 
 
-def _panel(panel, entry: dict) -> None:
+def _panel(panel: Axes, entry: dict[str, Any]) -> None:
     """Draw one problem on matplotlib axes."""
     column = "error_whole" if entry["measure"] == "restitution" else "error_first_half"
     for method, (colour, marker) in LOOK.items():

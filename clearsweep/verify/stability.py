@@ -23,16 +23,19 @@ across the surface.  Such a case counts as failed, though its energies balance, 
 import dataclasses
 import math
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from .. import grid
-from ..case import Case as ResolvedCase
+from ..case import Case
 from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.solver.loop import ONSET_FLOOR
+from ..results import Trajectory
 from ..simulation import scene
 from ..simulation.trajectory import simulate
-from .extremes import Case, cases
+from .extremes import Extreme, cases
 from .tuning import tuned
 
 ENERGY = 1000.0  # tolerances a revolution
@@ -43,7 +46,7 @@ QUICK = 30
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 
 
-def measure(quick: bool = False, note=None) -> dict:
+def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return what became of every case of the table: `rows`, and their summary.
 
     `quick` takes some of each group; `note` is called with a sentence on what is being done.
@@ -67,7 +70,7 @@ def measure(quick: bool = False, note=None) -> dict:
     }
 
 
-def some(table: list[Case], count: int = QUICK) -> list[Case]:
+def some(table: list[Extreme], count: int = QUICK) -> list[Extreme]:
     """Return `count` cases: of each group but the dear one in turn, evenly from its range."""
     groups = [[case for case in table if case.group == name] for name in dict.fromkeys(case.group for case in table)]
     groups = [group for group in groups if group[0].group != "dear"]
@@ -76,7 +79,7 @@ def some(table: list[Case], count: int = QUICK) -> list[Case]:
     return picked[:count]
 
 
-def run(case: Case) -> dict:
+def run(case: Extreme) -> dict[str, Any]:
     """Return the row of a case; `failure` is empty where it passes."""
     made, note = scene_of(case)
     turns = made.case.simulate.revolutions if made.layout.turns else 1.0
@@ -104,7 +107,7 @@ def run(case: Case) -> dict:
     return row | {"failure": _failure(made, found, row)}
 
 
-def scene_of(case: Case):
+def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
     """Return the Scene of a case, tuned and displaced as it asks, and a note on that."""
     source, note = tuned(case) if case.tuning else (case.grid, "")
     made = scene.build(grid.load(source, scene.catalogue()).case(0))
@@ -118,7 +121,7 @@ def scene_of(case: Case):
     return made, note
 
 
-def _failure(made, found, row: dict) -> str:
+def _failure(made: scene.Scene, found: Trajectory, row: dict[str, Any]) -> str:
     """Return why a run that ended `ok` does not pass; empty where it does."""
     figures = [value for value in found.summary.values() if isinstance(value, float)]
     if not np.all(np.isfinite(figures)) or not all(np.all(np.isfinite(v)) for v in found.channels.values()):
@@ -133,9 +136,9 @@ def _failure(made, found, row: dict) -> str:
     return ""
 
 
-def _largest_escape(made, found, place: int, name: str) -> float:
+def _largest_escape(made: scene.Scene, found: Trajectory, place: int, name: str) -> float:
     """Return how far (clearances) a sample outside of the logged contacts of a joint is beyond its bearing."""
-    clearance, events = made.value.joints[place].clearance, found.events[found.events["joint"] == name]
+    clearance, events = float(made.value.joints[place].clearance), found.events[found.events["joint"] == name]
     touching = (np.searchsorted(events["t"], found.t, side="right") + made.in_contact) % 2 == 1
     eccentricity = np.hypot(found[f"joints/{name}/x"], found[f"joints/{name}/y"])[~touching]
     return float(np.max(eccentricity, initial=0.0)) / clearance - 1.0
@@ -144,7 +147,7 @@ def _largest_escape(made, found, place: int, name: str) -> float:
 # ---------------------------------------------------------------------------------------------- bound
 
 
-def share_of_bound(made, summary: dict) -> float:
+def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
     """Return the largest penetration of a run over its bound, the largest of its joints."""
     energies, loads = [], []
     for part, written, joint in zip(made.layout.joints, made.case.joints, made.value.joints, strict=True):
@@ -161,7 +164,7 @@ def share_of_bound(made, summary: dict) -> float:
     return max(shares)
 
 
-def _exponent(elastic) -> float:
+def _exponent(elastic: Any) -> float:
     return 1.0 if type(elastic).__name__ == "Linear" else 1.5
 
 
@@ -177,7 +180,7 @@ def _largest_load(made: scene.Scene, name: str) -> float:
     return LOAD * largest_reactions(made.mechanism, made.case.mechanism.values, made.built.rate).get(name, 0.0)
 
 
-def _reduced_mass(case: ResolvedCase, name: str) -> float:
+def _reduced_mass(case: Case, name: str) -> float:
     """Return the largest reduced mass (kg) of a joint, the others closed, over crank angles and directions."""
     values = case.mechanism.values
     if case.drive is None:

@@ -6,14 +6,16 @@ right-hand side; an evaluation of the Jacobian counts as one of the right-hand s
 """
 
 import math
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
-from .. import grid
+from .. import grid, results
 from ..simulation import scene
 from ..simulation.trajectory import simulate
-from .extremes import Case, contact, crank, tanh, voigt
-from .problems import problems, scene_of
+from .extremes import Extreme, contact, crank, tanh, voigt
+from .problems import ImpactPair, Trajectory, problems, scene_of
 
 TOLERANCES, QUICK_TOLERANCES = (1e-6, 1e-8), (1e-6,)
 DEFAULT = 1e-8
@@ -24,23 +26,23 @@ STEPS = 3e6  # budget: the explicit method is given what it needs
 ROUNDS = 3  # of which the least run time counts
 
 
-def cases() -> list[Case]:
+def cases() -> list[Extreme]:
     """Return cases in which stability limits the steps of the explicit method: damping, stiffness, friction."""
-    slow = {"gravity": 9.81, "start": "seated"}
+    slow: dict[str, Any] = {"gravity": 9.81, "start": "seated"}
     steep, soft = tanh(0.3, 1e-5), contact(1e9, 0.1)
     return [
-        Case("damping/C 1e6 N s/m", crank("C", law=voigt(1e6))),
-        Case("damping/C 1e7 N s/m", crank("C", law=voigt(1e7))),
-        Case("damping/BC 1e6 N s/m", crank("BC", speed=1500, law=voigt(1e6))),
-        Case("damping/ABC 1e6 N s/m", crank("ABC", speed=1500, law=voigt(1e6))),
-        Case("stiffness/C 1e13, restitution 0.01, 300 rpm", crank("C", speed=300, law=contact(1e13, 0.01), **slow)),
-        Case("stiffness/C 1e14, restitution 0.01, 300 rpm", crank("C", speed=300, law=contact(1e14, 0.01), **slow)),
-        Case("friction/C full at 1e-5 m/s, 60 rpm", crank("C", speed=60, law=soft, friction=steep, **slow)),
-        Case("friction/B full at 1e-5 m/s, 60 rpm", crank("B", speed=60, law=soft, friction=steep, **slow)),
+        Extreme("damping/C 1e6 N s/m", crank("C", law=voigt(1e6))),
+        Extreme("damping/C 1e7 N s/m", crank("C", law=voigt(1e7))),
+        Extreme("damping/BC 1e6 N s/m", crank("BC", speed=1500, law=voigt(1e6))),
+        Extreme("damping/ABC 1e6 N s/m", crank("ABC", speed=1500, law=voigt(1e6))),
+        Extreme("stiffness/C 1e13, restitution 0.01, 300 rpm", crank("C", speed=300, law=contact(1e13, 0.01), **slow)),
+        Extreme("stiffness/C 1e14, restitution 0.01, 300 rpm", crank("C", speed=300, law=contact(1e14, 0.01), **slow)),
+        Extreme("friction/C full at 1e-5 m/s, 60 rpm", crank("C", speed=60, law=soft, friction=steep, **slow)),
+        Extreme("friction/B full at 1e-5 m/s, 60 rpm", crank("B", speed=60, law=soft, friction=steep, **slow)),
     ]
 
 
-def measure(quick: bool = False, note=None) -> dict:
+def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return `rows`, one for every stiff case and tolerance, of explicit and automatic at equal error, and `others`."""
     rows = []
     for case in cases():
@@ -50,7 +52,7 @@ def measure(quick: bool = False, note=None) -> dict:
     return {"rows": rows, "others": [other(problem) for problem in problems() if problem.name != "b_damped"]}
 
 
-def other(problem) -> dict:
+def other(problem: Trajectory | ImpactPair) -> dict[str, Any]:
     """Return the evaluations of explicit and automatic on a problem that is not stiff, and their ratio."""
     spent = {
         method: simulate(scene_of(problem, DEFAULT, method)).summary["rhs_evaluations"]
@@ -59,7 +61,7 @@ def other(problem) -> dict:
     return {"name": problem.name} | spent | {"evaluations_ratio": spent["auto"] / spent["explicit"]}
 
 
-def compare(case: Case, tolerances) -> list[dict]:
+def compare(case: Extreme, tolerances: Sequence[float]) -> list[dict[str, Any]]:
     """Return a row for each of the tolerances of the explicit method."""
     truth = run(case, TIGHT, "explicit")
     rows = []
@@ -82,7 +84,7 @@ def compare(case: Case, tolerances) -> list[dict]:
     return rows
 
 
-def run(case: Case, tolerance: float, method: str):
+def run(case: Extreme, tolerance: float, method: str) -> results.Trajectory:
     """Return the Trajectory of a case over one revolution."""
     settings = {
         "simulate.tolerance": tolerance,
@@ -95,14 +97,14 @@ def run(case: Case, tolerance: float, method: str):
     return simulate(made, times=np.arange(1, SAMPLES + 1) / SAMPLES * turn)
 
 
-def error_of(found, truth, case: Case) -> float:
+def error_of(found: results.Trajectory, truth: results.Trajectory, case: Extreme) -> float:
     """Return the largest error at the samples: angle / 0.05 rad, place / 0.05 m, their rates over those times speed."""
-    speed = case.grid["drive"]["speed"]
+    speed: float = case.grid["drive"]["speed"]
     scales = {"rod/angle": 0.05, "slider/x": 0.05, "rod/rate": speed, "slider/v": 0.05 * speed}
     return max(float(np.max(np.abs(found[name] - truth[name]))) / scale for name, scale in scales.items())
 
 
-def _figures(case: Case, tolerance: float, method: str, truth) -> dict:
+def _figures(case: Extreme, tolerance: float, method: str, truth: results.Trajectory) -> dict[str, Any]:
     """Return the cost and the error of a method at a tolerance."""
     found = [run(case, tolerance, method) for _ in range(ROUNDS)]
     return {

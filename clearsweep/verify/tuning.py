@@ -1,6 +1,8 @@
 """A parameter of a case tuned, by bisection to the last bit, until a contact just grazes or two joints meet at once."""
 
 import copy
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -8,7 +10,7 @@ from .. import grid
 from ..case import column_name
 from ..simulation import scene
 from ..simulation.trajectory import simulate
-from .extremes import Case
+from .extremes import Extreme
 
 HORIZON = 0.25  # revolutions, within which it shall happen
 SCAN = 64  # values of the parameter among which a change is looked for
@@ -16,7 +18,7 @@ HALVINGS = 60
 FAINT = 1e-4  # of the largest onset rate: a graze closes slower
 
 
-def tuned(case: Case) -> tuple[dict, str]:
+def tuned(case: Extreme) -> tuple[dict[str, Any], str]:
     """Return the grid of a case with its parameter tuned, and a note that says to what."""
     what, path, low, high = case.tuning
     find = _graze if what == "graze" else _meeting
@@ -24,7 +26,7 @@ def tuned(case: Case) -> tuple[dict, str]:
     return changed(case.grid, path, value), f"{path} = {value!r}; {rate}"
 
 
-def changed(source: dict, path: str, value) -> dict:
+def changed(source: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
     """Return a grid with the value at a dotted path replaced."""
     source = copy.deepcopy(source)
     section = source
@@ -35,14 +37,15 @@ def changed(source: dict, path: str, value) -> dict:
     return source
 
 
-def onsets(source: dict, path: str, value: float) -> np.ndarray:
+def onsets(source: dict[str, Any], path: str, value: float) -> np.ndarray:
     """Return the event log's onsets within HORIZON revolutions."""
     short = changed(changed(source, path, value), "simulate.revolutions", HORIZON)
-    found = simulate(scene.build(grid.load(short, scene.catalogue()).case(0)), times=[0.0])
-    return found.events[found.events["kind"] == "on"]
+    events = simulate(scene.build(grid.load(short, scene.catalogue()).case(0)), times=[0.0]).events
+    first: np.ndarray = events[events["kind"] == "on"]
+    return first
 
 
-def bisected(holds, low: float, high: float) -> tuple[float, float]:
+def bisected(holds: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
     """Return neighbours between `low`, where `holds`, and `high`, where it does not."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
@@ -52,35 +55,43 @@ def bisected(holds, low: float, high: float) -> tuple[float, float]:
     return low, high
 
 
-def _graze(case: Case, path: str, low: float, high: float) -> tuple[float, str]:
+def _graze(case: Extreme, path: str, low: float, high: float) -> tuple[float, str]:
     """Return the value at which an onset is about to vanish, closing ever slower."""
     values = np.geomspace(low, high, SCAN)
     counts = [len(onsets(case.grid, path, value)) for value in values]
     for i in np.flatnonzero(np.diff(counts)):
         fewer = counts[i] if counts[i] < counts[i + 1] else counts[i + 1]
         ends = (values[i], values[i + 1]) if counts[i] > fewer else (values[i + 1], values[i])
-        value, _ = bisected(lambda v, fewer=fewer: len(onsets(case.grid, path, v)) > fewer, *ends)
+
+        def has_more(value: float, fewer: int = fewer) -> bool:
+            return len(onsets(case.grid, path, value)) > fewer
+
+        value, _ = bisected(has_more, *ends)
         rates = onsets(case.grid, path, value)["rate"]
         if rates.min() < FAINT * rates.max():  # else an onset crossed the horizon
             return float(value), f"onset at {rates.min():.1e} m/s after {rates.max():.1e} m/s"
     raise LookupError(f"{case.name}: no graze between {low:g} and {high:g}")
 
 
-def _meeting(case: Case, path: str, low: float, high: float) -> tuple[float, str]:
+def _meeting(case: Extreme, path: str, low: float, high: float) -> tuple[float, str]:
     """Return the clearance at which the first onset of its joint falls upon one of the other joint."""
     joint = column_name(path.split(".")[1])
 
-    def ahead(value):  # onsets of the other joint before the first one of this
+    def ahead(value: float) -> int:  # onsets of the other joint before the first one of this
         log = onsets(case.grid, path, value)
         own = np.flatnonzero(log["joint"] == joint)
-        return own[0] if own.size else len(log)
+        return int(own[0]) if own.size else len(log)
 
     values = np.geomspace(low, high, SCAN)
     counts = [ahead(value) for value in values]
     for i in np.flatnonzero(np.diff(counts)):
         if counts[i + 1] < counts[i]:
             continue
-        value, _ = bisected(lambda v, count=counts[i]: ahead(v) <= count, values[i], values[i + 1])
+
+        def at_most(value: float, count: int = counts[i]) -> bool:
+            return ahead(value) <= count
+
+        value, _ = bisected(at_most, values[i], values[i + 1])
         log = onsets(case.grid, path, value)
         own, other = (log["t"][log["joint"] == joint], log["t"][log["joint"] != joint])
         if own.size and other.size > counts[i]:
