@@ -17,8 +17,6 @@ from ..mechanics.joint import dry
 from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
-from ..mechanics.solver import loop
-from ..results import EVENT_DTYPE
 from .sums import DepthRate, ForceExceeded, Mean, PerRevolution, RootMean
 
 
@@ -384,16 +382,6 @@ def figures_of(window: Window, *, failed: bool = False) -> dict:
         if figure and formula:
             value = formula(window, places.get(column.joint))
             found[column.name] = value if value is None else (int if figure.kind == "int" else float)(value)
-    return found
-
-
-def events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
-    """Return the event log of a run, (events, 5), as a structured array."""
-    found = np.empty(len(log), EVENT_DTYPE)
-    names = np.array([joint.name for joint in layout.joints])
-    found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
-    found["joint"] = names[log[:, 1].astype(int)]
-    found["kind"] = np.where(log[:, 2] == loop.ONSET, "on", "off")
     return found
 
 

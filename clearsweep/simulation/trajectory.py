@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 
 from ..case import Case
 from ..errors import InputError
-from ..layout import DIFFERENCE
+from ..layout import DIFFERENCE, Layout
 from ..mechanics.joint import registry
 from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
-from ..results import Trajectory
+from ..results import EVENT_DTYPE, Trajectory
 from ..validity import past_limits
-from .figures import COST, Window, events_of, figures_of, wear_of
+from .figures import COST, Window, figures_of, wear_of
 from .run import Run, call, control_of, integrate, integrated, period
 from .scene import Scene, build
 from .until import Until, longest, marks
@@ -177,8 +177,18 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
     )
-    log, wear = events_of(scene.layout, run.events), wear_of(scene.layout, run.tally)
+    log, wear = _events_of(scene.layout, run.events), wear_of(scene.layout, run.tally)
     return Trajectory(status, message, summary, histories, log, wear)
+
+
+def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
+    """Return the event log of a run, (events, 5), as a structured array."""
+    found = np.empty(len(log), EVENT_DTYPE)
+    names = np.array([joint.name for joint in layout.joints])
+    found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
+    found["joint"] = names[log[:, 1].astype(int)]
+    found["kind"] = np.where(log[:, 2] == loop.ONSET, "on", "off")
+    return found
 
 
 def window_of(scene: Scene, run: Run, end: float) -> Window:
