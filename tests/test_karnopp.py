@@ -12,7 +12,7 @@ from clearsweep.mechanics.compiled.dual import Dual, turned
 from clearsweep.mechanics.joint.contract import Present
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
-from clearsweep.mechanics.joint.stick import rate_under, surfaces_of, with_sticking_forces
+from clearsweep.mechanics.joint.stick import slip_rates, surfaces_of, with_sticking_forces
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
 from clearsweep.mechanics.mechanism.slider_crank import pose as pose_of_slider_crank
 from clearsweep.simulation import trajectory as simulating
@@ -83,8 +83,8 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     scale = np.abs(motion.accelerations).max()
     exact = gap_accelerations(scene.mechanism, y, motion)
     np.testing.assert_allclose(exact, (after - before) / 2e-7, atol=1e-6 * scale)
-    found = [rate_under(scene, y, pose, surfaces_of(scene.joints, relative), loads, j) for j in range(len(joints))]
-    np.testing.assert_allclose(found, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
+    rates = slip_rates(scene, y, pose, surfaces_of(scene.joints, relative), loads)
+    np.testing.assert_allclose(rates, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
 
 
 @pytest.mark.usefixtures("plain")
@@ -96,9 +96,9 @@ def test_surfaces_that_stick_let_no_sliding_grow(joints):
     still = with_sticking_forces(scene, y, pose, relative, loads, state)
     surfaces = surfaces_of(scene.joints, relative)
     for j in range(len(joints)):
-        free = abs(rate_under(scene, y, pose, surfaces, loads, j))
+        free = abs(slip_rates(scene, y, pose, surfaces, loads)[j])
         wanted = -scene.reference_rate * still[j].contacts[0].slip
-        assert rate_under(scene, y, pose, surfaces, still, j) == pytest.approx(wanted, abs=1e-10 * free)
+        assert slip_rates(scene, y, pose, surfaces, still)[j] == pytest.approx(wanted, abs=1e-10 * free)
         assert abs(still[j].contacts[0].tangential) < 1e3 * still[j].contacts[0].normal
 
 
@@ -118,7 +118,7 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
                 assert still[j].contacts[0].tangential == loads[j].contacts[0].tangential
                 continue
             limit = 0.12 * still[j].contacts[0].normal
-            excess = rate_under(scene, y, pose, surfaces, still, j) + scene.reference_rate * still[j].contacts[0].slip
+            excess = slip_rates(scene, y, pose, surfaces, still)[j] + scene.reference_rate * still[j].contacts[0].slip
             if abs(still[j].contacts[0].tangential) < limit:
                 assert excess == pytest.approx(0.0, abs=1e-9)
             else:

@@ -1,14 +1,16 @@
 """Surfaces that stick: the tangential force that stops their sliding, found from the mechanism itself.
 
-The accelerations are affine in the tangential forces, so two evaluations of the motion tell the force of one joint.
-Where several joints stick, each is solved for in turn, clipped at what it can hold, until nothing changes: projected
-Gauss-Seidel, on a matrix that is symmetric and positive definite because these forces work on these very slips.
+The accelerations are affine in the tangential forces: one evaluation of the motion, and one more for each joint that
+sticks, tell how all sliding speeds change with all of these forces.  Each force is then solved for in turn, clipped at
+what its surfaces hold, until nothing changes: projected Gauss-Seidel, on a matrix that is symmetric and positive
+definite because these forces work on these very slips.
 """
 
 from typing import NamedTuple
 
 from numba.extending import overload
 
+from ..compiled.dual import as_type_of
 from ..compiled.family import OPTIONS, family, kernel, map_joints
 from ..mechanism.contract import accelerate, gap_accelerations
 from .contract import Contact, Load, after_joint, after_number, first_place
@@ -116,19 +118,88 @@ def surfaces_of(joints, relative):
 
 
 @kernel
-def _replaced(surface, load, place, shared):
-    j, force = shared
-    return with_tangential(surface, load, force) if place == j else load
-
-
-_replaced_in_one = map_joints(_replaced, after_number)  # of surfaces, loads, 0 and (the joint, the force on it)
+def _slip_rate(surface, gap, place, shared):
+    return slip_rate(surface, gap)
 
 
 @kernel
-def rate_under(scene, y, pose, surfaces, loads, j):
-    """Return the rate (m/s^2) of the sliding speed of joint `j` under the loads."""
+def _per_force(under, base, place, force):
+    return (under - base) / force
+
+
+@kernel
+def _nothing(_, base, place, shared):
+    return as_type_of(0.0, base)
+
+
+@kernel
+def _moved(rate, gain, place, more):
+    return rate + gain * more
+
+
+@kernel
+def _force(_, load, place, shared):
+    return load.contacts[0].tangential
+
+
+@kernel
+def _replaced(_, force, place, shared):
+    j, other = shared
+    return other if place == j else force
+
+
+@kernel
+def _loaded(surface, load, place, forces):
+    return with_tangential(surface, load, forces[place])
+
+
+_slip_rates = map_joints(_slip_rate, after_number)  # of surfaces and gap accelerations
+_rates_per_force = map_joints(_per_force, after_number)  # of rates with a force more and without, and that force
+_no_rates = map_joints(_nothing, after_number)
+_moved_rates = map_joints(_moved, after_number)  # of rates, rates per force, and the force more
+_forces = map_joints(_force, after_number)
+_replaced_in_one = map_joints(_replaced, after_number)  # of surfaces, forces, and (the joint, the force on it)
+_loads = map_joints(_loaded, after_number)
+
+
+@kernel
+def slip_rates(scene, y, pose, surfaces, loads):
+    """Return the rate (m/s^2) of the sliding speed of every joint under the loads."""
     motion = accelerate(scene.mechanism, pose, loads)
-    return slip_rate(surfaces[j], gap_accelerations(scene.mechanism, y, motion)[j])
+    return _slip_rates(surfaces, gap_accelerations(scene.mechanism, y, motion), 0, 0)
+
+
+class Question(NamedTuple):
+    """What the rates per force of the joints are found from."""
+
+    scene: tuple
+    y: tuple  # state vector
+    pose: tuple
+    surfaces: tuple
+    loads: tuple
+    rates: tuple  # m/s^2, under these loads
+    mode: tuple
+
+
+@kernel
+def _gain(surface, load, place, question):
+    limit = limit_of(surface, load)
+    if question.mode[surface.contact] != STUCK or limit == 0.0:
+        return _no_rates(question.surfaces, question.rates, 0, 0)
+    forces = _forces(question.surfaces, question.loads, 0, 0)
+    more = _replaced_in_one(question.surfaces, forces, 0, (place, forces[place] + limit))
+    loads = _loads(question.surfaces, question.loads, 0, more)
+    rates = slip_rates(question.scene, question.y, question.pose, question.surfaces, loads)
+    return _rates_per_force(rates, question.rates, 0, limit)
+
+
+_gains = map_joints(_gain, after_number)
+
+
+@kernel
+def limit_of(surface, load):
+    """Return the largest tangential force (N) that the surfaces hold under the normal force of the load."""
+    return surface.static_limit * max(load.contacts[0].normal, 0.0)
 
 
 def with_sticking_forces(scene, y, pose, relative, loads, mode):
@@ -140,23 +211,25 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     surfaces, stuck = surfaces_of(scene.joints, relative), 0
     for j in range(len(surfaces)):
         stuck += mode[surfaces[j].contact] == STUCK
-    for _ in range(SWEEPS if stuck > 1 else stuck):
+    if stuck == 0:
+        return loads
+    rates, forces = slip_rates(scene, y, pose, surfaces, loads), _forces(surfaces, loads, 0, 0)
+    gains = _gains(surfaces, loads, 0, Question(scene, y, pose, surfaces, loads, rates, mode))
+    for _ in range(SWEEPS if stuck > 1 else 1):
         change = 0.0
         for j in range(len(surfaces)):
-            contact = loads[j].contacts[0]
-            limit = surfaces[j].static_limit * max(contact.normal, 0.0)
+            limit = limit_of(surfaces[j], loads[j])
             if mode[surfaces[j].contact] != STUCK or limit == 0.0:
                 continue
-            now = contact.tangential
-            wanted = -scene.reference_rate * contact.slip - rate_under(scene, y, pose, surfaces, loads, j)
-            other = _replaced_in_one(surfaces, loads, 0, (j, now + limit))
-            gain = wanted + scene.reference_rate * contact.slip + rate_under(scene, y, pose, surfaces, other, j)
-            force = min(max(now + limit * wanted / gain, -limit), limit)
-            change = max(change, abs(force - now) / limit)
-            loads = _replaced_in_one(surfaces, loads, 0, (j, force))
+            missing = -scene.reference_rate * loads[j].contacts[0].slip - rates[j]
+            force = min(max(forces[j] + missing / gains[j][j], -limit), limit)
+            more = force - forces[j]
+            change = max(change, abs(more) / limit)
+            rates = _moved_rates(rates, gains[j], 0, more)
+            forces = _replaced_in_one(surfaces, forces, 0, (j, force))
         if change < SETTLED:
             break
-    return loads
+    return _loads(surfaces, loads, 0, forces)
 
 
 @overload(with_sticking_forces, strict=False, jit_options=dict(OPTIONS))
