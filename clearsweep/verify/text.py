@@ -18,7 +18,7 @@ EXPLANATION = (
 )
 METHODS = (
     "event-driven    clearsweep.simulate: adaptive order 8, every onset and separation located",
-    "explicit only   the same with simulate.method: explicit; implicit only: implicit (Radau IIA of order 5)",
+    "explicit only   the same with simulate.method: explicit; implicit only: implicit (Radau IIA of order 9)",
     "scipy DOP853    solve_ivp on the same compiled right-hand side, every onset and separation located, restarted",
     "scipy LSODA     the same with method LSODA; scipy Radau: Radau, its Jacobian by differences",
     "fixed-step RK4  classical Runge-Kutta 4, compiled, on the same right-hand side, events not located",
