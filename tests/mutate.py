@@ -56,7 +56,7 @@ MUTATIONS = (
     Mutation(FIGURES, "[place, tallies.DEPTH_MAX], -window", "[place, tallies.DEPTH_MAX], 0.0 * window", FLIGHT),
     Mutation(FIGURES, "[place, tallies.RESTITUTION] / counted", "[place, tallies.RESTITUTION]", IMPACT),
     Mutation(FIGURES, "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
-    Mutation(FIGURES, "2.0 * math.pi / bins * joint.wear.length", "2.0 * math.pi / bins", WEAR),
+    Mutation(FIGURES, "2.0 * math.pi / bins * worn.length", "2.0 * math.pi / bins", WEAR),
     Mutation(FIGURES, "max(map(np.max, wear_depths", "min(map(np.max, wear_depths", WEAR),
     Mutation(FIGURES, '== loop.ONSET, "on", "off"', '!= loop.ONSET, "on", "off"', SEEN),
     # what figures follow from, and their intervals
@@ -140,11 +140,11 @@ MUTATIONS = (
     Mutation("store/directory.py", "np.lexsort((-written,", "np.lexsort((written,", STORE),
     Mutation("store/directory.py", 'rows["failed"], rows["id"]))]', 'rows["id"]))]', STORE),
     Mutation("store/directory.py", "hexdigest()[:16] != path.stem", "hexdigest()[:16] == path.name + path.stem", STORE),
-    Mutation("store/directory.py", "if durable.checksum(part.shard) != part.sha256:", "if False:", STORE),
+    Mutation("store/directory.py", "if durable.checksum(batch.orbits) != batch.sha256:", "if False:", STORE),
     Mutation("store/directory.py", "if path not in kept:", "if False:", STORE),
-    Mutation("store/directory.py", "if not part.shard.exists():", "if False:", STORE),
-    Mutation("store/directory.py", "if held.get(path) != wanted.get(path)]", "if path not in held]", STORE),
-    Mutation("store/directory.py", "if part.path.name not in known]", "]", SHARDS),
+    Mutation("store/directory.py", "if not batch.orbits.exists():", "if False:", STORE),
+    Mutation("store/directory.py", "if present.get(path) != wanted.get(path)]", "if path not in present]", STORE),
+    Mutation("store/directory.py", "if batch.name not in known]", "]", SHARDS),
     Mutation("store/durable.py", "os.fsync(file.fileno())", "pass", STORE),
     Mutation(
         "store/durable.py",
@@ -162,14 +162,14 @@ MUTATIONS = (
     ),
     Mutation("store/assemble.py", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
     Mutation("store/assemble.py", "place += rows\n", "place += rows - 1\n", STORE),
-    Mutation("store/assemble.py", 'first[here] = shard.starts[each][rows["row"][here]]', "first[here] = 0", STORE),
+    Mutation("store/assemble.py", 'first[here] = file.starts[each][rows["row"][here]]', "first[here] = 0", STORE),
     Mutation("store/assemble.py", '+ rows["row"].tobytes())', ")", STORE),
     Mutation(
         "store/assemble.py", "order = np.argsort(np.concatenate(places))", "order = np.concatenate(places)", STORE
     ),
     Mutation(
         "store/assemble.py",
-        'if known.get("mark") == mark and known == _merged(store, mark):',
+        'if known.get("mark") == mark and known == _merged(run, mark):',
         'if known.get("mark") == mark:',
         "tests/test_sweep.py -k merged_file",
     ),
@@ -177,7 +177,7 @@ MUTATIONS = (
     Mutation("store/compare.py", "if name in TIMINGS or", "if", SHARDS),
     Mutation("store/read.py", "return max(records", "return min(records", "tests/test_store.py -k newest_run"),
     Mutation("store/read.py", "if not matching:", "if False:", STORE),
-    Mutation("store/read.py", "[place : place + 2] if held", "[0:2] if held", STORE),
+    Mutation("store/read.py", "[place : place + 2] if stored", "[0:2] if stored", STORE),
     # identity of a case
     Mutation(
         GRID,
@@ -197,7 +197,7 @@ MUTATIONS = (
     # versions of workers
     Mutation(
         "sweeping/worker.py",
-        "if job.grid.case_id(first.index) != first.case_id:",
+        "if job.grid.case_id(first.grid_index) != first.case_id:",
         "if False:",
         "tests/test_driver.py -k version",
     ),

@@ -6,6 +6,7 @@ from concurrent.futures import BrokenExecutor, Future
 import numpy as np
 import pytest
 from fake_physics import CATALOGUE, Fake, OtherVersion, grid
+from fake_sweeps import sweep
 
 from clearsweep import grid as grids
 from clearsweep import store
@@ -13,7 +14,6 @@ from clearsweep.errors import ClearsweepError
 from clearsweep.sweeping import driver as driving
 from clearsweep.sweeping import executors, progress
 from clearsweep.sweeping.driver import Batches, Driver
-from clearsweep.sweeping.sweep import sweep
 from clearsweep.sweeping.worker import Job, Manifest, run_batch
 
 CASES = 12

@@ -4,10 +4,10 @@ import re
 
 import fake_physics
 import pytest
+from fake_sweeps import sweep
 
 from clearsweep import report
 from clearsweep.sweeping.simulator import SIMULATION
-from clearsweep.sweeping.sweep import sweep
 
 pytestmark = pytest.mark.heavy
 
