@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 BENCH := .venv-bench
 DOCS := .venv-docs
 
-.PHONY: run test test-all lint verify bench docs torture clean
+.PHONY: run test test-quick test-plain test-all mutate lint verify bench docs torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -15,8 +15,23 @@ run: $(READY)
 test: $(READY) lint
 	$(BIN)/python -m pytest
 
-test-all: $(READY) lint docs
-	$(BIN)/python -m pytest -m "slow or not slow"
+# Leaves out what starts processes or a browser, compiles or integrates for long: `make test` before a commit.
+test-quick: $(READY) lint
+	$(BIN)/python -m pytest -m "not slow and not plain and not heavy"
+
+# The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
+PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain direction dual elastic_laws friction_laws friction_memory \
+	karnopp law_limit laws plastic_law tally wear))
+test-plain: $(READY)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -m "not slow and not compiled" $(PLAIN)
+	$(BIN)/python -m coverage report
+
+test-all: $(READY) lint docs test-plain
+	$(BIN)/python -m pytest -m "not plain"
+
+# ARGS: words that choose among the mutations of tests/mutate.py
+mutate: $(READY)
+	$(BIN)/python tests/mutate.py $(ARGS)
 
 lint: $(READY)
 	$(BIN)/ruff check clearsweep tests

@@ -1,4 +1,9 @@
-"""Fixtures that several files of tests share."""
+"""Fixtures that several files of tests share.
+
+What compiles costs most: a new compiled form is tested compiled once in `make test` at most, all else about it as plain
+Python (marker `plain`, `make test-plain`); compiled code is kept between runs, so no test moves NUMBA_CACHE_DIR unless
+the cache is what it tests.
+"""
 
 from pathlib import Path
 

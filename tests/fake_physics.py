@@ -3,6 +3,7 @@
 import gc
 import os
 import signal
+import sys
 import time
 
 import numpy as np
@@ -167,3 +168,14 @@ def trajectory(case) -> results.Trajectory:
     }
     wear = {"rod_slider": (np.full(bins, mass), np.full(bins, 2.0 * mass))} if bins else {}
     return results.Trajectory("ok", "", figures, channels if count else {}, events, wear)
+
+
+class OtherVersion(Fake):
+    """Stands in for the mechanics where workers run a version of the model of their own."""
+
+    @staticmethod
+    def load():
+        """Change the version in the process that loads this: a worker."""
+        for name, module in list(sys.modules.items()):
+            if name.partition(".")[0] == "clearsweep" and "MODEL_VERSION" in vars(module):
+                module.MODEL_VERSION = "another"

@@ -122,19 +122,19 @@ def in_millimetres(section):
     return resolved(scaled(section))
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def compiled_elastic(term, pens):
     """Return the elastic forces of compiled code."""
     return np.array([elastic_force(term, pen) for pen in pens])
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def compiled_contact(law, term, pen, rates, onset_rate):
     """Return the forces of compiled code over the rates."""
     return np.array([contact_force(law, term, pen, rate, onset_rate)[0] for rate in rates])
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def compiled_friction(term, normal, slips):
     """Return the tangential forces of compiled code."""
     return np.array([friction_force(term, normal, slip) for slip in slips])

@@ -5,6 +5,9 @@ import os
 import subprocess
 import sys
 
+import numpy as np
+
+import clearsweep
 from clearsweep import grid, simulation
 
 SLIDER_CRANK = {
@@ -76,3 +79,29 @@ def told_both_ways(program: str) -> list[list[float]]:
         assert status == "ok"
         told.append([float(number) for number in numbers])
     return told
+
+
+def check_that_no_contact_passes_unseen(
+    joints, tolerance, speed, clearance, restitution, gravity, revolutions=1.0, samples=20001
+):
+    """Check that no journal is beyond its clearance outside of the contacts in the event log; `speed` in rpm."""
+    changes = {
+        "simulate.tolerance": tolerance,
+        "simulate.revolutions": revolutions,
+        "drive.speed": f"{speed} rpm",
+        "mechanism.gravity": gravity,
+    }
+    for name in joints:
+        changes[f"joints.{name}.clearance"] = clearance
+        changes[f"joints.{name}.contact"] = {"law": "exact", "stiffness": 6.61e10, "restitution": restitution}
+    times = np.linspace(0.0, revolutions * 60.0 / speed, samples)
+    trajectory = clearsweep.simulate(clearsweep.load_case(slider_crank(*joints, changes=changes)), times=times)
+    assert trajectory.status == "ok"
+    for name in joints:
+        joint = name.replace("-", "_")
+        events = trajectory.events[trajectory.events["joint"] == joint]
+        in_contact = np.searchsorted(events["t"], times, side="right") % 2 == 1
+        eccentricity = np.hypot(trajectory[f"joints/{joint}/x"], trajectory[f"joints/{joint}/y"])
+        allowed = clearance * (1.0 + 100.0 * tolerance) + 1e-14
+        assert np.all(eccentricity[~in_contact] <= allowed)
+        assert list(events["kind"]) == ["on", "off"] * (len(events) // 2) + ["on"] * (len(events) % 2)

@@ -19,6 +19,8 @@ from clearsweep.errors import StorageError
 from clearsweep.sweeping import estimate, sweep
 from clearsweep.sweeping.signals import Stopped
 
+pytestmark = pytest.mark.heavy
+
 ROOT = Path(__file__).parent.parent
 HEAVY = ("numba", "pandas", "h5py", "pyarrow", "numpy", "matplotlib", "pydantic", "ruamel")
 

@@ -12,6 +12,8 @@ from test_sweep import quiet, same_results
 from clearsweep.errors import InputError
 from clearsweep.sweeping import executors
 
+pytestmark = pytest.mark.heavy
+
 pytest.importorskip("distributed")
 
 

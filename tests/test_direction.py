@@ -9,7 +9,7 @@ from numba import njit
 from clearsweep.mechanics.compiled.direction import LARGEST, direction
 
 
-@njit
+@njit(cache=True)
 def compiled(angle):
     return direction(angle)
 

@@ -5,7 +5,8 @@ from concurrent.futures import BrokenExecutor, Future
 
 import numpy as np
 import pytest
-from fake_physics import CATALOGUE, Fake, grid
+from fake_physics import CATALOGUE, Fake, OtherVersion, grid
+from fake_sweeps import sweep
 
 from clearsweep import grid as grids
 from clearsweep import store
@@ -96,3 +97,9 @@ def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
 def test_a_pool_that_breaks_again_and_again_ends_the_run_with_advice(driven):
     with pytest.raises(ClearsweepError, match="--executor serial"):
         driven(Unreliable(*["breaks"] * 20))
+
+
+def test_workers_with_another_version_of_the_model_are_refused_and_commit_nothing(tmp_path):
+    with pytest.raises(ClearsweepError, match="another version of clearsweep"):
+        sweep(grid(3), tmp_path / "run", jobs=1, show_progress=False, simulator=OtherVersion)
+    assert not list((tmp_path / "run" / "parts").iterdir())

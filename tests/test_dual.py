@@ -21,6 +21,8 @@ from clearsweep.mechanics.rates import slopes_of
 from clearsweep.mechanics.solver import event, newton
 from clearsweep.simulation.run import Run
 
+pytestmark = pytest.mark.heavy
+
 PEN, RATE, ONSET = 3e-6, 0.2, 0.3  # m, m/s, m/s
 NORMAL, SLIPS = 50.0, (-3.1e-3, -2e-4, 2.7e-4, 4.1e-3)  # N, m/s
 OPENINGS = (
@@ -44,19 +46,19 @@ def differences(function, x, size):
     return table[4][4]
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def slope_of_elastic(term, pen):
     return slope(elastic_force(term, Dual(pen, 1.0)))
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def slopes_of_contact(law, term, pen, rate, onset):
     by_pen = contact_force(law, term, Dual(pen, 1.0), Dual(rate, 0.0), onset)[0]
     by_rate = contact_force(law, term, Dual(pen, 0.0), Dual(rate, 1.0), onset)[0]
     return slope(by_pen), slope(by_rate)
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def slopes_of_friction(term, normal, slip):
     by_slip, by_normal = Dual(slip, 1.0), Dual(normal, 1.0)
     return slope(friction_force(term, normal, by_slip)), slope(friction_force(term, by_normal, slip))
@@ -90,12 +92,12 @@ def test_derivatives_of_every_friction_law_are_exact(name, slip):
     assert by_slip == pytest.approx(expected, rel=1e-7, abs=1e-6)
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def evaluate(work, y):
     event.evaluate(pointer_to(work), y, 0)
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def differentiate(work, y):
     newton.differentiate(pointer_to(work), y, 0)
 
@@ -145,7 +147,7 @@ def jacobian_error(names, friction, state=None):
     return np.max(np.abs(jacobian - expected) / largest)
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def mixed(y, direction):
     z = Seeded(y, direction)
     total = 0.0
@@ -156,6 +158,7 @@ def mixed(y, direction):
     return value(made), slope(made)
 
 
+@pytest.mark.compiled
 def test_compiled_and_uncompiled_arithmetic_is_the_same():
     for y in (np.array([0.7, -0.3, 1.9]), np.array([0.2, 0.3, 1.9]), np.array([0.3, -0.4, 0.6])):
         for direction in range(3):

@@ -23,6 +23,8 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_force, parity
 from clearsweep.mechanics.joint.elastic.cylinders import LOGARITHMIC_END, inverse_lambert
 from clearsweep.mechanics.joint.material import material_stiffness
 
+pytestmark = pytest.mark.heavy
+
 LAWS = names("elastic")
 MODULUS = 207e9 / (2.0 * (1.0 - 0.3**2))  # E*, Pa
 CLEARANCE, LENGTH, BEARING, JOURNAL = 0.5e-3, 20e-3, 10e-3, 9.5e-3

@@ -23,6 +23,8 @@ from clearsweep.mechanics.mechanism.contract import gaps, place
 from clearsweep.mechanics.rates import rates
 from clearsweep.simulation.run import integrated
 
+pytestmark = pytest.mark.heavy
+
 LUGRE = {
     "law": "lugre",
     "coefficient": 0.1,
@@ -183,6 +185,7 @@ def test_the_first_contact_is_that_of_scipy_in_time(friction):
     assert ours["joints/rod_slider/force_tangential"][1] != 0.0
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("friction", [LUGRE, DAHL], ids=["lugre", "dahl"])
 def test_explicit_and_implicit_method_agree_and_energies_balance(friction):
     def run(method, tolerance):
@@ -196,6 +199,7 @@ def test_explicit_and_implicit_method_agree_and_energies_balance(friction):
     assert implicit["energy_residual"] < 1e-6
 
 
+@pytest.mark.compiled
 def test_stiff_bristles_are_left_to_the_implicit_method():
     def run(method):
         stiff = LUGRE | {"bristle_stiffness": 3e6, "bristle_damping": 0.0}
@@ -206,6 +210,7 @@ def test_stiff_bristles_are_left_to_the_implicit_method():
     assert auto["rod_slider_force_peak"] == pytest.approx(explicit["rod_slider_force_peak"], rel=1e-4)
 
 
+@pytest.mark.compiled
 def test_bristles_begin_straight_with_every_contact():
     made = crank(DAHL, simulate__revolutions=0.5)
     onsets = clearsweep.simulate(made, times=[0.0]).events
@@ -218,6 +223,7 @@ def test_bristles_begin_straight_with_every_contact():
     assert np.all(share > 0.0)
 
 
+@pytest.mark.compiled
 def test_only_the_separating_joint_forgets():
     made = crank(
         LUGRE,
@@ -239,6 +245,7 @@ def test_only_the_separating_joint_forgets():
         assert trajectory.summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.compiled
 def test_a_scene_whose_laws_remember_runs_uncompiled():
     program = (
         "import sys; sys.path.insert(0, 'tests')\n"

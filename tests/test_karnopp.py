@@ -18,6 +18,8 @@ from clearsweep.mechanics.mechanism.slider_crank import pose as pose_of_slider_c
 from clearsweep.simulation import trajectory as simulating
 from clearsweep.simulation.run import integrated
 
+pytestmark = pytest.mark.heavy
+
 KARNOPP = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 1e-2, "band": 1e-3}
 JOINTS = ("ground-crank", "crank-rod", "rod-slider")
 OPENINGS = [JOINTS[:1], JOINTS[1:2], JOINTS[2:], JOINTS[:2], JOINTS[::2], JOINTS[1:], JOINTS]
@@ -131,6 +133,7 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
 # ---------------------------------------------------------------------------------------------- in a mechanism
 
 
+@pytest.mark.compiled
 def test_surfaces_stick_within_the_band_and_slide_beyond_it():
     made = crank(
         "rod-slider",
@@ -160,6 +163,7 @@ def test_surfaces_stick_within_the_band_and_slide_beyond_it():
     assert np.all(power <= limit * normal * 1.001e-3)
 
 
+@pytest.mark.compiled
 def test_smooth_friction_comes_to_the_same_as_it_gets_steeper():
     plain = {"coefficient": 0.1, "static_coefficient": 0.1, "stribeck_velocity": 1.0, "band": 1e-6}
     times = np.linspace(0.0, 0.5, 501)
@@ -173,6 +177,7 @@ def test_smooth_friction_comes_to_the_same_as_it_gets_steeper():
     assert off[2] < 1e-3 * np.abs(exact).max()
 
 
+@pytest.mark.compiled
 def test_a_tighter_tolerance_converges_and_energies_balance():
     def run(tolerance):
         made = crank(*JOINTS[1:], simulate__tolerance=tolerance, simulate__method="explicit")
@@ -187,6 +192,7 @@ def test_a_tighter_tolerance_converges_and_energies_balance():
     assert errors[2] < 1e-8
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("friction", [{"viscous": 30.0}, {"static_coefficient": 0.05}], ids=["viscous", "rising"])
 def test_surfaces_that_let_go_are_not_caught_at_once(friction):
     smooth = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
@@ -197,12 +203,14 @@ def test_surfaces_that_let_go_are_not_caught_at_once(friction):
     assert steps[0] < 1.1 * steps[1]
 
 
+@pytest.mark.compiled
 def test_a_fast_mechanism_whose_joints_all_stick_goes_through():
     made = crank(*JOINTS, drive__speed="3000 rpm", simulate__start="centred", simulate__revolutions=0.5)
     summary = clearsweep.simulate(made).summary
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.compiled
 def test_only_joints_with_the_law_stick():
     written = {
         "joints.crank-rod.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3},
@@ -217,6 +225,7 @@ def test_only_joints_with_the_law_stick():
     assert simulating._trajectory(made, run, 1.0).summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.compiled
 def test_a_scene_that_sticks_runs_uncompiled():
     program = (
         "import sys; sys.path.insert(0, 'tests')\n"

@@ -9,6 +9,8 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.simulation import scene
 from clearsweep.validity import THRESHOLDS, Remarks, past_limits
 
+pytestmark = pytest.mark.heavy
+
 CONTACT = {"law": "hertz", "elastic": "johnson", "material": {"young": 1e6, "poisson": 0.3}}
 
 

@@ -14,6 +14,8 @@ from clearsweep.mechanics import rates
 from clearsweep.mechanics.compiled import family
 from clearsweep.simulation.run import integrated
 
+pytestmark = pytest.mark.heavy
+
 FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
 WEAR = {"law": "archard", "coefficient": 2e-14}
 
@@ -108,6 +110,7 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatc
     from clearsweep.mechanics.compiled import cache
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", numba.config.CACHE_DIR)  # what runs after this keeps its own
     place = cache.prepare()
     assert place == tmp_path / cache.stamp()
     assert os.environ["NUMBA_CACHE_DIR"] == str(place)

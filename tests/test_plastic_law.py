@@ -18,6 +18,8 @@ from clearsweep.results import ELASTIC_ONSET
 from clearsweep.simulation import trajectory as simulating
 from clearsweep.simulation.run import integrated
 
+pytestmark = pytest.mark.heavy
+
 LAW = "lankarani-nikravesh-plastic"
 STIFFNESS = 6.61e10
 CONTACT = {"law": LAW, "stiffness": STIFFNESS, "restitution": 0.7}
@@ -138,6 +140,7 @@ def test_the_first_half_is_that_of_hertz_and_the_loss_is_the_loop_s():
 # ---------------------------------------------------------------------------------------------- in a mechanism
 
 
+@pytest.mark.compiled
 def test_a_mechanism_follows_the_loop_through_every_reloading():
     run = crank(save__orbits="all", save__revolutions=1, save__samples=200_000)
     depth = np.hypot(run["joints/rod_slider/x"], run["joints/rod_slider/y"]) - 0.5e-3
@@ -152,6 +155,7 @@ def test_a_mechanism_follows_the_loop_through_every_reloading():
     assert reloadings > 2
 
 
+@pytest.mark.compiled
 def test_energies_balance_and_a_tighter_tolerance_converges():
     exact = crank(simulate__revolutions=0.3, simulate__tolerance=1e-12).summary
     errors = []
@@ -163,6 +167,7 @@ def test_energies_balance_and_a_tighter_tolerance_converges():
     assert errors[2] < 1e-9
 
 
+@pytest.mark.compiled
 def test_the_implicit_method_finds_the_same_motion():
     explicit, implicit = (
         crank(simulate__revolutions=0.2, simulate__method=method, simulate__tolerance=1e-8).summary
@@ -172,6 +177,7 @@ def test_the_implicit_method_finds_the_same_motion():
         assert implicit[figure] == pytest.approx(explicit[figure], rel=1e-6)
 
 
+@pytest.mark.compiled
 def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     lugre = {
         "law": "lugre",
@@ -194,6 +200,7 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     assert simulating._trajectory(scene, run, 1.0).summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.compiled
 def test_a_contact_that_yields_runs_uncompiled():
     program = (
         "import sys; sys.path.insert(0, 'tests')\n"

@@ -9,6 +9,8 @@ from click.testing import CliRunner
 
 from clearsweep.cli import verbs
 
+pytestmark = pytest.mark.heavy
+
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 

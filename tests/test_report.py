@@ -23,6 +23,8 @@ from clearsweep.errors import InputError
 from clearsweep.report import main_effects, single, study
 from clearsweep.report.sections import headline
 
+pytestmark = pytest.mark.heavy
+
 BIG = {
     "joints.rod-slider.clearance": list(np.geomspace(5e-5, 5e-4, 25)),
     "joints.rod-slider.contact.stiffness": list(np.geomspace(1e9, 1e11, 4)),

@@ -18,6 +18,8 @@ from clearsweep.report.sections import elastic_laws, law_choice
 from clearsweep.sweeping import sweep
 from clearsweep.sweeping.simulator import SIMULATION
 
+pytestmark = pytest.mark.heavy
+
 JOINT = "joints.rod-slider"
 LAW, ELASTIC, RESTITUTION = f"{JOINT}.contact.law", f"{JOINT}.contact.elastic", f"{JOINT}.contact.restitution"
 SPEEDS = {"drive.speed": [1000 * RPM, 2000 * RPM, 3000 * RPM]}

@@ -12,6 +12,8 @@ from clearsweep.verify.problems import problems, scene_of
 from clearsweep.verify.rivals import DEPTH, JOINT_WIDTH, NORMAL, RATE, ROWS, rates_of
 from clearsweep.verify.rivals import _evaluate as evaluate
 
+pytestmark = pytest.mark.heavy
+
 PROBLEMS = {problem.name: problem for problem in problems() if problem.name in speed.NAMES}
 
 

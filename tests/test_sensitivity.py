@@ -14,6 +14,8 @@ from clearsweep.errors import InputError
 from clearsweep.report import sensitivity
 from clearsweep.sweeping.sweep import sweep
 
+pytestmark = pytest.mark.heavy
+
 CLEARANCE, SPEED, YOUNG = f"{JOINT}.clearance", "drive.speed", f"{CONTACT}.material.young"
 MATERIAL = TEXT.replace("      stiffness: 6.61e10 N/m^1.5\n", "      material: {young: 207 GPa, poisson: 0.3}\n")
 PEAK = "rod_slider_force_peak"

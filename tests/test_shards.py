@@ -23,6 +23,8 @@ from clearsweep.sweeping import merge as merging
 from clearsweep.sweeping import sweep as sweeping
 from clearsweep.sweeping.shard import Shard
 
+pytestmark = pytest.mark.heavy
+
 MIXED = grid(5, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 15 cases, 5 of them fail
 
 

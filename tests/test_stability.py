@@ -10,6 +10,8 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.verify import extremes, stability
 
+pytestmark = pytest.mark.heavy
+
 TABLE = extremes.cases()
 SOME = stability.some(TABLE, 25)
 FIGURES = ("force_peak", "force_rms", "penetration_max", "impacts_per_rev", "onset_rate_max")

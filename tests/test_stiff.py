@@ -9,6 +9,8 @@ from clearsweep.mechanics.solver import newton, radau
 from clearsweep.mechanics.solver.dop853 import NODE_SHARES, shapes
 from clearsweep.verify import extremes, stability, stiff
 
+pytestmark = pytest.mark.heavy
+
 FIGURES = ("rod_slider_force_peak", "rod_slider_force_rms", "rod_slider_penetration_max", "slider_acceleration_rms")
 
 

@@ -2,6 +2,8 @@
 
 import json
 import math
+import os
+from pathlib import Path
 
 import duckdb
 import fake_physics
@@ -278,3 +280,38 @@ def test_a_full_disk_is_a_storage_error_that_names_the_file(tmp_path, monkeypatc
     with pytest.raises(StorageError, match=r"batch\.h5.*No space left.*unharmed"):
         durable.write(tmp_path / "batch.h5", b"", tmp_path)
     assert not (tmp_path / "batch.h5").exists()
+
+
+def test_a_file_is_on_the_disk_before_its_name_is_and_the_name_before_anything_follows(tmp_path, monkeypatch):
+    done = []
+
+    def seen(name, function, told):
+        def call(*arguments):
+            done.append((name, *told(*arguments)))
+            return function(*arguments)
+
+        monkeypatch.setattr(durable.os, name, call)
+
+    seen("fsync", os.fsync, lambda handle: (Path(os.readlink(f"/proc/self/fd/{handle}")).name,))
+    seen("replace", os.replace, lambda source, target: (Path(source).name, Path(target).name))
+    (tmp_path / "tmp").mkdir()
+    (tmp_path / "parts").mkdir()
+    durable.write(tmp_path / "parts" / "a", b"content", tmp_path / "tmp")
+    scratch = f"a.{os.getpid()}"
+    assert done == [("fsync", scratch), ("replace", scratch, "a"), ("fsync", "parts")]
+
+
+def test_a_batch_is_committed_after_its_histories(tmp_path, monkeypatch):
+    written = []
+    monkeypatch.setattr(durable, "write", lambda path, content, scratch: written.append(path.parent.name))
+    held_grid = loaded(grid(2, wear=True))
+    store.commit(tmp_path, store.Form.of(held_grid), "0" * 16, rows_of(held_grid, [0, 1]))
+    assert written == ["shards", "parts"]
+
+
+def test_the_newest_run_is_the_one_whose_record_was_written_last(tmp_path):
+    for name, age in (("first", 200), ("last", 100), ("second", 150)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.json").write_text("{}")
+        os.utime(tmp_path / name / "run.json", (1e9 - age, 1e9 - age))
+    assert store.newest(tmp_path) == tmp_path / "last"

@@ -23,6 +23,8 @@ from clearsweep.sweeping import estimate, executors, progress
 from clearsweep.sweeping.driver import Batches
 from clearsweep.sweeping.worker import Manifest
 
+pytestmark = pytest.mark.heavy
+
 HERE = Path(__file__).parent
 
 

@@ -12,6 +12,8 @@ from clearsweep.verify import accuracy, convergence, text
 from clearsweep.verify.problems import found_by_simulate, problems, returned, scene_of
 from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp
 
+pytestmark = pytest.mark.heavy
+
 PROBLEMS = {problem.name: problem for problem in problems()}
 TRAJECTORIES = [name for name in PROBLEMS if name not in ("impact_pair", "b_damped")]
 STEPS = [1e-6 / 1.1**k for k in range(12)] + [1e-7 / 1.1**k for k in range(12)]  # s

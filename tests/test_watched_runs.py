@@ -16,6 +16,8 @@ from clearsweep.simulation import run as running
 from clearsweep.simulation.until import period_of
 from clearsweep.verify.problems import problems
 
+pytestmark = pytest.mark.heavy
+
 COSTS = ("steps", "steps_rejected", "rhs_evaluations", "run_time")
 WORN = {
     "joints.rod-slider.friction": {"law": "tanh", "coefficient": 0.05, "velocity_scale": 1e-3},

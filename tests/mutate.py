@@ -1,0 +1,263 @@
+"""Spoils lines that decide numbers, one at a time in a copy, and sees that the tests named for each notice.
+
+`python tests/mutate.py [WORD ...]` runs the mutations whose file or text holds one of the words, by default all; it
+ends with 1 where one survives or no longer applies.  The tests run with the compiler off: a changed kernel would else
+be compiled anew each time.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parent.parent
+SLOWEST = 300.0  # s for the tests of one mutation; more is taken for a loop without an end, which a test run would show
+
+
+class Mutation(NamedTuple):
+    """A text that stands once in a file of the package, what replaces it, and tests of which one must then fail."""
+
+    file: str
+    old: str
+    new: str
+    tests: str  # arguments of pytest
+
+
+FIGURES, SUMS, RUNS = "simulation/figures.py", "simulation/sums.py", "simulation/trajectory.py"
+WINDOW = "tests/test_plain.py -k window"
+WEAR = "tests/test_plain.py -k archard"
+IMPACT = "tests/test_plain.py -k give"
+FLIGHT = "tests/test_plain.py -k flight"
+LIMIT = "tests/test_law_limit.py"
+BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
+EVENTS = "mechanics/solver/event.py"
+SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
+ENDS = "tests/test_plain.py -k at_its_bearing"
+STICKS = "tests/test_plain.py -k stick"
+SCENES = "tests/test_plain.py"
+TALLY, RAMPS = "mechanics/observe/tally.py", "tests/test_tally.py"
+HISTOGRAM, PEAKS = "mechanics/observe/histogram.py", "mechanics/observe/peaks.py"
+STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
+GRID, IDENTITY = "grid/grid.py", "tests/test_grid.py -k 'id or demo or frame'"
+
+MUTATIONS = (
+    # figures of merit
+    Mutation(RUNS, "end - settings.discard * period(scene) if turning", "end if turning", WINDOW),
+    Mutation(RUNS, "settings.revolutions - settings.discard if turning", "settings.revolutions if turning", WINDOW),
+    Mutation(FIGURES, "sums=ForceExceeded(0.01)", "sums=ForceExceeded(0.02)", WINDOW),
+    Mutation(FIGURES, "sums=RootMean(tallies.FORCE_SQUARE)", "sums=Mean(tallies.FORCE_SQUARE)", WINDOW),
+    Mutation(FIGURES, "clearance + depth(window, place)", "clearance", WINDOW),
+    Mutation(FIGURES, "max(depth(window, place), 0.0)", "depth(window, place)", FLIGHT),
+    Mutation(FIGURES, "[place, tallies.DEPTH_MAX], -window", "[place, tallies.DEPTH_MAX], 0.0 * window", FLIGHT),
+    Mutation(FIGURES, "[place, tallies.RESTITUTION] / counted", "[place, tallies.RESTITUTION]", IMPACT),
+    Mutation(FIGURES, "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
+    Mutation(FIGURES, "2.0 * math.pi / bins * worn.length", "2.0 * math.pi / bins", WEAR),
+    Mutation(FIGURES, "max(map(np.max, wear_depths", "min(map(np.max, wear_depths", WEAR),
+    Mutation(FIGURES, '== loop.ONSET, "on", "off"', '!= loop.ONSET, "on", "off"', SEEN),
+    # what figures follow from, and their intervals
+    Mutation(
+        SUMS,
+        'the mean over the window."""\n        return self.take(window.tally, place) / window.duration',
+        'the mean."""\n        return self.take(window.tally, place)',
+        WINDOW,
+    ),
+    Mutation(
+        SUMS,
+        "math.sqrt(self.take(window.tally, place) / window.duration)",
+        "math.sqrt(self.take(window.tally, place))",
+        WINDOW,
+    ),
+    Mutation(SUMS, "self.take(window.tally, place) / window.turns", "self.take(window.tally, place)", WINDOW),
+    Mutation(
+        SUMS, "self.take(window.tally, place).max() / window.duration", "self.take(window.tally, place).max()", WEAR
+    ),
+    Mutation(SUMS, "self.share * window.duration)", "0.5 * self.share * window.duration)", WINDOW),
+    Mutation(SUMS, "CONFIDENCE = 0.95", "CONFIDENCE = 0.9", MEANS),
+    Mutation(SUMS, "STRONGEST = 0.9", "STRONGEST = 0.95", MEANS),
+    Mutation(SUMS, "0.5 + 0.5 * CONFIDENCE", "CONFIDENCE", MEANS),
+    Mutation(SUMS, "(1.0 + together) / (1.0 - together)", "1.0 / (1.0 - together)", MEANS),
+    Mutation(SUMS, "count * (count - 1)", "count * count", MEANS),
+    Mutation(SUMS, "stdtrit(count - 1", "stdtrit(count", MEANS),
+    Mutation(SUMS, "0.5 * width / value if value", "width / value if value", MEANS),
+    Mutation(SUMS, "(revolutions * (len(sums) - 1))", "(revolutions * len(sums))", MEANS),
+    Mutation(SUMS, "np.argmax(depths[-1] - depths[0])", "np.argmin(depths[-1] - depths[0])", MEANS),
+    Mutation(SUMS, "reshape(len(tally.joint), -1)[place]", "reshape(len(tally.joint), -1)[0]", MEANS),
+    Mutation(SUMS, "0.5 * (force(self.share - width)", "1.0 * (force(self.share - width)", MEANS),
+    Mutation(SUMS, "spent[place] * (high - force)", "spent[place] * (force - low)", MEANS),
+    Mutation(BLOCKS, "LEAST, MOST = 8, 32", "LEAST, MOST = 7, 32", MEANS),
+    Mutation(BLOCKS, "LEAST, MOST = 8, 32", "LEAST, MOST = 8, 64", MEANS),
+    Mutation(BLOCKS, "relative * abs(self.value)", "relative * self.value", MEANS),
+    Mutation(BLOCKS, "del self.ends[1::2]", "del self.ends[0::2]", MEANS),
+    Mutation(BLOCKS, "self.stride *= 2", "self.stride += 2", MEANS),
+    # where events are
+    Mutation(EVENTS, "SPANS = 8", "SPANS = 1", SEEN),
+    Mutation(EVENTS, "MARGIN = 1.2", "MARGIN = 0.1", SEEN),
+    Mutation(EVENTS, "return onset_in(at, j, h, Span(xa, da, sa, xb, db, sb))", "return xb", SEARCH),
+    Mutation(EVENTS, "if da < 0.0 <= db:", "if da < 0.0 <= -db:", SEARCH),
+    Mutation(EVENTS, "peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb", "peaks = False", SEARCH),
+    Mutation(EVENTS, "/ (sb - sa) >= 0.0:", "/ (sb - sa) >= 1e9:", SEARCH),
+    Mutation(
+        EVENTS,
+        "reach = max(observed(at, 0, j).depth, observed(at, END, j).depth)",
+        "reach = min(observed(at, 0, j).depth, observed(at, END, j).depth)",
+        SEEN,
+    ),
+    Mutation(EVENTS, "return crossing(at, (SEPARATION, j, 0.0), xa, xb)", "return xb", ENDS),
+    Mutation(EVENTS, "if lowest <= 0.0 or", "if lowest <= -1.0 or", SCENES),
+    Mutation(EVENTS, "if x < best:", "if x > best:", SCENES),
+    # the histogram and the sums
+    Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", WINDOW),
+    Mutation(HISTOGRAM, "density * (bin_edge(i + 1) - low)", "density * (high - bin_edge(i + 1))", RAMPS),
+    Mutation(
+        HISTOGRAM, "time[k] += density * (high - bin_edge(k))", "time[k] += density * (bin_edge(k + 1) - high)", RAMPS
+    ),
+    Mutation(HISTOGRAM, "ramp[k] -= density", "ramp[k + 1] -= density", RAMPS),
+    Mutation(HISTOGRAM, "if k > i + 1:", "if k > i + 2:", RAMPS),
+    Mutation(HISTOGRAM, "EDGES[edge] + (above[place] - duration)", "EDGES[edge] - (above[place] - duration)", RAMPS),
+    Mutation(HISTOGRAM, "if above[-1] >= duration:", "if above[-1] >= 2.0 * duration:", RAMPS),
+    Mutation(TALLY, "seen.normal**2", "seen.normal", WINDOW),
+    Mutation(
+        TALLY,
+        "fill_ramp(tally.time[j], tally.ramp[j], course[FORCE, i], course[FORCE, i + 1], part * duration)",
+        "fill_ramp(tally.time[j], tally.ramp[j], course[FORCE, i], course[FORCE, i], part * duration)",
+        WINDOW,
+    ),
+    Mutation(
+        HISTOGRAM,
+        "if course[DEPTH_COURSE, i] > limit:",
+        "if course[DEPTH_COURSE, i] < limit:",
+        LIMIT,
+    ),
+    Mutation(HISTOGRAM, "return beyond / total", "return beyond", LIMIT),
+    Mutation(PEAKS, "sign * rise > 0.0 and sign * fall < 0.0", "sign * rise > 0.0 and sign * fall > 0.0", WINDOW),
+    Mutation(TALLY, "+= share * seen.lost", "+= 1.001 * share * seen.lost", IMPACT),
+    # what is stored
+    Mutation("store/directory.py", "np.lexsort((-written,", "np.lexsort((written,", STORE),
+    Mutation("store/directory.py", 'rows["failed"], rows["id"]))]', 'rows["id"]))]', STORE),
+    Mutation("store/directory.py", "hexdigest()[:16] != path.stem", "hexdigest()[:16] == path.name + path.stem", STORE),
+    Mutation("store/directory.py", "if durable.checksum(batch.orbits) != batch.sha256:", "if False:", STORE),
+    Mutation("store/directory.py", "if path not in kept:", "if False:", STORE),
+    Mutation("store/directory.py", "if not batch.orbits.exists():", "if False:", STORE),
+    Mutation("store/directory.py", "if present.get(path) != wanted.get(path)]", "if path not in present]", STORE),
+    Mutation("store/directory.py", "if batch.name not in known]", "]", SHARDS),
+    Mutation("store/durable.py", "os.fsync(file.fileno())", "pass", STORE),
+    Mutation(
+        "store/durable.py",
+        "os.replace(temporary, path)\n    handle = os.open(path.parent, os.O_RDONLY)",
+        "os.replace(temporary, path)\n    handle = os.open(path, os.O_RDONLY)",
+        STORE,
+    ),
+    Mutation("store/durable.py", "except (OSError, RuntimeError) as error:", "except RuntimeError as error:", STORE),
+    Mutation("store/batch.py", "or math.isfinite(value))", "or True)", STORE),
+    Mutation("store/batch.py", 'if trajectory.status != "ok" or not form.histories:', "if not form.histories:", STORE),
+    Mutation("store/batch.py", '[joint][body == "journal"]', '[joint][body == "bearing"]', STORE),
+    Mutation("store/batch.py", "numbers[words == word] = code", "numbers[words != word] = code", STORE),
+    Mutation(
+        "store/batch.py", "np.full((len(rows), dataset.width), np.nan)", "np.zeros((len(rows), dataset.width))", STORE
+    ),
+    Mutation("store/assemble.py", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
+    Mutation("store/assemble.py", "place += rows\n", "place += rows - 1\n", STORE),
+    Mutation("store/assemble.py", 'first[here] = file.starts[each][rows["row"][here]]', "first[here] = 0", STORE),
+    Mutation("store/assemble.py", '+ rows["row"].tobytes())', ")", STORE),
+    Mutation(
+        "store/assemble.py", "order = np.argsort(np.concatenate(places))", "order = np.concatenate(places)", STORE
+    ),
+    Mutation(
+        "store/assemble.py",
+        'if known.get("mark") == mark and known == _merged(run, mark):',
+        'if known.get("mark") == mark:',
+        "tests/test_sweep.py -k merged_file",
+    ),
+    Mutation("store/compare.py", "if values[0] != values[1]:", "if len(values[0]) != len(values[1]):", SHARDS),
+    Mutation("store/compare.py", "if name in TIMINGS or", "if", SHARDS),
+    Mutation("store/read.py", "return max(records", "return min(records", "tests/test_store.py -k newest_run"),
+    Mutation("store/read.py", "if not matching:", "if False:", STORE),
+    Mutation("store/read.py", "[place : place + 2] if stored", "[0:2] if stored", STORE),
+    # identity of a case
+    Mutation(
+        GRID,
+        '"mechanism", "drive", "joints", "simulate") if key in case',
+        '"mechanism", "joints", "simulate") if key in case',
+        IDENTITY,
+    ),
+    Mutation(
+        GRID,
+        '"mechanism", "drive", "joints", "simulate") if key in case',
+        '"mechanism", "drive", "joints", "simulate", "save") if key in case',
+        IDENTITY,
+    ),
+    Mutation(GRID, 'content | {"model_version": MODEL_VERSION}, sort_keys=True', "content, sort_keys=True", IDENTITY),
+    Mutation(GRID, "sort_keys=True, ", "", IDENTITY),
+    Mutation(GRID, "hexdigest()[:16]", "hexdigest()[1:17]", IDENTITY),
+    # versions of workers
+    Mutation(
+        "sweeping/worker.py",
+        "if job.grid.case_id(first.grid_index) != first.case_id:",
+        "if False:",
+        "tests/test_driver.py -k version",
+    ),
+)
+
+
+def run(place: Path, tests: str) -> int:
+    """Return how pytest ended, started in `place` without the compiler."""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(place), "PYTHONDONTWRITEBYTECODE": "1"}
+    words = [word.strip("'") for word in tests.split(" ", 2)]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow and not compiled"]
+    try:
+        done = subprocess.run(
+            [*command, *words], cwd=place, env=environment, capture_output=True, check=False, timeout=SLOWEST
+        )
+    except subprocess.TimeoutExpired:
+        return 1
+    return done.returncode
+
+
+def spoiled(place: Path, mutation: Mutation) -> str:
+    """Return what became of one mutation: 'killed', or what is wrong."""
+    file = place / "clearsweep" / mutation.file
+    whole = file.read_text(encoding="utf-8") if file.exists() else ""
+    if whole.count(mutation.old) != 1:
+        return f"NO LONGER APPLIES: the text is there {whole.count(mutation.old)} times"
+    file.write_text(whole.replace(mutation.old, mutation.new), encoding="utf-8")
+    try:
+        code = run(place, mutation.tests)
+    finally:
+        file.write_text(whole, encoding="utf-8")
+    return {0: "SURVIVES", 1: "killed"}.get(code, f"CANNOT BE TESTED: pytest ended with {code}")
+
+
+def main() -> int:
+    """Run the mutations that are asked for, and tell what became of them."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("words", nargs="*")
+    words = parser.parse_args().words
+    chosen = [one for one in MUTATIONS if not words or any(word in f"{one.file} {one.old}" for word in words)]
+    bad = []
+    with tempfile.TemporaryDirectory() as scratch:
+        place = Path(scratch)
+        for name in ("clearsweep", "tests", "configs"):
+            shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
+        for name in ("pyproject.toml", "README.md"):
+            shutil.copy(ROOT / name, place)
+        for tests in dict.fromkeys(mutation.tests for mutation in chosen):
+            if code := run(place, tests):
+                sys.exit(f"{tests}: fails without a mutation (pytest ended with {code})")
+        for number, mutation in enumerate(chosen, 1):
+            begin = time.perf_counter()
+            outcome = spoiled(place, mutation)
+            bad += [mutation] if outcome != "killed" else []
+            took = time.perf_counter() - begin
+            change = f"{mutation.file}: {mutation.old!r} -> {mutation.new!r}"
+            print(f"{number:3}/{len(chosen)} {took:5.1f} s  {change}: {outcome}", flush=True)
+    print(f"{len(chosen) - len(bad)} of {len(chosen)} mutations killed")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

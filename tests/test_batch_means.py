@@ -1,0 +1,164 @@
+"""Intervals from blocks of revolutions, of made-up sums: against the sums themselves and Student's interval."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+from scipy import stats
+
+from clearsweep.mechanics.observe import histogram
+from clearsweep.mechanics.observe import tally as tallies
+from clearsweep.simulation import batch_means, load_case, sums
+
+WORN = {
+    f"joints.{name}.wear": {"law": "archard", "coefficient": 2e-14, "bins": 8} for name in ("crank-rod", "rod-slider")
+}
+LAYOUT = load_case(slider_crank("crank-rod", "rod-slider", changes=WORN)).layout
+TURN = 0.02  # s, of a revolution
+FORCES = (100.0, 300.0)  # N, at an even rate from one to the other in every revolution, for a share of the time
+
+
+class Made:
+    """A run under way whose sums grow by independent random numbers."""
+
+    def __init__(self, seed=1):
+        self.random = np.random.default_rng(seed)
+        self.turns = 0
+        self.tally = SimpleNamespace(
+            whole=np.zeros(tallies.WHOLE),
+            joint=np.zeros((2, tallies.JOINT)),
+            time=np.zeros((2, histogram.BINS)),
+            ramp=np.zeros((2, histogram.BINS)),
+            wear=np.zeros(2 * 2 * 8),
+        )
+        self.taken = [self.sums()]
+
+    @property
+    def y(self):
+        """Return the state, which here is the time (s) alone."""
+        return np.array([1.0 + TURN * self.turns])
+
+    time = 0
+
+    def sums(self):
+        """Return copies of what is summed of the second joint and of the mechanism."""
+        return self.tally.joint[1].copy(), self.tally.whole.copy(), self.tally.wear.copy()
+
+    def turn(self):
+        """Let one revolution pass."""
+        self.turns += 1
+        for column in (tallies.FORCE_SQUARE, tallies.CONTACT_TIME, tallies.BEYOND_TIME):
+            self.tally.joint[:, column] += self.random.uniform(0.5, 1.5, 2)
+        self.tally.joint[:, tallies.ONSETS] += self.random.integers(1, 9, 2)
+        self.tally.whole[tallies.ACCELERATION_SQUARE] += self.random.uniform(0.5, 1.5)
+        self.tally.wear += self.random.uniform(0.0, 1.0, self.tally.wear.size) * np.arange(32)
+        share = self.random.uniform(0.02, 0.06)
+        histogram.fill_ramp(self.tally.time[1], self.tally.ramp[1], *FORCES, share * TURN)
+        histogram.fill_ramp(self.tally.time[1], self.tally.ramp[1], 0.0, 0.0, (1.0 - share) * TURN)
+        self.taken.append(self.sums())
+
+
+def run(figure, turns):
+    """Return a made-up run, and what a figure came to in it."""
+    made = Made()
+    blocks = batch_means.Blocks(LAYOUT, (figure,))
+    blocks.note(made)
+    for _ in range(turns):
+        made.turn()
+        blocks.note(made)
+    return made, blocks.interval(figure)
+
+
+def student(values):
+    """Return half of the 95 % interval of the mean of values of which neighbours are alike by chance alone."""
+    off = values - values.mean()
+    together = max(float(off[1:] @ off[:-1] / (off @ off)), 0.0)
+    wide = math.sqrt((1.0 + together) / (1.0 - together))
+    return stats.t.ppf(0.975, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)) * wide
+
+
+@pytest.mark.parametrize(
+    ("figure", "column"),
+    [("contact_fraction", tallies.CONTACT_TIME), ("law_limit_fraction", tallies.BEYOND_TIME)],
+)
+def test_a_mean_over_time_and_its_interval_are_those_of_the_blocks(figure, column):
+    made, found = run(f"rod_slider_{figure}", 20)
+    means = np.diff([joint[column] for joint, _, _ in made.taken]) / TURN
+    assert (found.value, found.blocks) == (pytest.approx(means.mean()), 20)
+    assert found.half_width == pytest.approx(student(means))
+
+
+def test_impacts_are_counted_per_revolution():
+    made, found = run("rod_slider_impacts_per_rev", 20)
+    counts = np.diff([joint[tallies.ONSETS] for joint, _, _ in made.taken])
+    assert found.value == pytest.approx(counts.mean())
+    assert found.half_width == pytest.approx(student(counts))
+
+
+@pytest.mark.parametrize("figure", ["rod_slider_force_rms", "slider_acceleration_rms"])
+def test_a_root_mean_square_has_half_the_relative_interval_of_the_square(figure):
+    made, found = run(figure, 20)
+    taken = [
+        whole[tallies.ACCELERATION_SQUARE] if figure.startswith("slider") else joint[tallies.FORCE_SQUARE]
+        for joint, whole, _ in made.taken
+    ]
+    squares = np.diff(taken) / TURN
+    assert found.value == pytest.approx(math.sqrt(squares.mean()))
+    assert found.half_width / found.value == pytest.approx(0.5 * student(squares) / squares.mean())
+
+
+def test_wear_is_that_of_the_deepest_bin_of_the_joint():
+    made, found = run("rod_slider_wear_rate_max", 20)
+    depths = np.array([wear[16:] for _, _, wear in made.taken])  # bearing and journal of the second joint
+    deepest = np.argmax(depths[-1])
+    assert found.value == pytest.approx(depths[-1, deepest] / (20 * TURN))
+    assert found.half_width == pytest.approx(student(np.diff(depths[:, deepest]) / TURN))
+
+
+def test_the_force_exceeded_for_a_hundredth_of_the_time_is_that_of_the_ramps():
+    _, found = run("rod_slider_force_p99", 30)
+    random = Made().random
+    shares = []
+    for _ in range(30):
+        random.uniform(size=6), random.integers(1, 9, 2), random.uniform(), random.uniform(size=32)
+        shares.append(random.uniform(0.02, 0.06))
+    mean = np.mean(shares)
+    force = FORCES[1] - 0.01 / mean * (FORCES[1] - FORCES[0])
+    assert found.value == pytest.approx(force, rel=2e-3)
+    above = np.array(shares) * (FORCES[1] - force) / (FORCES[1] - FORCES[0])  # share of time above it, by block
+    steepness = mean / (FORCES[1] - FORCES[0])  # share of time per newton
+    assert found.half_width == pytest.approx(student(above) / steepness, rel=0.02)
+
+
+@pytest.mark.parametrize("force", [120.0, 121.3, 200.0, 299.0])
+def test_the_time_above_a_force_is_that_of_the_ramp(force):
+    time, ramp = np.zeros(histogram.BINS), np.zeros(histogram.BINS)
+    histogram.fill_ramp(time, ramp, *FORCES, 1.0)
+    assert sums._time_above(force, time, ramp) == pytest.approx((300.0 - force) / 200.0, abs=1e-9)
+
+
+def test_blocks_become_longer_as_a_run_grows_and_all_of_them_count():
+    made, found = run("rod_slider_contact_fraction", 71)
+    taken = np.array([joint[tallies.CONTACT_TIME] for joint, _, _ in made.taken])
+    whole = np.diff(taken[: 17 * 4 + 1 : 4]) / (4 * TURN)  # 17 blocks of four revolutions; 32 would be of two
+    assert found.blocks == 17
+    assert found.value == pytest.approx(whole.mean())
+    assert found.half_width == pytest.approx(student(whole))
+
+
+def test_neighbours_that_are_alike_widen_the_interval_up_to_a_limit():
+    values = np.repeat([1.0, 2.0, 1.0, 2.0, 1.0, 2.0], 4)
+    assert sums.half_width(values) == pytest.approx(student(values))
+    assert sums.half_width(values) > 1.5 * sums.half_width(np.tile([1.0, 2.0], 12))
+    drift = np.linspace(0.0, 1.0, 1000)
+    most = math.sqrt(1.9 / 0.1)
+    plain = stats.t.ppf(0.975, 999) * drift.std(ddof=1) / math.sqrt(1000)
+    assert sums.half_width(drift) == pytest.approx(most * plain)
+
+
+def test_an_interval_of_few_blocks_is_never_narrow_enough():
+    assert not batch_means.Interval(1.0, 0.0, 7).within(0.1)
+    assert batch_means.Interval(-1.0, 0.1, 8).within(0.1)
+    assert not batch_means.Interval(1.0, 0.11, 8).within(0.1)

@@ -1,0 +1,61 @@
+"""The search for an onset within a step, along given paths: it finds what rises and falls between its looks."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
+from clearsweep.mechanics.solver import event
+from clearsweep.mechanics.solver.dop853 import END, ROWS, SCRATCH
+
+
+@pytest.fixture
+def onset(monkeypatch):
+    """Return a function: depth over the share of the step, its slope -> the share at which the search finds the onset.
+
+    fast : a bound of the slope, which says how far the search may go at once.
+    """
+
+    def found(depth, slope, fast):
+        o = np.zeros((ROWS, columns(1)))
+        o[:, KAPPA], o[:, column_of(0, SLIP)] = 1.0, fast
+
+        def look(_, x, row=SCRATCH):
+            o[row, column_of(0, DEPTH)], o[row, column_of(0, RATE)] = depth(x), slope(x)
+
+        look(None, 0.0, 0)
+        look(None, 1.0, END)
+        monkeypatch.setattr(event, "evaluate_dense", look)
+        return event.first_onset((SimpleNamespace(o=o),), 0, 1.0)
+
+    return found
+
+
+@pytest.mark.parametrize("top", [0.3, 0.01, 1e-4, 1e-8])
+@pytest.mark.parametrize("middle", [0.07, 0.31, 0.53, 0.94])
+def test_a_path_that_only_grazes_the_bearing_between_two_looks_is_found(onset, top, middle):
+    x = onset(lambda x: top - 40.0 * (x - middle) ** 2, lambda x: -80.0 * (x - middle), 80.0)
+    begin = middle - math.sqrt(top / 40.0)
+    assert x == pytest.approx(max(begin, 0.0), abs=1e-8)
+
+
+@pytest.mark.parametrize("middle", [0.07, 0.31, 0.53, 0.94])
+def test_a_path_that_turns_just_before_the_bearing_is_no_contact(onset, middle):
+    assert onset(lambda x: -1e-6 - 40.0 * (x - middle) ** 2, lambda x: -80.0 * (x - middle), 80.0) == 2.0
+
+
+def test_of_several_contacts_the_first_is_found(onset):
+    def depth(x):
+        return math.sin(4.0 * math.pi * x - 1.0) - 0.5
+
+    def slope(x):
+        return 4.0 * math.pi * math.cos(4.0 * math.pi * x - 1.0)
+
+    assert onset(depth, slope, 4.0 * math.pi) == pytest.approx((1.0 + math.pi / 6.0) / (4.0 * math.pi), abs=1e-8)
+
+
+def test_a_journal_that_leaves_the_bearing_and_comes_back_touches_it_where_it_comes_back(onset):
+    x = onset(lambda x: (x - 0.02) * (x - 0.6) * 1.0, lambda x: 2.0 * x - 0.62, 2.0)
+    assert x == pytest.approx(0.6, abs=1e-8)
