@@ -111,3 +111,63 @@ def test_no_modules_import_each_other_in_a_circle():
 def test_a_planted_circle_is_found():
     graph = graph_of_imports() | {"clearsweep.quantity": {"clearsweep.grid.grid"}}
     assert {"clearsweep.quantity", "clearsweep.grid.grid"} <= set(circle(graph))
+
+
+def sources():
+    """Return path -> syntax tree of every module of the package."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted((ROOT / "clearsweep").rglob("*.py"))}
+
+
+def public(tree: ast.Module):
+    """Yield the public functions and classes of a module, and the public methods of its public classes."""
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            yield node
+            if isinstance(node, ast.ClassDef):
+                yield from (part for part in node.body if isinstance(part, ast.FunctionDef) and part.name[0] != "_")
+
+
+def place(path: Path, node: ast.AST) -> str:
+    return f"{path.relative_to(ROOT)}:{node.lineno}"
+
+
+def test_everything_public_says_what_it_is():
+    silent = [
+        f"{place(path, node)}: {node.name}"
+        for path, tree in sources().items()
+        for node in public(tree)
+        if not ast.get_docstring(node)
+    ]
+    assert silent == []
+
+
+def test_every_module_says_what_it_is():
+    assert [str(path) for path, tree in sources().items() if not ast.get_docstring(tree)] == []
+
+
+def test_no_file_exceeds_400_lines():
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in sources()}
+    assert [f"{path.relative_to(ROOT)}: {length}" for path, length in lengths.items() if length > 400] == []
+
+
+def test_no_function_exceeds_80_lines():
+    long = [
+        f"{place(path, node)}: {node.name}, {node.end_lineno - node.lineno + 1} lines"
+        for path, tree in sources().items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno + 1 > 80
+    ]
+    assert long == []
+
+
+def test_mechanisms_are_told_apart_by_what_they_are_and_not_by_their_name():
+    names = {"impact-pair", "slider-crank"}
+    compared = [
+        f"{place(path, node)}: {ast.unparse(node)}"
+        for path, tree in sources().items()
+        if not path.is_relative_to(ROOT / "clearsweep" / "mechanics" / "mechanism")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Compare)
+        and any(isinstance(part, ast.Constant) and part.value in names for part in ast.walk(node))
+    ]
+    assert compared == []
