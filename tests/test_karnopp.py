@@ -12,7 +12,7 @@ from clearsweep.mechanics.compiled.dual import Dual, turned
 from clearsweep.mechanics.joint.contract import Present
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
-from clearsweep.mechanics.joint.stick import slip_rates, surfaces_of, with_sticking_forces
+from clearsweep.mechanics.joint.sticking import slip_rates, surfaces_of, with_sticking_forces
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
 from clearsweep.mechanics.mechanism.slider_crank import pose as pose_of_slider_crank
 from clearsweep.simulation import trajectory as simulating

@@ -21,7 +21,7 @@ from .compiled.dual import Seeded, as_dual, slope
 from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
 from .joint.contract import Present, after_joint, extent, first_place, touches
 from .joint.loads import loads_of, put_internal_rates
-from .joint.stick import with_sticking_forces
+from .joint.sticking import with_sticking_forces
 from .mechanism.contract import accelerate, describe, energy, gaps, output_error, place
 from .observe.observables import (
     ACCELERATION,
@@ -37,8 +37,6 @@ from .observe.observables import (
     observe,
 )
 from .solver.dop853 import END, ROWS
-
-MOST_CHANNELS = 30  # of a slider-crank with three joints
 
 
 class Scene(NamedTuple):
@@ -241,11 +239,11 @@ JOINT_CHANNELS = (
 )
 
 
-def sample_entry(scene, y, mode, onset, side, out, row):
-    """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
+def sample_entry(scene, y, mode, onset, side, out, channels):
+    """Put the time histories' values at the state `y` into `out`, in the order of the `channels`, so many."""
     here = scene[0]
     contacts, n = size_of(here)
-    values = shaped(out, (MOST_CHANNELS,))
+    values = shaped(out, (channels,))
     side, y = shaped(side, (contacts,)), shaped(y, (n,))
     pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(onset, (contacts,)))
     column = describe(here.mechanism, y, pose, motion, values)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from .. import grid
-from ..case import Case, Joint
-from ..catalogue import Catalogue, JointSite, Mechanism
+from ..case import Case
+from ..catalogue import Catalogue, Mechanism
 from ..errors import InputError
 from ..layout import Layout
 from ..mechanics import rates
@@ -60,7 +60,7 @@ def build(case: Case) -> Scene:
     """Return the scene of a resolved case.  Raises InputError where it cannot start as asked."""
     mechanism, bodies = MECHANISMS[case.mechanism.type], case.mechanism.values
     drive = case.drive.speed if case.drive else None
-    joints = {joint.name: _joint(mechanism.site(joint.name), joint) for joint in case.joints}
+    joints = {joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal) for joint in case.joints}
     offsets, roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(joints))
     if case.simulate.start == "seated":
         assert mechanism.ideal is not None  # the grid knows `start` for mechanisms that have one
@@ -71,23 +71,6 @@ def build(case: Case) -> Scene:
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.concatenate([built.start, roots, [began for _, _, began in every_internal_state(terms)]])
     return Scene(case, mechanism, built, value, Layout.of(case, catalogue()), start, bool(np.any(roots)))
-
-
-def _joint(site: JointSite, joint: Joint) -> dry.Joint:
-    """Return the compiled form of a joint."""
-    law, elastic = registry.contact_terms(joint)
-    side = 1.0 if joint.journal in (None, site.distal) else -1.0
-    radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
-    return dry.Joint(
-        joint.clearance,
-        radius,
-        radius - joint.clearance,
-        side,
-        law,
-        elastic,
-        registry.friction_term(joint),
-        registry.wear_term(joint),
-    )
 
 
 def _seated(reactions: Mapping[str, np.ndarray], joints: dict[str, dry.Joint]) -> tuple[dict, np.ndarray]:

@@ -247,9 +247,11 @@ class DualType(types.Type):
         super().__init__(f"Dual({part})")
 
     def unify(self, typing_context, other):
+        """Return the type that branches with a Dual and another number have together."""
         return self if isinstance(other, types.Number) or other == self.part else None
 
     def can_convert_from(self, typing_context, other):
+        """Return how a number of another type becomes a Dual: one without a slope."""
         return Conversion.safe if isinstance(other, types.Number) or other == self.part else None
 
 

@@ -45,6 +45,9 @@ from ..compiled.family import OPTIONS, family, kernel, map_joints
 ACTS, MEETS, TOUCHES, LAWS_OWN = 1, 2, 4, 8
 FREE = MEETS  # apart and without force
 PRESSED = ACTS | TOUCHES
+# Modes of laws, listed here so that no number is given twice.
+CLIPPED = PRESSED + LAWS_OWN  # penetrating, but the law of the normal force would pull
+STUCK = PRESSED + 2 * LAWS_OWN  # pressed, and the surfaces stick
 TOUCHING = tuple(mode for mode in range(63) if mode & TOUCHES)  # every mode of surfaces that touch
 ENTERED, LEFT = -1, -2  # events of a contact as `latched` gets them; others are the law's own guards, from 0 on
 SAME = -1  # of Guard.leads_to: the mode stays

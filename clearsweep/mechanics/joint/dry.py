@@ -11,9 +11,10 @@ from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
 from ..compiled.family import kernel
 from .contract import (
+    CLIPPED,
     FREE,
-    LAWS_OWN,
     PRESSED,
+    STUCK,
     Contact,
     ContactModes,
     Guard,
@@ -27,10 +28,8 @@ from .contract import (
     width,
     with_internal_state,
 )
-from .friction.contract import STUCK, friction_force
+from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
-
-CLIPPED = PRESSED + LAWS_OWN  # mode beside FREE, PRESSED and STUCK: penetrating, but its law would pull
 
 
 class Joint(NamedTuple):

@@ -7,6 +7,7 @@ import math
 
 from ...case import Joint
 from ...catalogue import Law
+from . import dry
 from .describe import text
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
@@ -31,6 +32,7 @@ __all__ = [
     "elastic_choices",
     "elastic_forces",
     "friction_term",
+    "joint_term",
     "penetration_limit",
     "pulls",
     "restitution",
@@ -48,6 +50,23 @@ def _elastic(joint: Joint) -> Recipe | None:
     """Return the elastic law of a joint, None where the contact law brings its own spring."""
     uses_elastic = RECIPES["law", joint.contact.law].law.uses_elastic
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
+
+
+def joint_term(joint: Joint, distal: str) -> dry.Joint:
+    """Return the compiled form of a joint, `distal` being its body away from the drive; here its kind is chosen."""
+    law, elastic = contact_terms(joint)
+    side = 1.0 if joint.journal in (None, distal) else -1.0
+    radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
+    return dry.Joint(
+        clearance=joint.clearance,
+        bearing_radius=radius,
+        journal_radius=radius - joint.clearance,
+        side=side,
+        law=law,
+        elastic=elastic,
+        friction=friction_term(joint),
+        wear=wear_term(joint),
+    )
 
 
 def contact_terms(joint: Joint) -> tuple:

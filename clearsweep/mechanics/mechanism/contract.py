@@ -17,20 +17,21 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import types
-from numba.extending import lower_builtin, overload, type_callable
+from numba.extending import lower_builtin, type_callable
 
 from ...catalogue import Mechanism
 from ..compiled.dual import as_type_of, slope
-from ..compiled.family import OPTIONS, family, inlined, kernel
+from ..compiled.family import family, inlined, kernel, map_joints
 from ..compiled.moving import Moving
+from ..joint.contract import after_number
 
 
 class IdealMotion(NamedTuple):
     """A mechanism without clearance at angles of what drives it, arrays of any shape (...)."""
 
-    place: np.ndarray  # m, of the output
-    velocity: np.ndarray  # m/s
-    acceleration: np.ndarray  # m/s^2
+    place: np.ndarray  # of the output, in the unit of its catalogue.Output: m, or rad where it turns
+    velocity: np.ndarray  # the same per s
+    acceleration: np.ndarray  # the same per s^2
     reactions: Mapping[str, np.ndarray]  # joint -> (..., 2) N, force on its distal body
 
 
@@ -78,7 +79,7 @@ class Motion(NamedTuple):
     """How a mechanism accelerates."""
 
     accelerations: tuple  # of the coordinates
-    output: float  # m/s^2, of the output; 0 where there is none
+    output: float  # of the output, in its unit per s^2; 0 where there is none
     torque: float  # N m, of the drive; 0 where there is none
 
 
@@ -118,7 +119,7 @@ def body_angles(mechanism, y):
 
 @family
 def output_error(mechanism, pose):
-    """Return how far (m) the output is from its place in the ideal mechanism, and the rate (m/s) of that."""
+    """Return how far the output is from its place in the ideal mechanism, in its unit, and the rate of that."""
 
 
 @family
@@ -129,11 +130,12 @@ def describe(mechanism, y, pose, motion, out):
 @inlined
 def gap_accelerations(mechanism, y, motion):
     """Return one GapAcceleration per open joint: the slopes in time of the rates that `gaps` gives."""
-    return _slopes(gaps(mechanism, place(mechanism, Moving(y, motion.accelerations))))
+    relative = gaps(mechanism, place(mechanism, Moving(y, motion.accelerations)))
+    return _slopes(relative, relative, 0, 0)
 
 
 @kernel
-def _slope(gap):
+def _slope(gap, _, place, shared):
     """Return the GapAcceleration of a Gap of Duals; all its numbers have one type, whatever those of the Gap."""
     ax = slope(gap.vx)
     return GapAcceleration(
@@ -144,15 +146,7 @@ def _slope(gap):
     )
 
 
-def _slopes(relative):
-    return tuple(map(_slope, relative))
-
-
-@overload(_slopes, strict=False, jit_options=dict(OPTIONS))
-def _compiled_slopes(relative):
-    if len(relative) == 1:
-        return lambda relative: (_slope(relative[0]),)
-    return lambda relative: (_slope(relative[0]),) + _slopes(relative[1:])  # noqa: RUF005
+_slopes = map_joints(_slope, after_number)
 
 
 def at_open(sites, values):

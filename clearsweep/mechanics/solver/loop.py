@@ -8,7 +8,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from ..compiled.family import kernel, pointer_to
-from ..joint.contract import ENTERED, LEFT, touches
+from ..joint.contract import ENTERED, LEFT
 from ..observe.observables import KAPPA, KINETIC, observed
 from ..observe.record import write_sample
 from ..observe.tally import (
@@ -38,13 +38,12 @@ from .event import (
     STOP,
     travel_ratio,
 )
-from .newton import AFTER, LENGTH, LIMIT, RENEWED, choose_method, steady
+from .newton import AFTER, LENGTH, RENEWED, choose_method
 from .step import begin_step, finish_ends, go_through, latch, meet, take_step
+from .step_control import GROW, TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
 
 AUTO = 2  # of Control.method
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
-SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
-TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
 ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
@@ -165,41 +164,6 @@ def restart(at):
 
 
 @kernel
-def first_length(at, proposals, pattern):
-    """Return a step length to begin with: the last one of the same contacts that touch, else a guess."""
-    work = at[0]
-    if proposals[pattern] > 0.0:
-        return proposals[pattern]
-    length = 0.01 / work.reference_rate
-    for j in range(work.mode.size):
-        if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
-            length = min(length, 0.2 * work.sigma * math.sqrt(work.clearance[j]) / work.onset[j])
-    return length
-
-
-@kernel
-def proposal_of(at):
-    """Return where the step length for this method and these contacts that touch is kept: the bits of a number."""
-    work = at[0]
-    pattern = work.method[0] << work.mode.size
-    for j in range(work.mode.size):
-        if touches(work.mode[j]):
-            pattern |= 1 << j
-    return pattern
-
-
-@kernel
-def next_length(at, h, proposal):
-    """Change the method if that was decided, and return the length of the step after one of length `h`."""
-    work = at[0]
-    if work.method[2] == work.method[0]:
-        return steady(at, h, proposal)
-    work.method[0] = work.method[2]
-    work.implicit.past[LENGTH] = 0.0
-    return work.implicit.limit[LIMIT]
-
-
-@kernel
 def begin(at, windowed):
     """Return the first step's length, growth and expected error: after a pause what was to come, else a guess."""
     work = at[0]
@@ -246,7 +210,7 @@ def integrate(control, work):
         error = max(error, travel_ratio(at, h) ** 8)  # the step control takes the eighth root
         if not error < 1.0:
             work.counts[REJECTED] += 1
-            h *= max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
+            h *= shrinking(error)
             grow, tries = 1.0, tries + 1
             if tries > TRIES:
                 return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS] - earlier]
@@ -256,8 +220,7 @@ def integrate(control, work):
         pattern = proposal_of(at)
         if control.method == AUTO:
             choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], work.counts[EVALUATIONS] - spent)
-        # of the errors of this step and the one before, the larger: the estimate goes through zero now and then
-        change = min(grow, SAFETY * max(error, expected, 1e-10) ** -0.125)
+        change = min(grow, change_of_length(error, expected))
         proposals[pattern], expected = h * change, error * change**8
         kind, contact, taken, dense = meet(at, h, stop)
         note_step(at, taken, windowed, dense)

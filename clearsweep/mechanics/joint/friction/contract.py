@@ -5,9 +5,6 @@ from typing import NamedTuple
 
 from ....catalogue import Field
 from ...compiled.family import family
-from ..contract import LAWS_OWN, PRESSED
-
-STUCK = PRESSED + 2 * LAWS_OWN  # mode: pressed, and the surfaces stick
 
 
 @family

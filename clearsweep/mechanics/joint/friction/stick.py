@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 from ....catalogue import Field, Law
-from ..contract import PRESSED, Guard, guard_values, guards
+from ..contract import PRESSED, STUCK, Guard, guard_values, guards
 from ..recipe import enter
-from .contract import COEFFICIENT, STATIC, STRIBECK, STUCK, friction_force, from_values, static_limit
+from .contract import COEFFICIENT, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
 
 LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again

@@ -1,0 +1,61 @@
+"""How long the next step is: after an error that was small enough, after one that was not, and at the beginning."""
+
+import math
+
+from ..compiled.family import kernel
+from ..joint.contract import touches
+from .newton import LENGTH, LIMIT, steady
+
+SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
+TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
+LEAST_ERROR = 1e-10  # over the allowed one: below, it says no more about how much longer a step may be
+
+
+@kernel
+def shrinking(error):
+    """Return by which factor a step is shortened whose `error`, over the allowed one, was too large."""
+    return max(SHRINK, SAFETY * error**-0.125) if error < 1e300 else SHRINK
+
+
+@kernel
+def change_of_length(error, expected):
+    """Return by which factor the next step may be longer, from this step's error and that which was expected of it.
+
+    The larger of the two counts, as the estimate goes through zero now and then.
+    """
+    return SAFETY * max(error, expected, LEAST_ERROR) ** -0.125
+
+
+@kernel
+def first_length(at, proposals, pattern):
+    """Return a step length to begin with: the last one of the same contacts that touch, else a guess."""
+    work = at[0]
+    if proposals[pattern] > 0.0:
+        return proposals[pattern]
+    length = 0.01 / work.reference_rate
+    for j in range(work.mode.size):
+        if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
+            length = min(length, 0.2 * work.sigma * math.sqrt(work.clearance[j]) / work.onset[j])
+    return length
+
+
+@kernel
+def proposal_of(at):
+    """Return where the step length for this method and these contacts that touch is kept: the bits of a number."""
+    work = at[0]
+    pattern = work.method[0] << work.mode.size
+    for j in range(work.mode.size):
+        if touches(work.mode[j]):
+            pattern |= 1 << j
+    return pattern
+
+
+@kernel
+def next_length(at, h, proposal):
+    """Change the method if that was decided, and return the length of the step after one of length `h`."""
+    work = at[0]
+    if work.method[2] == work.method[0]:
+        return steady(at, h, proposal)
+    work.method[0] = work.method[2]
+    work.implicit.past[LENGTH] = 0.0
+    return work.implicit.limit[LIMIT]
