@@ -172,7 +172,7 @@ def test_penetration_follows_back_from_the_force_of_johnson_and_esdu(constant):
     for pen in np.geomspace(1e-12, 0.999 * limit, 200):
         line = force(name, pen) / LENGTH
         back = line / (math.pi * MODULUS) * (math.log(4.0 * math.pi * MODULUS * CLEARANCE / line) + added)
-        assert back == pytest.approx(pen, rel=1e-13)
+        assert back == pytest.approx(pen, rel=1e-13, abs=0.0)
 
 
 def test_penetration_follows_back_from_roark_s_formula_with_diameters():
@@ -181,7 +181,7 @@ def test_penetration_follows_back_from_roark_s_formula_with_diameters():
         diameters = 2.0 * BEARING * 2.0 * JOURNAL / (2.0 * BEARING - 2.0 * JOURNAL)
         width = 1.60 * math.sqrt(line * diameters / MODULUS)
         ends = 2.0 / 3.0 + math.log(4.0 * BEARING / width) + math.log(4.0 * JOURNAL / width)
-        assert line / (math.pi * MODULUS) * ends == pytest.approx(pen, rel=1e-13)
+        assert line / (math.pi * MODULUS) * ends == pytest.approx(pen, rel=1e-13, abs=0.0)
 
 
 @pytest.mark.parametrize(("name", "power"), [("dubowsky-freudenstein", 3), ("goldsmith", 1)])
@@ -190,7 +190,7 @@ def test_penetration_follows_back_with_the_length_in_the_logarithm(name, power):
     for pen in np.geomspace(1e-12, 1e-4, 100):
         load = force(name, pen)
         argument = LENGTH**power * CLEARANCE / (load * BEARING * JOURNAL * h)
-        assert load * h / LENGTH * (math.log(argument) + 1.0) == pytest.approx(pen, rel=1e-13)
+        assert load * h / LENGTH * (math.log(argument) + 1.0) == pytest.approx(pen, rel=1e-13, abs=0.0)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +219,7 @@ def test_laws_that_end_are_left_where_the_tangent_is_twice_the_secant(name):
 def test_johnson_would_fold_back_beyond_its_limit():
     _, limit = made("johnson")
     fold = limit * math.exp(-1.0) / LOGARITHMIC_END
-    assert fold == pytest.approx(4.0 * CLEARANCE / math.e**2, rel=1e-12)
+    assert fold == pytest.approx(4.0 * CLEARANCE / math.e**2, rel=1e-12, abs=0.0)
     assert fold == pytest.approx(2.7067e-4, rel=1e-4)
 
 

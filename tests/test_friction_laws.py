@@ -63,6 +63,7 @@ def test_a_law_does_not_depend_on_the_unit_of_length(name):
         assert friction_force(scaled, 100.0, 1e3 * slip) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.compiled  # as plain Python, shorter: test_plain
 @pytest.mark.parametrize("name", LAWS)
 def test_friction_takes_energy_out_of_a_slider_crank(name):
     section = written(friction=name)["friction"]

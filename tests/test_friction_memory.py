@@ -79,9 +79,9 @@ def slid(law, slip, distance):
 
 def test_lugre_settles_at_stribeck_s_curve():
     bend = slid(term(**LUGRE), 1e-3, 1e-4)
-    assert bend == pytest.approx(1.1839397e-6, rel=1e-7)
+    assert bend == pytest.approx(1.1839397e-6, rel=1e-7, abs=0.0)
     assert friction_force(term(bend, **LUGRE), 100.0, 1e-3) == pytest.approx(-11.839397, rel=1e-6)
-    assert slid(term(**LUGRE), -5.0, 1e-4) == pytest.approx(-1e-6, rel=1e-7)
+    assert slid(term(**LUGRE), -5.0, 1e-4) == pytest.approx(-1e-6, rel=1e-7, abs=0.0)
 
 
 def test_lugre_s_viscous_part_is_added():
@@ -103,8 +103,8 @@ def test_dahl_is_elastic_at_first_and_ends_at_the_kinetic_coefficient():
 def test_dahl_approaches_sliding_as_its_closed_form(shape, bent):
     law = term(**DAHL, shape=shape)
     for reach in (0.1, 1.0, 4.0):  # sliding over mu / sigma0
-        assert slid(law, 2.0, reach * 1e-6) == pytest.approx(1e-6 * bent(reach), rel=1e-8)
-        assert slid(law, -2.0, reach * 1e-6) == pytest.approx(-1e-6 * bent(reach), rel=1e-8)
+        assert slid(law, 2.0, reach * 1e-6) == pytest.approx(1e-6 * bent(reach), rel=1e-8, abs=0.0)
+        assert slid(law, -2.0, reach * 1e-6) == pytest.approx(-1e-6 * bent(reach), rel=1e-8, abs=0.0)
 
 
 @pytest.mark.parametrize("shape", [1.0, 1.5, 2.0])

@@ -44,7 +44,7 @@ def test_a_case_is_in_si_with_every_default_filled_in(at):
     budgets = {"step_budget": 1_000_000, "event_budget": 100_000}
     assert demo.written_case(0) == {
         "mechanism": {"type": "slider-crank", **body, "slider": {"mass": 0.14}, "gravity": 0.0},
-        "drive": {"speed": pytest.approx(5000 * math.pi / 30, rel=3e-16)},
+        "drive": {"speed": pytest.approx(5000 * math.pi / 30, rel=3e-16, abs=0.0)},
         "joints": {"rod-slider": joint},
         "simulate": {"revolutions": 10.0, "discard": 2.0, "tolerance": 1e-8, **words, **budgets},
         "save": {"orbits": "last", "revolutions": 2.0, "samples": 720},
@@ -200,13 +200,17 @@ def test_spaced_axes_are_those_of_numpy_and_end_exactly(base):
         return load(sweep(base, {path: given})).axes[path]
 
     linear = axis(f"{CONTACT}.restitution", {"linspace": [0.5, 0.95, 4]})
-    assert linear == pytest.approx(np.linspace(0.5, 0.95, 4), rel=1e-15)
+    assert linear == pytest.approx(np.linspace(0.5, 0.95, 4), rel=1e-15, abs=0.0)
     assert linear == (0.5, 0.65, 0.8, 0.95)
     power = axis(f"{CONTACT}.stiffness", {"geomspace": ["1e9 N/m^1.5", "1e11 N/m^1.5", 5]})
     assert power == pytest.approx(np.geomspace(1e9, 1e11, 5), rel=1e-14)
     assert (power[0], power[-1]) == (1e9, 1e11)
-    assert axis(f"{JOINT}.clearance", {"logspace": [-5, -3.5, 4]}) == pytest.approx(np.logspace(-5, -3.5, 4), rel=1e-14)
-    assert axis(f"{JOINT}.clearance", {"logspace": [-2, 0, 3, "mm"]}) == pytest.approx([1e-5, 1e-4, 1e-3], rel=1e-15)
+    assert axis(f"{JOINT}.clearance", {"logspace": [-5, -3.5, 4]}) == pytest.approx(
+        np.logspace(-5, -3.5, 4), rel=1e-14, abs=0.0
+    )
+    assert axis(f"{JOINT}.clearance", {"logspace": [-2, 0, 3, "mm"]}) == pytest.approx(
+        [1e-5, 1e-4, 1e-3], rel=1e-15, abs=0.0
+    )
     assert axis("simulate.step_budget", {"linspace": [10, 30, 3]}) == (10, 20, 30)
     assert axis("drive.speed", np.array([1.0, 2.0])) == (1.0, 2.0)
 

@@ -103,13 +103,13 @@ def test_what_is_kept_has_its_rate_in_free_flight():
     assert last[2] == 2  # a separation
     start, end = (run_to(scene, moment).work.end for moment in (last[0] + 1e-7, 0.3 * TURN))
     time = 2 * len(scene.value.coordinates)
-    assert end[-1] == pytest.approx(start[-1] * math.exp(-1e3 * (end[time] - start[time])), rel=1e-8)
+    assert end[-1] == pytest.approx(start[-1] * math.exp(-1e3 * (end[time] - start[time])), rel=1e-8, abs=0.0)
 
 
 def test_both_internal_states_have_exact_derivatives():
     explicit = run_to(rubbing(Warming(0.1, 1e5, 2.0, 1e3)), 0.1 * TURN)
     implicit = run_to(rubbing(Warming(0.1, 1e5, 2.0, 1e3), **{"simulate.method": "implicit"}), 0.1 * TURN)
-    assert implicit.work.end[-1] == pytest.approx(explicit.work.end[-1], rel=1e-6)
+    assert implicit.work.end[-1] == pytest.approx(explicit.work.end[-1], rel=1e-6, abs=0.0)
     assert (
         implicit.work.counts[event.REJECTED] < 0.2 * implicit.work.counts[event.STEPS]
     )  # Newton's method converges: few rejected steps
@@ -229,7 +229,7 @@ def test_a_joint_that_acts_without_contact_is_never_searched_for_one():
     rate = math.sqrt(1e7 / 0.1)  # rad/s, of 0.1 kg
     end = 3.3 / rate
     run = run_to(scene, end)
-    assert run.work.end[0] == pytest.approx(math.sin(3.3) / rate, rel=1e-9)
+    assert run.work.end[0] == pytest.approx(math.sin(3.3) / rate, rel=1e-9, abs=0.0)
     assert run.tally.joint[0, tally.FORCE_MAX] == pytest.approx(1e7 / rate, rel=1e-8)
     square = 0.5 * (1e7 / rate) ** 2 * (end - math.sin(2.0 * 3.3) / (2.0 * rate))
     assert run.tally.joint[0, tally.FORCE_SQUARE] == pytest.approx(square, rel=1e-8)
@@ -289,7 +289,7 @@ def test_two_contacts_of_a_joint_have_their_own_onsets():
     scene = clearsweep.load_case(case)
     circle, walls = (run_to(made, math.inf) for made in (scene, with_joint(scene, Walls(1e-3, 1.0, 6.61e10))))
     assert len(walls.events) == len(circle.events) == 10
-    assert walls.events[:, 0] == pytest.approx(circle.events[:, 0], rel=1e-9)
+    assert walls.events[:, 0] == pytest.approx(circle.events[:, 0], rel=1e-9, abs=0.0)
     assert list(walls.events[:, 1]) == [0, 0, 1, 1] * 2 + [0, 0]
     assert list(circle.events[:, 1]) == [0] * 10
     assert walls.tally.joint[:, tally.FORCE_MAX] == pytest.approx(circle.tally.joint[0, tally.FORCE_MAX], rel=1e-9)

@@ -103,7 +103,7 @@ def test_the_same_program_runs_uncompiled():
         "'rod_slider_wear_volume', 'steps')), repr(float(t['slider/x'][-1])))"
     )
     compiled, plain = told_both_ways(program)
-    assert compiled == pytest.approx(plain, rel=1e-9)
+    assert compiled == pytest.approx(plain, rel=1e-9, abs=0.0)
 
 
 def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatch):

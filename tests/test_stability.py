@@ -98,7 +98,7 @@ def test_tuned_cases_are_what_they_say():
     made, note = stability.scene_of(meet)
     log = clearsweep.simulate(made, times=[0.0]).events
     first = [log["t"][(log["joint"] == name) & (log["kind"] == "on")][0] for name in ("crank_rod", "rod_slider")]
-    assert first[0] == pytest.approx(first[1], rel=1e-9), note
+    assert first[0] == pytest.approx(first[1], rel=1e-9, abs=0.0), note
 
 
 # ---------------------------------------------------------------------------------------------- what must not matter
@@ -139,7 +139,7 @@ def test_either_body_may_carry_the_journal_where_nothing_rubs(name):
         for body in (proximal, distal)
     )
     for figure in FIGURES:
-        assert one[f"{joint}_{figure}"] == pytest.approx(other[f"{joint}_{figure}"], rel=1e-7)
+        assert one[f"{joint}_{figure}"] == pytest.approx(other[f"{joint}_{figure}"], rel=1e-7, abs=0.0)
 
 
 def mirrored(sign):
