@@ -170,7 +170,7 @@ class Study(NamedTuple):
 def prepare(run: StoredRun) -> Study:
     """Return a run (of the store) prepared for reading."""
     summary, layout, record = run.summary, run.layout, run.grid
-    units = grid.units(record, simulation.catalogue()) | summary.attrs.get("units", {})
+    units = grid.key_units(record, simulation.catalogue()) | summary.attrs.get("units", {})
     base = {key: record[key] for key in BASE if key in record}
     axes = _axes(record, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
