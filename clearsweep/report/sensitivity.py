@@ -86,7 +86,7 @@ class Chance(NamedTuple):
 
 
 def settings(run: StoredRun) -> list[Setting]:
-    """Return the samples of a run (as the store opens it), one for each point of the other axes, in order; [] without."""
+    """Return the samples of a run (as the store opens it), one for each point of the other axes; [] without."""
     sample = run.grid.get("sample")
     if not sample:
         return []
