@@ -170,7 +170,7 @@ class Figure(NamedTuple):
     text: str
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
     needs: tuple[str, ...] = ()  # 'turns' or 'rests' (the mechanism); 'wear' (the joint); 'horizon', 'until' (simulate)
-    value: Callable | None = None  # (simulation.figures.Window, place of the joint) -> value; None: see `sums`
+    value: Callable | None = None  # (simulation.window.Window, place of the joint) -> value; None: see `sums`
     sums: Any = None  # the sums it is made of, such as simulation.sums.Mean: it settles, `simulate.until` may judge it
     kind: str = "float"  # or 'int'
     differs: bool = True  # `simulate.error_check` tells how far it is from a run at a tenth of the tolerance

@@ -32,12 +32,15 @@ class Run:
         histories=True,
         failures=0,
         name="slider-crank-clearance",
+        bodies=None,
+        further=None,
     ):
         self.histories = histories
+        self.further = further or {}  # channel -> its value at all times
         sweep = SWEEP if sweep is None else sweep
         bins = 360 if wear else 0
         self.layout = _layout(mechanism, joints, bins)
-        self.grid = _record(name, mechanism, joints, sweep)
+        self.grid = _record(name, mechanism, joints, sweep, bodies)
         points = [dict(zip(sweep, values, strict=True)) for values in itertools.product(*sweep.values())]
         rows = [self._row(point, index < failures) for index, point in enumerate(points)]
         self.summary = pd.DataFrame(rows).sort_values("case_id", ignore_index=True)
@@ -123,6 +126,7 @@ class Run:
             "slider/a": acceleration * (1 + 3e4 * np.maximum(depth, 0)),
             "pair/x": 5e-4 * np.sin(t * 300),
             "pair/v": 0.15 * np.cos(t * 300),
+            **self.further,
         }
         for joint in self.layout.joints:
             prefix = f"joints/{joint.name}/"
@@ -164,7 +168,8 @@ def _layout(mechanism, joints, bins):
     return Layout.of(made, simulation.catalogue())
 
 
-def _record(name, mechanism, joints, sweep):
+def _record(name, mechanism, joints, sweep, bodies=None):
+    """Return the content of run.json; bodies : values below `mechanism` of one that is neither of those here."""
     contact = {
         "law": "lankarani-nikravesh",
         "elastic": "power",
@@ -172,8 +177,15 @@ def _record(name, mechanism, joints, sweep):
         "exponent": 1.5,
         "restitution": 0.9,
     }
-    joint = {"clearance": 5e-4, "bearing_radius": 0.01, "length": 0.02, "journal": "rod", "contact": contact}
-    bodies = {
+    kind = simulation.catalogue().mechanism(mechanism)
+    sections = {}
+    for name_of_joint in joints:
+        site = kind.site(name_of_joint.replace("_", "-"))
+        sections[site.name] = {"clearance": 5e-4, "contact": contact}
+        if site.kind == "revolute":
+            journal = "rod" if "rod" in site.journals else site.journals[0]
+            sections[site.name] |= {"bearing_radius": 0.01, "length": 0.02, "journal": journal}
+    known = {
         "type": mechanism,
         "crank": {"length": CRANK, "mass": 0.3, "inertia": 1e-4, "center": 0.025},
         "rod": {"length": ROD, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06},
@@ -181,14 +193,15 @@ def _record(name, mechanism, joints, sweep):
         "gravity": 0.0,
     }
     if mechanism == "impact-pair":
-        bodies = {"type": mechanism, "masses": [0.2, 0.2], "speed": 1.0}
+        known = {"type": mechanism, "masses": [0.2, 0.2], "speed": 1.0}
     return {
         "name": name,
-        "mechanism": bodies,
-        **({"drive": {"speed": 5000 * RPM}} if mechanism == "slider-crank" else {}),
-        "joints": {joint_name.replace("_", "-"): joint for joint_name in joints},
-        "simulate": {"revolutions": 10, "discard": 2, "tolerance": 1e-8, "start": "centred"},
-        "save": {"orbits": "last", "revolutions": 2, "samples": 720},
+        "mechanism": known if bodies is None else {"type": mechanism, **bodies},
+        **({"drive": {"speed": 5000 * RPM}} if kind.turns else {}),
+        "joints": sections,
+        "simulate": {"tolerance": 1e-8}
+        | ({"revolutions": 10, "discard": 2, "start": "centred"} if kind.turns else {"impacts": 10}),
+        "save": {"orbits": "last", "samples": 720} | ({"revolutions": 2} if kind.turns else {}),
         **({"sweep": sweep} if sweep else {}),
         "source": "grid.yaml",
         "model_version": "1",

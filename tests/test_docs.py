@@ -122,6 +122,18 @@ def test_commands_and_files_named_in_a_text_are_there(page):
         assert written or (ROOT / name).exists(), name
 
 
+def test_every_file_of_the_map_is_there():
+    table = TEXTS["docs/design.md"].partition("## Where to change what")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| (.+?) \| (.+) \|$", table, re.MULTILINE)[2:]
+    assert len(rows) > 30
+    for what, where in rows:
+        named = re.findall(r"`([\w/.]+(?:/|\.(?:py|j2|css)))`", where)
+        assert named, what
+        home = ROOT / "clearsweep" / Path(named[0]).parent
+        for path in named:
+            assert (ROOT / "clearsweep" / path).exists() or (home / path).exists(), f"{what}: {path}"
+
+
 def test_every_figure_is_defined():
     known = set(re.findall(r"^\| `(\w+)`", layout.markdown(catalogue()), re.MULTILINE))
     table = TEXTS["docs/model.md"].partition("## Figures of merit")[2].partition("\n## ")[0]

@@ -116,18 +116,18 @@ def test_the_parameters_of_laws_are_shown_with_their_units(contact, friction, pa
 def test_a_stiffness_beside_a_swept_law_has_the_exponent_that_the_law_takes_by_default():
     contact = {"law": "exact", "stiffness": 2e4, "restitution": 0.9}
     record = resolved(contact, axes={f"{JOINT}.contact.law": ["exact", "flores"]})
-    assert grid.units(record, CATALOGUE)[f"{JOINT}.contact.stiffness"] == "N/m^1.5"
+    assert grid.key_units(record, CATALOGUE)[f"{JOINT}.contact.stiffness"] == "N/m^1.5"
 
 
 def test_a_value_that_laws_of_different_units_share_is_shown_with_both():
     contact = {"law": "ristow", "stiffness": 1e10, "damping": 100.0}
     record = resolved(contact, axes={f"{JOINT}.contact.law": ["ristow", "kuwabara-kono"]})
-    assert grid.units(record, CATALOGUE)[f"{JOINT}.contact.damping"] == "N*s/m or N*s/m^1.5"
+    assert grid.key_units(record, CATALOGUE)[f"{JOINT}.contact.damping"] == "N*s/m or N*s/m^1.5"
 
 
 def test_a_swept_exponent_leaves_the_unit_open():
     record = resolved(BASE["joints"]["rod-slider"]["contact"], axes={f"{JOINT}.contact.exponent": [1.0, 1.5]})
-    assert grid.units(record, CATALOGUE)[f"{JOINT}.contact.stiffness"] == "N/m^exponent"
+    assert grid.key_units(record, CATALOGUE)[f"{JOINT}.contact.stiffness"] == "N/m^exponent"
 
 
 def test_the_masses_of_a_pair_are_shown_in_kilograms():
@@ -144,7 +144,7 @@ def test_laws_of_another_version_leave_their_values_bare_and_the_rest_in_units()
 @pytest.mark.parametrize("name", ["law_comparison", "two_joints", "impact_pair", "slider_crank", "thousand_cases"])
 def test_swept_values_have_the_unit_that_the_grid_gives(name):
     cases = grid.load(f"configs/{name}.yaml", CATALOGUE)
-    units = grid.units(cases.resolved(), CATALOGUE)
+    units = grid.key_units(cases.resolved(), CATALOGUE)
     assert {path: cases.unit(path) for path in cases.axes} == {path: units.get(path, "") for path in cases.axes}
 
 

@@ -6,13 +6,13 @@ import fake_physics
 import numpy as np
 import pandas as pd
 import pytest
+from fake_sweeps import sweep
 from grid_fake import CONTACT, JOINT, TEXT, load
 from scipy import stats
 
 from clearsweep import report
 from clearsweep.errors import InputError
 from clearsweep.report import sensitivity
-from clearsweep.sweeping.sweep import sweep
 
 pytestmark = pytest.mark.heavy
 

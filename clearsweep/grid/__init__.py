@@ -3,8 +3,8 @@
 from ..catalogue import Catalogue, Field, Law
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .json_schema import schema
+from .key_units import key_units
 from .reference import markdown
-from .units import units
 
 __all__ = [
     "SCHEMA_VERSION",
@@ -13,9 +13,9 @@ __all__ = [
     "Grid",
     "Law",
     "identity",
+    "key_units",
     "load",
     "markdown",
     "schema",
     "starter",
-    "units",
 ]

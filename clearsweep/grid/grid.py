@@ -21,9 +21,9 @@ from . import checks, variations
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step
+from .key_units import unit
 from .keys import Flag, Number, Section, Shape, Word, value_key
 from .resolve import case_of
-from .units import unit
 from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.

@@ -64,7 +64,7 @@ _IMPACTS = Field("impacts", "1", "impacts after which the run ends", 1, low_open
 _SAMPLES = Field(
     "samples",
     "1",
-    "samples per revolution (impact-pair: in all)",
+    "samples per revolution; in all where nothing turns",
     1,
     1e7,
     low_open=False,
@@ -177,7 +177,7 @@ def _contact(tree: Shape, path: str, catalogue: Catalogue) -> None:
     contact = f"{path}.contact"
     elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
     tree[contact] = Section("the normal force")
-    tree[f"{contact}.law"] = Word(catalogue.names("law"), "the hysteresis law", law=True)
+    tree[f"{contact}.law"] = Word(catalogue.names("law"), "the law of the normal force", law=True)
     tree[f"{contact}.elastic"] = Word(catalogue.names("elastic"), "the stiffness law", "power", law=True, when=elastic)
     _laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
     _laws(tree, contact, "law", catalogue.of("law"))

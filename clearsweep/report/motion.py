@@ -1,20 +1,48 @@
-"""One case in pictures: journal orbit, force, slider beside the ideal mechanism, drive, contact onsets."""
+"""One case in pictures: its joints, its output beside the ideal mechanism, its drive, its contact onsets.
 
-from collections.abc import Mapping
+What is drawn is asked of the layout, channel by channel, so a mechanism need not be known here.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from .. import wording
-from ..mechanics.mechanism.slider_crank.ideal import slider
+from .. import simulation, wording
+from ..errors import InputError
+from ..layout import TIME, Column
 from ..results import ELASTIC_ONSET
 from ..store import StoredRun
 from .draw import motion
-from .picture import Picture
-from .study import Joint, Study
+from .picture import Picture, capital
+from .study import Joint, Study, resolved
 
 TURN = 2.0 * np.pi
 FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square beside a colour bar is as wide as it is high, and fits
 LEVELS = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))  # drawn across the force of a joint
+
+
+class History(NamedTuple):
+    """The saved time histories of a case."""
+
+    channels: Mapping  # name -> values in SI
+    time: np.ndarray  # s
+    angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None where nothing turns
+
+    def values(self, name: str) -> np.ndarray:
+        """Return the values (SI) of one channel."""
+        return np.asarray(self.channels[name], float)
+
+    def painter(
+        self, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
+    ) -> Callable[[Axes], None]:
+        """Return what draws a quantity (SI) over the angle of the drive, over time where nothing turns."""
+        angle = self.angle
+        if angle is None:
+            return lambda ax: motion.over_time(ax, self.time, values, unit, name)
+        return lambda ax: motion.against_ideal(ax, angle, values, ideal, unit, name)
 
 
 def history(run: StoredRun, case_id: str) -> Mapping | None:
@@ -25,16 +53,18 @@ def history(run: StoredRun, case_id: str) -> Mapping | None:
 
 def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
     """Return the pictures of one case from its channels, those that its mechanism has."""
-    if "crank_angle" not in path:
-        return _over_time(path, study.joints[0])
-    angle = np.asarray(path["crank_angle"], float)
-    angle = angle - TURN * np.floor(angle[0] / TURN + 1e-9)
-    drawn = [picture for joint in study.joints for picture in _joint(study, case_id, joint, path, angle)]
-    return [*drawn, *_slider(study, case_id, path, angle), _torque(path, angle)]
+    time, speed = np.asarray(path[TIME], float), study.value(case_id, "drive.speed")
+    angle = None if speed is None else float(speed) * time
+    if angle is not None:
+        angle = angle - TURN * np.floor(angle[0] / TURN + 1e-9)
+    saved = History(path, time, angle)
+    joints = [picture for joint in study.joints for picture in _joint(study, case_id, joint, saved)]
+    output = _output(study, case_id, saved)
+    return [*joints, *output, *_torque(study, saved)] if output else _bodies(study, saved) + joints
 
 
 def onsets(study: Study, case_id: str, events: Mapping) -> list[Picture]:
-    """Return the picture of the closing rates at the contact onsets; [] without events or crank."""
+    """Return the picture of the closing rates at the contact onsets; [] without events or drive."""
     speed = study.value(case_id, "drive.speed")
     kept = np.asarray(events["kind"]).astype(str) == "on"
     if speed is None or not kept.any():
@@ -51,56 +81,78 @@ def onsets(study: Study, case_id: str, events: Mapping) -> list[Picture]:
     ]
 
 
-def _slider(study: Study, case_id: str, path: Mapping, angle: np.ndarray) -> list[Picture]:
-    """Return the slider's acceleration and its position error, beside the ideal mechanism where that is known."""
-    ideal_motion = _ideal(study, case_id, path)
-    acceleration = np.asarray(path["slider/a"], float)
-    without = None if ideal_motion is None else ideal_motion[2]
-    alt = f"Slider acceleration, at most {_most(acceleration, 'm/s^2')}"
-    alt += "." if without is None else f"; the ideal mechanism reaches {_most(without, 'm/s^2')}."
-    drawn = [
-        Picture(
-            "Slider acceleration against the ideal mechanism",
-            "",
-            alt,
-            lambda ax: motion.against_ideal(ax, angle, acceleration, without, "m/s^2", "slider acceleration"),
-            FLAT,
+def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
+    """Return the output's acceleration and the error of its place, beside the ideal mechanism where that is known.
+
+    Its channels are known by their units: the place has that of the error, the acceleration the same per s^2.
+    """
+    output = study.run.layout.output
+    unit = study.unit(study.column("error_max"))
+    by_unit = {channel.unit: channel.name for channel in reversed(_of_body(study, saved, output))}
+    ideal = _ideal(study, case_id, saved)
+    drawn = []
+    if f"{unit}/s^2" in by_unit:
+        acceleration, without = saved.values(by_unit[f"{unit}/s^2"]), ideal.acceleration if ideal else None
+        alt = f"{capital(output)} acceleration, at most {_most(acceleration, f'{unit}/s^2')}"
+        alt += "." if without is None else f"; the ideal mechanism reaches {_most(without, f'{unit}/s^2')}."
+        paint = saved.painter(acceleration, f"{unit}/s^2", f"{output} acceleration", without)
+        drawn.append(Picture(f"{capital(output)} acceleration against the ideal mechanism", "", alt, paint, FLAT))
+    if unit in by_unit and ideal:
+        error = saved.values(by_unit[unit]) - ideal.place
+        drawn.append(
+            Picture(
+                f"{capital(output)} position error",
+                f"{capital(output)} position less that of the ideal mechanism.",
+                f"{capital(output)} error, at most {_most(error, unit)}.",
+                saved.painter(error, unit, f"{output} error"),
+                FLAT,
+            )
         )
-    ]
-    if ideal_motion is None:
-        return drawn
-    error = np.asarray(path["slider/x"], float) - ideal_motion[0]
-    return [
-        *drawn,
-        Picture(
-            "Slider position error",
-            "Slider position less that of the ideal mechanism.",
-            f"Slider error, at most {_most(error, 'm')}.",
-            lambda ax: motion.against_ideal(ax, angle, error, None, "m", "slider error"),
-            FLAT,
-        ),
-    ]
+    return drawn
 
 
-def _torque(path: Mapping, angle: np.ndarray) -> Picture:
-    torque = np.asarray(path["crank/torque"], float)
-    return Picture(
-        "Crank torque",
-        "What the drive must give to hold the crank speed.",
-        f"Crank torque, at most {_most(torque, 'N*m')}.",
-        lambda ax: motion.against_ideal(ax, angle, torque, None, "N*m", "crank torque"),
-        FLAT,
-    )
+def _torque(study: Study, saved: History) -> list[Picture]:
+    """Return the torque of the drive, where the mechanism has that channel."""
+    drawn = []
+    for channel in _own(study, saved):
+        if channel.name.endswith("/torque"):
+            values, name = saved.values(channel.name), _words(channel)
+            caption = "What the drive must give to hold the crank speed."
+            alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
+            drawn.append(Picture(capital(name), caption, alt, saved.painter(values, channel.unit, name), FLAT))
+    return drawn
 
 
-def _joint(study: Study, case_id: str, joint: Joint, path: Mapping, angle: np.ndarray) -> list[Picture]:
-    """Return the orbit of the journal, where its clearance is known, and the normal force."""
-    x, y, force = (np.asarray(path[f"joints/{joint.name}/{name}"], float) for name in ("x", "y", "force_normal"))
+def _bodies(study: Study, saved: History) -> list[Picture]:
+    """Return the mechanism's own channels, one picture each; a rate is drawn over the place before it."""
+    drawn, before = [], None
+    for channel in _own(study, saved):
+        values, name = saved.values(channel.name), _words(channel)
+        if before and channel.unit == f"{before.unit}/s":
+            drawn.append(_portrait(before, channel, saved))
+        else:
+            caption = f"{capital(channel.description)}." if channel.description else ""
+            alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
+            drawn.append(Picture(capital(name), caption, alt, saved.painter(values, channel.unit, name), FLAT))
+        before = channel
+    return drawn
+
+
+def _portrait(place: Column, rate: Column, saved: History) -> Picture:
+    """Return the phase portrait of a place and its rate."""
+    over, up = ((saved.values(each.name), each.unit, _words(each)) for each in (place, rate))
+    title = f"Phase portrait: {_words(rate)} over {_words(place)}"
+    return Picture(title, "", f"{title}.", lambda ax: motion.phase(ax, over, up), SQUARE)
+
+
+def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+    """Return the orbit of the journal, where it has a plane and its clearance is known, and the normal force."""
+    x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ("x", "y", "force_normal"))
     where = study.where(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
     reach = wording.text(float(np.hypot(x, y).max()), "m")
     drawn = []
-    if clearance is not None:
+    if clearance is not None and not _on_a_line(study, joint):
         drawn.append(
             Picture(
                 f"Journal orbit{where}",
@@ -111,17 +163,18 @@ def _joint(study: Study, case_id: str, joint: Joint, path: Mapping, angle: np.nd
                 SQUARE,
             )
         )
-    levels = _levels(study, case_id, joint)
-    drawn.append(
-        Picture(
-            f"Normal force{where}",
-            "",
-            f"Normal force over crank angle, at most {_most(force, 'N')} among the samples.",
-            lambda ax: motion.force(ax, angle, force, levels),
-            FLAT,
-        )
-    )
-    return drawn
+    angle, levels = saved.angle, _levels(study, case_id, joint)
+    over, paint = "time", saved.painter(force, "N", "normal force")
+    if angle is not None:
+        over, paint = "crank angle", partial(motion.force, angle=angle, normal=force, levels=levels)
+    alt = f"Normal force over {over}, at most {_most(force, 'N')} among the samples."
+    return [*drawn, Picture(f"Normal force{where}", "", alt, paint, FLAT)]
+
+
+def _on_a_line(study: Study, joint: Joint) -> bool:
+    """Return whether a joint is a gap on a line: its journal has no orbit."""
+    mechanism = simulation.catalogue().mechanism(study.mechanism)
+    return mechanism is not None and mechanism.site(joint.title).kind == "line"
 
 
 def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
@@ -133,44 +186,30 @@ def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]
     return [level for level in levels if np.isfinite(level[1])]
 
 
-def _over_time(path: Mapping, joint: Joint) -> list[Picture]:
-    """Return the pictures of two bodies on a line: displacement, phase portrait, force."""
-    t, x, v = (np.asarray(path[name], float) for name in ("t", "pair/x", "pair/v"))
-    force = np.asarray(path[f"joints/{joint.name}/force_normal"], float)
-    return [
-        Picture(
-            "Relative displacement",
-            "",
-            f"Displacement over time, at most {_most(x, 'm')}.",
-            lambda ax: motion.over_time(ax, t, x, "m", "displacement"),
-            FLAT,
-        ),
-        Picture(
-            "Phase portrait",
-            "Relative rate over relative displacement.",
-            "Phase portrait of the pair.",
-            lambda ax: motion.phase(ax, x, v),
-            SQUARE,
-        ),
-        Picture(
-            "Normal force",
-            "",
-            f"Force over time, at most {_most(force, 'N')} among the samples.",
-            lambda ax: motion.over_time(ax, t, force, "N", "normal force"),
-            FLAT,
-        ),
-    ]
-
-
-def _ideal(study: Study, case_id: str, path: Mapping) -> tuple | None:
-    """Return position, velocity and acceleration of the ideal slider (m, m/s, m/s^2) at the samples of a case."""
-    names = ("mechanism.crank.length", "mechanism.rod.length", "drive.speed")
-    sizes = [float(value) for name in names if (value := study.value(case_id, name)) is not None]
-    if len(sizes) < len(names):
+def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion | None:
+    """Return the mechanism without clearance at the samples of a case; None where it has no ideal, or is not known."""
+    if saved.angle is None:
         return None
-    crank, rod, speed = sizes
-    position, velocity, acceleration = slider(crank, rod, np.asarray(path["crank_angle"], float), speed)
-    return position, velocity, acceleration
+    try:
+        case = resolved(study, [case_id])[0]
+    except InputError:  # mechanism or laws of another version
+        return None
+    return simulation.ideal_motion(case, saved.angle)
+
+
+def _own(study: Study, saved: History) -> list[Column]:
+    """Return the channels of the mechanism, those of its joints and the time left out."""
+    channels = [each for each in study.run.layout.channels if each.name in saved.channels and each.name != TIME]
+    return [each for each in channels if not each.name.startswith("joints/")]
+
+
+def _of_body(study: Study, saved: History, body: str) -> list[Column]:
+    return [each for each in _own(study, saved) if body and each.name.startswith(f"{body}/")]
+
+
+def _words(channel: Column) -> str:
+    """Return 'crank torque' for 'crank/torque'."""
+    return channel.name.replace("/", " ").replace("_", " ")
 
 
 def _most(values: np.ndarray, unit: str) -> str:

@@ -45,12 +45,12 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
                 law,
                 section.contact.values.get("restitution", np.nan),
                 np.nan if given is None else given,
-                _measured(study, points, law, value),
+                _measured(study, points, joint, law, value),
             )
         )
     rows.sort(key=lambda row: (np.isnan(row.wanted), row.wanted, axis.values.index(row.law)))
     known = [row for row in rows if not np.isnan(row.given)]
-    return Part(_sentences(rows), [_picture(axis, known)] if known else [], [_table(study, axis, rows)])
+    return Part(_sentences(rows), [_picture(axis, known)] if known else [], [_table(study, axis, joint, rows)])
 
 
 def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
@@ -69,21 +69,21 @@ def _shown(wanted: pd.Series) -> np.ndarray:
     return known[np.unique(np.linspace(0, len(known) - 1, MOST).round().astype(int))]
 
 
-def _measured(study: Study, points: pd.DataFrame, law: str, wanted: float) -> float:
+def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, wanted: float) -> float:
     """Return the median of what the cases of a law measured, NaN where none did."""
-    if not study.has("pair_restitution"):
+    if not study.has(joint.column("restitution")):
         return np.nan
     alike = points["wanted"].isna() if np.isnan(wanted) else points["wanted"] == wanted
-    return float(study.cases.loc[(points["law"] == law) & alike, "pair_restitution"].median())
+    return float(study.cases.loc[(points["law"] == law) & alike, joint.column("restitution")].median())
 
 
-def _table(study: Study, axis: Axis, rows: list[Returned]) -> Table:
+def _table(study: Study, axis: Axis, joint: Joint, rows: list[Returned]) -> Table:
     columns = [Column(axis.name), Column("asked for"), Column("given back"), Column("difference")]
     cells: list[tuple] = [
         (row.law, row.wanted, row.given, Quantity(row.given - row.wanted, _signed(row.given - row.wanted)))
         for row in rows
     ]
-    if study.has("pair_restitution"):
+    if study.has(joint.column("restitution")):
         columns.append(Column("measured here"))
         cells = [(*cell, row.measured) for cell, row in zip(cells, rows, strict=True)]
     note = (

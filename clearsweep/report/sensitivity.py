@@ -86,7 +86,7 @@ class Chance(NamedTuple):
 
 
 def settings(run: StoredRun) -> list[Setting]:
-    """Return the samples of a run (as the store opens it), one for each combination of the other axes; [] without."""
+    """Return the samples of a run (as the store opens it), one for each point of the other axes; [] without."""
     sample = run.grid.get("sample")
     if not sample:
         return []
@@ -101,7 +101,7 @@ def settings(run: StoredRun) -> list[Setting]:
     columns = list(summary.columns[summary.columns.get_loc("message") + 1 :])
     values = summary[columns].astype("float64").where(summary["status"] == "ok").to_numpy()
     samples = []
-    for point, where in places.items():
+    for point, where in sorted(places.items(), key=lambda item: _order(item[0])):
         if any(row not in where for row in rows):
             lost = sum(row not in where for row in rows)
             raise InputError(f"{lost} of the sample's {len(rows)} cases are not there; run the grid again to the end")
@@ -119,6 +119,11 @@ def _key(summary: pd.DataFrame, paths: list[str]) -> list[tuple]:
     """Return the values of these columns in every row; a value that is not in use is None."""
     lists = [summary[path].astype(object).where(summary[path].notna(), None).tolist() for path in paths]
     return list(zip(*lists, strict=True)) if paths else [()] * len(summary)
+
+
+def _order(point: tuple) -> tuple:
+    """Return what sorts points by value: numbers by size, then words, then what is not in use."""
+    return tuple((value is None, isinstance(value, str), 0.0 if value is None else value) for value in point)
 
 
 def spread(values: np.ndarray) -> Spread:

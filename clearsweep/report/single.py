@@ -1,4 +1,4 @@
-"""One case, simulated again and drawn: orbit, force, slider, drive and contact onsets."""
+"""One case, simulated again and drawn: orbit, force, output, drive and contact onsets."""
 
 from pathlib import Path
 

@@ -147,6 +147,11 @@ class Study(NamedTuple):
         """Return `form`, such as ' in joint {}', with a joint's name in it; '' where there is but one joint."""
         return form.format(joint.title) if len(self.joints) > 1 else ""
 
+    def column(self, figure: str) -> str:
+        """Return the summary column of a figure of the mechanism, '' where its cases have none."""
+        columns = (column.name for column in self.run.layout.columns if column.figure == figure and not column.joint)
+        return next(columns, "")
+
     def unit(self, name: str) -> str:
         """Return the SI unit of a column or of a dotted path, '1' where there is none."""
         return self.units.get(name, "1")
@@ -170,7 +175,7 @@ class Study(NamedTuple):
 def prepare(run: StoredRun) -> Study:
     """Return a run (of the store) prepared for reading."""
     summary, layout, record = run.summary, run.layout, run.grid
-    units = grid.units(record, simulation.catalogue()) | summary.attrs.get("units", {})
+    units = grid.key_units(record, simulation.catalogue()) | summary.attrs.get("units", {})
     base = {key: record[key] for key in BASE if key in record}
     axes = _axes(record, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)

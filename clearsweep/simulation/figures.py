@@ -6,32 +6,17 @@ reports and documents follow from that.  The order is that of the columns.
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..case import Case
-from ..catalogue import Figure, Mechanism, Shown
+from ..catalogue import Figure, Shown
 from ..layout import Layout
-from ..mechanics.joint import dry
 from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
 from .sums import DepthRate, ForceExceeded, Mean, PerRevolution, RootMean
-
-
-class Window(NamedTuple):
-    """What a run came to after `discard`: what formulas of figures are functions of, with a joint's place."""
-
-    case: Case
-    mechanism: Mechanism
-    layout: Layout
-    joints: tuple[dry.Joint, ...]
-    tally: tallies.Tally
-    counts: np.ndarray  # see solver.event, of all that was integrated
-    seconds: float  # s, that integrating took
-    duration: float  # s
-    turns: float  # revolutions; 1 where nothing turns
+from .window import Window, wear_depths
 
 
 def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
@@ -44,12 +29,6 @@ def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
 def depth(window: Window, place: int) -> float:
     """Return how far (m) the journal came beyond the bearing, negative where it never touched it."""
     return float(max(window.tally.joint[place, tallies.DEPTH_MAX], -window.joints[place].clearance))
-
-
-def wear_depths(layout: Layout, tally: tallies.Tally, place: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the wear depths (m) of the bearing and the journal of a joint, by bin."""
-    bearing, journal = tally.wear.reshape(len(layout.joints), 2, -1)[place, :, : layout.joints[place].wear_bins]
-    return bearing, journal
 
 
 def volume(window: Window, place: int) -> float:
@@ -118,7 +97,7 @@ JOINT = (
     Figure(
         "impacts_per_rev",
         "1",
-        "contact onsets in the window per revolution (impact-pair: in all)",
+        "contact onsets in the window per revolution; in all where nothing turns",
         of="joint",
         sums=PerRevolution(tallies.ONSETS),
         shown=(
@@ -383,13 +362,3 @@ def figures_of(window: Window, *, failed: bool = False) -> dict:
             value = formula(window, places.get(column.joint))
             found[column.name] = value if value is None else (int if figure.kind == "int" else float)(value)
     return found
-
-
-def wear_of(layout: Layout, tally: tallies.Tally) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the wear depths (m) of bearing and journal by joint, where there is wear."""
-    return {
-        joint.name: (bearing.copy(), journal.copy())
-        for place, joint in enumerate(layout.joints)
-        if joint.wear_bins
-        for bearing, journal in (wear_depths(layout, tally, place),)
-    }

@@ -18,7 +18,7 @@ from ..mechanics.joint import dry, registry
 from ..mechanics.joint.contract import every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.mechanism import MECHANISMS
-from ..mechanics.mechanism.contract import Built
+from ..mechanics.mechanism.contract import Built, IdealMotion
 from . import figures
 
 _WEAR_WARNING = 1e-2  # of coefficient times hardness
@@ -128,6 +128,12 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
     return {
         f"joints.{joint.name}.{key}": value for joint in case.joints for key, value in registry.derived(joint).items()
     }
+
+
+def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
+    """Return a case's mechanism without clearance at angles (rad) of its drive; None where it has no ideal."""
+    ideal = MECHANISMS[case.mechanism.type].ideal
+    return ideal(case.mechanism.values, case.drive.speed, angles) if ideal and case.drive else None
 
 
 def warnings(case: Case) -> list[str]:

@@ -8,31 +8,16 @@ was taken there, and the revolutions of a block.
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..mechanics.observe import histogram
 from ..mechanics.observe.tally import Tally
+from .window import Window
 
 CONFIDENCE = 0.95
 STRONGEST = 0.9  # correlation allowed for
-
-
-class Window(Protocol):
-    """The stretch of a run over which a figure is taken."""
-
-    @property
-    def tally(self) -> Tally:
-        """Return what was summed over it."""
-
-    @property
-    def duration(self) -> float:
-        """Return how long it is, s."""
-
-    @property
-    def turns(self) -> float:
-        """Return how many revolutions it has."""
 
 
 def half_width(values: np.ndarray) -> float:

@@ -17,11 +17,12 @@ from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
 from ..validity import past_limits
-from .figures import COST, Window, figures_of, wear_of
+from .figures import COST, figures_of
 from .run import Run, call, control_of, integrate, integrated, period
 from .scene import Scene, build
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
+from .window import Window, wear_of
 
 _STATUS = {
     loop.OK: ("ok", ""),

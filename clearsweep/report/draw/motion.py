@@ -84,11 +84,12 @@ def over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str)
     plain_axes(ax)
 
 
-def phase(ax: Axes, x: np.ndarray, v: np.ndarray) -> None:
-    """Draw rate (m/s) over displacement (m)."""
-    place, rate = wording.scale("m", x), wording.scale("m/s", v)
-    ax.plot(x / place.factor, v / rate.factor, color=BLUE, linewidth=0.8, rasterized=len(x) > 5000)
-    ax.set(xlabel=f"displacement [{place.unit}]", ylabel=f"rate [{rate.unit}]")
+def phase(ax: Axes, place: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
+    """Draw a rate over its place; each : values in SI, unit, name."""
+    (x, *x_words), (v, *v_words) = place, rate
+    x_scale, v_scale = wording.scale(x_words[0], x), wording.scale(v_words[0], v)
+    ax.plot(x / x_scale.factor, v / v_scale.factor, color=BLUE, linewidth=0.8, rasterized=len(x) > 5000)
+    ax.set(xlabel=f"{x_words[1]} [{x_scale.unit}]", ylabel=f"{v_words[1]} [{v_scale.unit}]")
     plain_axes(ax)
 
 

@@ -35,7 +35,7 @@ def sentences(study: Study) -> list[str]:
     return [
         *_hardest(study, joint),
         *(_drivers(study, joint) if study.levels() else []),
-        *_slider(study),
+        *_output(study),
         *_wear(study),
         *_restitution(study),
         *limits(study),
@@ -109,19 +109,16 @@ def _span(effect: MainEffect, study: Study) -> str:
     return f"median {first}, {last}, {wording.percent(effect.share)} of the variation"
 
 
-def _slider(study: Study) -> list[str]:
-    if not study.has("slider_error_max"):
+def _output(study: Study) -> list[str]:
+    error, acceleration = study.column("error_max"), study.column("acceleration_peak")
+    if not study.has(error):
         return []
-    worst, best = study.cases["slider_error_max"].idxmax(), study.cases["slider_error_max"].idxmin()
-    sizes = (
-        f"up to {study.text(worst, 'slider_error_max')}"
-        if worst == best
-        else f"{study.text(best, 'slider_error_max')} to {study.text(worst, 'slider_error_max')}"
-    )
-    sentence = f"The slider is off its ideal place by {sizes}"
-    if study.has("slider_acceleration_peak"):
-        hardest = study.cases["slider_acceleration_peak"].max()
-        sentence += f"; its acceleration reaches {wording.text(hardest, 'm/s^2')}"
+    worst, best = study.cases[error].idxmax(), study.cases[error].idxmin()
+    most, least = study.text(worst, error), study.text(best, error)
+    sizes = f"up to {most}" if worst == best else f"{least} to {most}"
+    sentence = f"The {study.run.layout.output} is off its ideal place by {sizes}"
+    if study.has(acceleration):
+        sentence += f"; its acceleration reaches {study.text(study.cases[acceleration].idxmax(), acceleration)}"
     return [f"{sentence}."]
 
 
@@ -140,11 +137,14 @@ def _wear(study: Study) -> list[str]:
 
 
 def _restitution(study: Study) -> list[str]:
-    if not study.has("pair_restitution"):
-        return []
-    measured = study.cases["pair_restitution"]
-    figures = " to ".join(dict.fromkeys((wording.plain(measured.min(), 4), wording.plain(measured.max(), 4))))
-    return [f"Measured restitution (rebound over approach speed): {figures}."]
+    points = []
+    for joint in study.joints:
+        column = joint.column("restitution")
+        if study.has(column):
+            measured, where = study.cases[column], study.where(joint, " in joint {}")
+            span = " to ".join(dict.fromkeys((wording.plain(measured.min(), 4), wording.plain(measured.max(), 4))))
+            points.append(f"Measured restitution{where} (rebound over approach speed): {span}.")
+    return points
 
 
 def _chaos(study: Study, joint: Joint) -> list[str]:
@@ -177,7 +177,9 @@ def _best_by_speed(study: Study) -> Table:
         return Table("by_speed", "", "", (), [])
     joint = study.hardest_joint()
     p99 = joint.column("force_p99")
-    figures = ((p99, "force p99"), (joint.column(RATIO), "p99 / ideal"), ("slider_error_max", "slider error"))
+    error = study.column("error_max")
+    of_output = [(error, f"{study.run.layout.output} error")] if error else []
+    figures = ((p99, "force p99"), (joint.column(RATIO), "p99 / ideal"), *of_output)
     places, rows = position(speed, study.cases[speed.path]), []
     for place, value in enumerate(speed.values):
         forces = study.cases[places == place][p99].dropna()

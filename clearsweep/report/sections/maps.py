@@ -13,8 +13,11 @@ from ..study import P99, RATIO, Axis, Joint, Study, position
 from .drivers import ideal_varies
 
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
-FIGURES = (("contact_fraction", "time in contact"), ("wear_depth_max", "wear depth"))  # of a joint
-WHOLE = (("slider_error_max", "slider error"), ("pair_restitution", "measured restitution"))  # of the mechanism
+FIGURES = (  # of a joint
+    ("contact_fraction", "time in contact"),
+    ("wear_depth_max", "wear depth"),
+    ("restitution", "measured restitution"),
+)
 
 
 def sections(study: Study) -> list[Section]:
@@ -42,7 +45,7 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
     more.append((joint.column("impacts_per_rev"), study.onsets))
     more += [(joint.column(figure), name) for figure, name in FIGURES]
     if joint == study.hardest_joint():
-        more += WHOLE
+        more.append((study.column("error_max"), f"{study.run.layout.output} error"))
     leading = [_picture(study, lead, study.lead.name, pair) for pair in pairs]
     return leading + [_picture(study, column, name, pairs[0]) for column, name in more if study.has(column)]
 

@@ -1,4 +1,4 @@
-"""The figures of every finished case in tables: forces of each joint, slider and drive, how certain they are."""
+"""The figures of every finished case in tables: forces of each joint, output and drive, how certain they are."""
 
 from ...layout import DIFFERENCE
 from ..case_table import case_table
@@ -36,8 +36,10 @@ def _joint(study: Study, joint: Joint) -> Table:
 def _whole(study: Study) -> Table:
     """Return what the output and the drive feel, or the measured restitution."""
     columns, output = shown(study, "output"), study.run.layout.output
-    title = f"{capital(output)} and drive" if output else "Measured restitution"
-    return case_table(study, "slider", title, columns, columns[0][0] if columns else "")
+    key, title = ("drive", "The drive") if study.driven else ("restitution", "Measured restitution")
+    if output:
+        key, title = output, f"{capital(output)} and drive"
+    return case_table(study, key, title, columns, columns[0][0] if columns else "")
 
 
 def _certainty(study: Study) -> Table:

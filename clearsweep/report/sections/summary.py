@@ -22,8 +22,8 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         (joint.column(RATIO), "p99 over ideal peak", "1: as without clearance"),
         (joint.column("force_rms"), "Largest force rms", where),
         (joint.column("onset_rate_max"), "Fastest onset", f"steel elastic to {ELASTIC_TEXT}"),
-        ("slider_error_max", "Largest slider error", "off the ideal place"),
-        ("pair_restitution", "Measured restitution", "largest of all cases"),
+        (study.column("error_max"), f"Largest {study.run.layout.output} error", "off the ideal place"),
+        (joint.column("restitution"), "Measured restitution", "largest of all cases"),
         (joint.column("wear_depth_max"), "Deepest wear", "in the recorded window"),
     )
     for column, name, beside in figures:

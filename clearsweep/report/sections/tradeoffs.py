@@ -23,7 +23,7 @@ class Cloud(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the clouds: peak over p99, p99 over slider error, p99 over the fastest onset; [] of a few cases."""
+    """Return the clouds: peak over p99, p99 over the output's error, p99 over the fastest onset; [] of a few cases."""
     if len(study.cases) < 3 or not study.driven:
         return []
     joint = study.hardest_joint()
@@ -35,8 +35,8 @@ def sections(study: Study) -> list[Section]:
         Cloud("Force peak against p99", p99, "force p99", peak, "force peak", chance),
         Cloud(
             "Position error against force",
-            "slider_error_max",
-            "slider error",
+            study.column("error_max"),
+            f"{study.run.layout.output} error",
             p99,
             "force p99",
             "Down and to the left is better.",

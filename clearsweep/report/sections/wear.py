@@ -12,8 +12,7 @@ from ..study import Joint, Study
 from ..table import Table
 
 NOTE = (
-    "Polar depth on each body, angles counter-clockwise from that body's own x axis; 0° points along the crank, rod "
-    "or frame."
+    "Polar depth on each body, angles counter-clockwise from that body's own x axis, which points along a crank or rod."
 )
 
 

@@ -11,7 +11,7 @@ from .resolve import leaves
 VARIATIONS = ("sweep", "zip", "cases")  # sections of a resolved grid that hold dotted path -> values
 
 
-def units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
+def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
     """Return dotted path -> SI unit of every number in use in a grid that `Grid.resolved` gave.
 
     A number that belongs to a law which the catalogue does not know has none.
