@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mechanism_cases import check_that_no_contact_passes_unseen, slider_crank
 
 import clearsweep
-from clearsweep.mechanics.mechanism.slider_crank import ideal
+from clearsweep.mechanics.mechanism.slider_crank.ideal import reactions, slider
 
 pytestmark = pytest.mark.heavy
 
@@ -62,11 +62,11 @@ def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeyp
 def plain(scene):
     """Return the energy residual of a scene run as plain Python, where forces can be spoiled."""
     from clearsweep.mechanics.compiled import family
-    from clearsweep.simulation import simulate
+    from clearsweep.simulation import run
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(family.numba.config, "DISABLE_JIT", 1)
-        patch.setattr(simulate.loop, "integrate", simulate.loop.integrate.py_func)
+        patch.setattr(run.loop, "integrate", run.loop.integrate.py_func)
         return clearsweep.simulate(scene).summary["energy_residual"]
 
 
@@ -86,23 +86,23 @@ def test_a_vanishing_clearance_gives_the_ideal_mechanism(name):
     joint = name.replace("-", "_")
     assert trajectory.summary["slider_error_max"] < 1e-6
     bodies = clearsweep.load_case(slider_crank(name, changes={"mechanism.gravity": 9.81})).case.mechanism.values
-    top = np.hypot(*ideal.reactions(bodies, 10 * math.pi, np.linspace(0, math.pi / 2, 1001))[name].T).max()
+    top = np.hypot(*reactions(bodies, 10 * math.pi, np.linspace(0, math.pi / 2, 1001))[name].T).max()
     assert trajectory.summary[f"{joint}_force_rms"] < top
     assert trajectory.summary[f"{joint}_force_peak"] == pytest.approx(top, rel=0.3)
 
 
 def test_ideal_mechanism_has_its_closed_form_values():
     speed = 5000 * 2 * math.pi / 60
-    assert ideal.slider(0.05, 0.12, 0.0, speed)[2] == pytest.approx(-19419.3605, rel=1e-8)
-    assert ideal.slider(0.05, 0.12, math.pi, speed)[2] == pytest.approx(7996.2073, rel=1e-7)
+    assert slider(0.05, 0.12, 0.0, speed)[2] == pytest.approx(-19419.3605, rel=1e-8)
+    assert slider(0.05, 0.12, math.pi, speed)[2] == pytest.approx(7996.2073, rel=1e-7)
     angles = np.linspace(0, 2 * np.pi, 100001)
-    x, v, a = ideal.slider(0.05, 0.12, angles, speed)
+    x, v, a = slider(0.05, 0.12, angles, speed)
     assert np.abs(v).max() == pytest.approx(28.4113304, rel=1e-8)
     assert a.max() == pytest.approx(9695.856, rel=1e-6)
     assert np.gradient(x, angles)[1:-1] * speed == pytest.approx(v[1:-1], abs=1e-3)
     assert np.gradient(v, angles)[1:-1] * speed == pytest.approx(a[1:-1], abs=1)
     mechanism = clearsweep.load_case(slider_crank("rod-slider")).case.mechanism.values
-    assert ideal.reactions(mechanism, speed, 0.0)["rod-slider"][0] == pytest.approx(-2718.71, rel=1e-6)
+    assert reactions(mechanism, speed, 0.0)["rod-slider"][0] == pytest.approx(-2718.71, rel=1e-6)
 
 
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -162,7 +162,7 @@ def test_figures_agree_with_a_hundred_thousand_samples():
     rms = math.sqrt(np.trapezoid(trajectory["slider/a"] ** 2, times) / times[-1])
     assert rms == pytest.approx(summary["slider_acceleration_rms"], rel=1e-4)
     assert np.abs(trajectory["crank/torque"]).max() == pytest.approx(summary["crank_torque_peak"], rel=1e-4)
-    x, _, _ = ideal.slider(0.05, 0.12, trajectory["crank_angle"], 5000 * 2 * math.pi / 60)
+    x, _, _ = slider(0.05, 0.12, trajectory["crank_angle"], 5000 * 2 * math.pi / 60)
     assert np.abs(trajectory["slider/x"] - x).max() == pytest.approx(summary["slider_error_max"], rel=1e-4)
 
 
@@ -256,7 +256,7 @@ def test_a_seated_start_is_in_contact_and_quiet():
         "slider.mass": 0.14,
         "gravity": 0.0,
     }
-    static = ideal.reactions(bodies, 50 * math.pi, 0.0)["rod-slider"]
+    static = reactions(bodies, 50 * math.pi, 0.0)["rod-slider"]
     assert trajectory["joints/rod_slider/force_normal"][0] == pytest.approx(np.hypot(*static), rel=1e-9)
 
 

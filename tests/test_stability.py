@@ -158,7 +158,7 @@ def test_a_mirrored_start_at_the_reversed_crank_gives_the_mirrored_motion():
     start = down.start.copy()
     start[2] = -start[2]  # the rod's rate
     down = dataclasses.replace(
-        down, start=start, value=down.value._replace(mechanism=type(down.value.mechanism)(links))
+        down, start=start, value=down.value._replace(mechanism=down.value.mechanism._replace(links=links))
     )
     times = np.linspace(0.0, 0.02, 201)
     one, other = (clearsweep.simulate(made, times=times) for made in (up, down))

@@ -13,6 +13,7 @@ from clearsweep.errors import InputError
 from clearsweep.layout import settling
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
+from clearsweep.simulation.sums import half_width
 from clearsweep.simulation.until import period_of
 from clearsweep.verify.problems import problems
 
@@ -159,7 +160,7 @@ def test_an_interval_of_blocks_covers_the_mean_as_often_as_it_says(memory):
         for i in range(1, noise.size):
             noise[i] += memory * noise[i - 1]
         values = noise[50:].reshape(24, 4).mean(axis=1)
-        hits += abs(values.mean()) <= batch_means.half_width(values)
+        hits += abs(values.mean()) <= half_width(values)
     assert 0.92 < hits / 1000 <= 0.99
 
 
@@ -177,8 +178,8 @@ def test_intervals_at_which_chaotic_runs_ended_hold_the_value_of_a_long_run():
 
 
 def test_blocks_that_are_all_alike_leave_no_doubt_and_a_single_one_leaves_all():
-    assert batch_means.half_width(np.full(9, 3.0)) == 0.0
-    assert batch_means.half_width(np.ones(1)) == math.inf
+    assert half_width(np.full(9, 3.0)) == 0.0
+    assert half_width(np.ones(1)) == math.inf
 
 
 class Watch:
