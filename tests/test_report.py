@@ -232,7 +232,7 @@ def test_tables_hold_every_case_in_si_with_units(tmp_path):
         "slider.csv",
         "wear_rod_slider.csv",
     ]
-    rows = list(csv.DictReader((tmp_path / "tables/peaks_rod_slider.csv").open(encoding="utf-8")))
+    rows = list(csv.DictReader((tmp_path / "tables/peaks_rod_slider.csv").read_text(encoding="utf-8").splitlines()))
     assert len(rows) == 100
     summary = run.summary.set_index("case_id")
     for row in rows:
@@ -240,7 +240,7 @@ def test_tables_hold_every_case_in_si_with_units(tmp_path):
         assert float(row["clearance [m]"]) == summary.at[row["case_id"], "joints.rod-slider.clearance"]
     p99 = [float(row["force p99 [N]"]) for row in rows]
     assert p99 == sorted(p99, reverse=True)
-    failed = list(csv.DictReader((tmp_path / "tables/failed.csv").open(encoding="utf-8")))
+    failed = list(csv.DictReader((tmp_path / "tables/failed.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["status"] for row in failed} == {"step-budget"}
 
 

@@ -181,10 +181,14 @@ def test_laws_of_another_version_leave_the_rest_of_the_page(tmp_path):
 
 def test_tables_of_laws_are_written_with_their_units(tmp_path):
     report.tables(of_elastic(["power", "johnson"]), tmp_path)
-    rows = list(csv.reader((tmp_path / "elastic_force_rod_slider.csv").open(encoding="utf-8")))
+    rows = list(csv.reader((tmp_path / "elastic_force_rod_slider.csv").read_text(encoding="utf-8").splitlines()))
     assert rows[0][:4] == ["elastic law", "used here", "at 0.1\u00a0µm [N]", "at 1\u00a0µm [N]"]
     assert float(rows[1][3]) == pytest.approx(66.102, rel=1e-4)
-    heads = next(csv.reader((tmp_path / "laws_rod_slider_contact_elastic_rod_slider.csv").open(encoding="utf-8")))
+    heads = next(
+        csv.reader(
+            (tmp_path / "laws_rod_slider_contact_elastic_rod_slider.csv").read_text(encoding="utf-8").splitlines()
+        )
+    )
     assert "force peak [N]" in heads
 
 

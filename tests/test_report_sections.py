@@ -60,7 +60,7 @@ def test_a_further_section_is_on_the_page_with_every_kind_of_block(with_further,
 def test_a_further_section_is_in_the_tables(with_further, tmp_path):
     files = report.tables(with_further, tmp_path)
     assert [file.name for file in files][-1] == "lengths.csv"
-    rows = list(csv.reader((tmp_path / "lengths.csv").open(encoding="utf-8")))
+    rows = list(csv.reader((tmp_path / "lengths.csv").read_text(encoding="utf-8").splitlines()))
     assert rows == [["name", "length [m]"], ["crank", "0.05"], ["rod", "0.12"]]
 
 

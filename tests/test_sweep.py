@@ -219,6 +219,7 @@ def test_workers_die_with_a_parent_that_is_killed(tmp_path):
     assert len(children) >= 2
     process.kill()
     assert not psutil.wait_procs(children, timeout=3)[1]
+    process.communicate(timeout=20)
 
 
 @pytest.mark.parametrize("signum", [signal.SIGKILL, signal.SIGTERM])
@@ -245,7 +246,7 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
     with pytest.raises(errors.DirectoryError, match="another run works here"):
         quiet(grid(20, (GOOD + 0.2,)), tmp_path / "run")
     process.kill()
-    process.wait()
+    process.communicate(timeout=20)
 
 
 @pytest.mark.parametrize(("limit", "fails"), [(2000, r"tmp|parts|shards"), (190_000, "writing failed")])
