@@ -1,6 +1,7 @@
 """The laws a user can name, looked up: what a joint's laws are in compiled form, and what they say of it.
 
-To add a law is to add one block, with its type where it needs a new one, to a file of its kind.
+To add a law is to add one block, with its type where it needs a new one, to a file of its kind; a new file needs an
+import below.
 """
 
 import math

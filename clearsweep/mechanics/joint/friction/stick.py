@@ -13,7 +13,7 @@ LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are
 
 
 class Karnopp(NamedTuple):
-    """Slides as Stribeck's law down to the sliding speed `band`; below it sticks, see `joint.stick`."""
+    """Slides as Stribeck's law down to the sliding speed `band`; below it sticks, see `joint.sticking`."""
 
     coefficient: float  # kinetic, 1
     static_coefficient: float  # 1
