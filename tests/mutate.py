@@ -111,7 +111,7 @@ MUTATIONS = (
     Mutation(EVENTS, "if lowest <= 0.0 or", "if lowest <= -1.0 or", SCENES),
     Mutation(EVENTS, "if x < best:", "if x > best:", SCENES),
     # the histogram and the sums
-    Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", WINDOW),
+    Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", RAMPS),
     Mutation(HISTOGRAM, "density * (bin_edge(i + 1) - low)", "density * (high - bin_edge(i + 1))", RAMPS),
     Mutation(
         HISTOGRAM, "time[k] += density * (high - bin_edge(k))", "time[k] += density * (bin_edge(k + 1) - high)", RAMPS
@@ -144,7 +144,7 @@ MUTATIONS = (
     Mutation("store/directory.py", "if path not in kept:", "if False:", STORE),
     Mutation("store/directory.py", "if not batch.orbits.exists():", "if False:", STORE),
     Mutation("store/directory.py", "if present.get(path) != wanted.get(path)]", "if path not in present]", STORE),
-    Mutation("store/directory.py", "if batch.name not in known]", "]", SHARDS),
+    Mutation("store/directory.py", "if batch.name not in known]", "]", STORE),
     Mutation("store/durable.py", "os.fsync(file.fileno())", "pass", STORE),
     Mutation(
         "store/durable.py",

@@ -172,7 +172,7 @@ def test_figures_are_those_of_the_window_alone():
     assert summary["rod_slider_force_rms"] == pytest.approx(math.sqrt(mean_square), rel=1e-3)
     assert summary["rod_slider_contact_fraction"] == pytest.approx(np.mean(force > 0.0), abs=2e-3)
     assert summary["rod_slider_force_peak"] == pytest.approx(force.max(), rel=1e-3)
-    assert summary["rod_slider_force_p99"] == pytest.approx(np.quantile(force, 0.99), rel=0.01)
+    assert summary["rod_slider_force_p99"] == pytest.approx(np.quantile(force, 0.99), rel=2.5e-3)
     acceleration = trajectory["slider/a"]
     mean_square = np.trapezoid(acceleration**2, times) / (times[-1] - times[0])
     assert summary["slider_acceleration_rms"] == pytest.approx(math.sqrt(mean_square), rel=1e-3)

@@ -175,6 +175,34 @@ def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):
         assert [bool(row["failed"]) for row in held.rows()] == [False]
 
 
+def committed(directory, held_grid, batch):
+    """Commit a good result of the first case as a batch of this name."""
+    case_id, point = held_grid.case_id(0), held_grid.point(0)
+    store.commit(directory, store.Form.of(held_grid), batch, [store.Row(case_id, point, Fake.solve(held_grid.case(0)))])
+
+
+@pytest.mark.parametrize("names", [("0" * 16, "1" * 16), ("1" * 16, "0" * 16)])
+def test_of_two_good_results_the_newer_counts_whatever_its_batch_is_called(tmp_path, names):
+    held_grid, directory = loaded(grid(1)), tmp_path / "run"
+    with store.RunDirectory(directory).open_for(held_grid) as held:
+        for name in names:
+            committed(directory, held_grid, name)
+        held.recover()
+        (row,) = held.rows()
+        assert held.batches[row["batch"]].name.startswith(names[1])
+
+
+def test_batches_taken_over_twice_are_there_once(tmp_path):
+    held_grid = loaded(grid(1))
+    with store.RunDirectory(tmp_path / "one").open_for(held_grid) as one:
+        committed(tmp_path / "one", held_grid, "0" * 16)
+        one.recover()
+        with store.RunDirectory(tmp_path / "other").open_for(held_grid) as other:
+            for _ in range(2):
+                other.take(one)
+            assert [batch.name for batch in other.batches] == [batch.name for batch in one.batches]
+
+
 @pytest.mark.parametrize("folder", ["shards", "parts"])
 @pytest.mark.parametrize("harm", ["flip", "cut", "empty", "remove"])
 def test_a_damaged_batch_is_found_named_and_forgotten(mixed, folder, harm):
