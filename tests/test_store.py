@@ -96,6 +96,20 @@ def test_a_failed_case_has_length_zero_and_no_wear(mixed):
     assert np.isnan(run.wear(case_id)["rod_slider"]).all()
 
 
+def test_what_a_failed_case_went_through_before_is_not_kept(tmp_path):
+    held_grid, directory = loaded(grid(2)), tmp_path / "run"
+    good, other = (Fake.solve(held_grid.case(k)) for k in range(2))
+    failed = results.Trajectory("timeout", "", good.summary, good.channels, good.events, good.wear)
+    rows = [store.Row(held_grid.case_id(k), held_grid.point(k), path) for k, path in enumerate((failed, other))]
+    with store.RunDirectory(directory).open_for(held_grid) as held:
+        store.commit(directory, store.Form.of(held_grid), "0" * 16, rows)
+        held.recover()
+        with h5py.File(held.batches[0].orbits, "r") as file:
+            assert len(good.t) > 0
+            assert list(file["offsets"]) == [0, 0, len(other.t)]
+            assert np.array_equal(file["t"], other.t)
+
+
 def test_orbits_file_reads_as_the_contract_says(mixed):
     held_grid, run = mixed
     with h5py.File(run.directory / "orbits.h5", "r") as file:
