@@ -9,7 +9,8 @@ state vector behind the roots of penetration, and guards, functions of the motio
 something changes: the loop locates that moment on the dense output, changes the mode as the guard says and lets the
 part latch new values of its internal state.
 
-A new kind of joint is one file: a NamedTuple with the fields `clearance` and `side`, and members of the families
+A new kind of joint is one file, and its choice in `registry.joint_term`: a NamedTuple with the fields `clearance` and
+`side`, and members of the families
 
     contact_modes(joint)                   in which modes its contacts are apart and pressed: how many there are
     parts(joint)                           its laws, one at least, in the order of their internal states and guards
