@@ -87,7 +87,8 @@ class Round:
         process.communicate()
         # a case that was at work in two killed workers is 'crashed' by rule, so it is asked for again
         last = self.start(self.out, retry_failed=True)
-        assert last.wait(timeout=300) == 0, last.communicate()
+        told = last.communicate(timeout=300)
+        assert last.returncode == 0, told
 
     def lost_batches(self) -> int:
         """Return how many batches were committed once and are there no longer."""
