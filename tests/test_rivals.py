@@ -62,7 +62,7 @@ def test_errors_out_of_order_are_pooled():
         for e, t in ((1e-4, 1.0), (1e-8, 2.0), (1e-6, 3.0), (1e-10, 4.0))
     ]
     pooled = [row["error_first_half"] for row in speed.in_order({"rows": rows}, "m")["rows"]]
-    assert pooled == pytest.approx([1e-4, 1e-7, 1e-7, 1e-10], abs=0.0)
+    assert pooled == pytest.approx([1e-4, 1e-7, 1e-7, 1e-10], rel=1e-12, abs=0.0)
     assert speed.time_of({"rows": rows}, "m", 1e-5) == pytest.approx(2.0 ** (1.0 / 3.0))
 
 
