@@ -6,6 +6,7 @@ import math
 import numba
 import numpy as np
 import pint
+import pytest
 
 from clearsweep.case import Contact, Friction, Joint, Material
 from clearsweep.mechanics.joint import registry
@@ -28,6 +29,11 @@ SAMPLES = {
     "1/m": 1e5,
 }
 RECIPES = registry.RECIPES
+
+
+def few(family, *every_day):
+    """Return the names of a family for tests that compile a scene for each; the others are left to `make test-all`."""
+    return [name if name in every_day else pytest.param(name, marks=pytest.mark.slow) for name in names(family)]
 
 
 def names(family):

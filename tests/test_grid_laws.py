@@ -1,7 +1,7 @@
 """What a grid says of laws that need more of their joint than their own numbers."""
 
 import pytest
-from law_cases import RECIPES, names, written
+from law_cases import RECIPES, few, names, written
 from mechanism_cases import PAIR, changed, resolved, slider_crank
 
 import clearsweep
@@ -25,7 +25,7 @@ def problems(source):
     return caught.value.problems
 
 
-@pytest.mark.parametrize("name", names("elastic"))
+@pytest.mark.parametrize("name", few("elastic", "power", "johnson", "persson"))
 def test_every_elastic_law_resolves_builds_and_runs_in_a_slider_crank(name):
     contact = {key: value for key, value in written("exact", name, restitution=0.6)["contact"].items() if key != "law"}
     case = resolved(cylinders(**{f"contact__{key}": value for key, value in contact.items()}))
