@@ -77,6 +77,8 @@ def read(value: Any, unit: str) -> float:
 
     Raises InputError, which says what was found and what is expected, for anything else.  Zero has no sign.
     """
+    if isinstance(value, float) and value - value == 0.0:  # a finite number in SI already: long axes are made of these
+        return float(value) + 0.0
     number = exact(value, unit)
     try:
         return float(number)
