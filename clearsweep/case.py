@@ -22,10 +22,17 @@ class Drive(NamedTuple):
 
 
 class Material(NamedTuple):
-    """What both bodies of a joint are made of."""
+    """What a body is made of."""
 
     young: float  # Pa
     poisson: float  # 1
+
+
+class Materials(NamedTuple):
+    """What the bodies of a joint are made of."""
+
+    bearing: Material
+    journal: Material
 
 
 class Contact(NamedTuple):
@@ -34,7 +41,7 @@ class Contact(NamedTuple):
     law: str
     elastic: str | None  # None: the law brings its own spring
     values: Mapping[str, float]  # of both laws, by key
-    material: Material | None = None
+    material: Materials | None = None
 
 
 class Friction(NamedTuple):

@@ -46,6 +46,15 @@ class Range(NamedTuple):
     reason: str
 
 
+class Order(NamedTuple):
+    """Two values of which one has to be below the other."""
+
+    low: str  # dotted path; of a law's order the key beside the law's name
+    high: str
+    reason: str
+    equal: bool = False  # they may be equal
+
+
 class Law(NamedTuple):
     """One law of a family, as a user names it."""
 
@@ -57,8 +66,9 @@ class Law(NamedTuple):
     fields: tuple[Field, ...] = ()
     uses_elastic: bool = True  # family 'law': False where the law brings its own stiffness and takes no `elastic`
     notes: str = ""  # pitfalls
-    needs: tuple[str, ...] = ()  # 'length', 'material', 'modulus': what has to be there besides the law's fields
+    needs: tuple[str, ...] = ()  # 'length', 'material', 'modulus', 'hertz': what has to be there besides its fields
     ranges: tuple[Range, ...] = ()
+    orders: tuple[Order, ...] = ()
 
 
 class JointSite(NamedTuple):
@@ -88,14 +98,6 @@ class Keys(NamedTuple):
     def pair(self) -> bool:
         """Return whether it is written as a list of two quantities."""
         return self.fields[0].name == "0"
-
-
-class Order(NamedTuple):
-    """Two values of which one has to be below the other."""
-
-    low: str  # dotted path
-    high: str
-    reason: str
 
 
 class Output(NamedTuple):

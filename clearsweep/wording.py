@@ -148,7 +148,8 @@ def joint_name(name: str) -> str:
 
 def _leaf(parts: list[str]) -> str:
     if parts[-1] in _NAMES:
-        return _NAMES[parts[-1]]
+        body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
+        return _NAMES[parts[-1]] + (f" of the {body}" if body else "")
     telling = parts if len(parts) < 2 or parts[-1] not in _SPEAKS_FOR_ITSELF else parts[-1:]
     return " ".join(telling).replace("_", " ").replace("-", " ")
 

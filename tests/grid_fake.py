@@ -4,6 +4,7 @@ import copy
 from pathlib import Path
 
 from clearsweep import grid, simulation
+from clearsweep.catalogue import Order
 from clearsweep.grid import Field, Law
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -33,7 +34,9 @@ CATALOGUE = simulation.catalogue()._replace(
             Field("exponent", "1", "exponent of the penetration", default=1.5),
         ),
         law("friction", "tanh", COEFFICIENT, Field("velocity_scale", "m/s", "scale of the sliding speed")),
-        law("friction", "ambrosio", COEFFICIENT, Field("v0", "m/s", "dead band"), Field("v1", "m/s", "full slip")),
+        law(
+            "friction", "ambrosio", COEFFICIENT, Field("v0", "m/s", "dead band"), Field("v1", "m/s", "full slip")
+        )._replace(orders=(Order("v0", "v1", "friction grows from v0 to v1"),)),
         law("wear", "archard"),
         law("pressure", "hertz-line")._replace(needs=("modulus",)),
     )

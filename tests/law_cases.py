@@ -8,7 +8,7 @@ import numpy as np
 import pint
 import pytest
 
-from clearsweep.case import Contact, Friction, Joint, Material
+from clearsweep.case import Contact, Friction, Joint, Material, Materials
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.describe import REFERENCE
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
@@ -27,6 +27,7 @@ SAMPLES = {
     "m/s": 1e-3,
     "s/m": 10.0,
     "1/m": 1e5,
+    "Pa": 5e8,
 }
 RECIPES = registry.RECIPES
 
@@ -66,10 +67,15 @@ def resolved(section):
     material = contact.pop("material", None)
     return Joint(
         "rod-slider",
-        contact=Contact(contact.pop("law"), contact.pop("elastic", None), contact, material and Material(**material)),
+        contact=Contact(contact.pop("law"), contact.pop("elastic", None), contact, material and materials(material)),
         friction=Friction(friction.pop("law"), friction) if friction else None,
         **{key: value for key, value in section.items() if key not in ("contact", "friction")},
     )
+
+
+def materials(section):
+    """Return the materials of a section in SI: one for both bodies, or bearing's and journal's."""
+    return Materials(*(Material(**section.get(body, section)) for body in ("bearing", "journal")))
 
 
 STEEL = {"young": 207e9, "poisson": 0.3}

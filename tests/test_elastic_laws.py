@@ -184,6 +184,16 @@ def test_penetration_follows_back_from_roark_s_formula_with_diameters():
         assert line / (math.pi * MODULUS) * ends == pytest.approx(pen, rel=1e-13, abs=0.0)
 
 
+def test_penetration_follows_back_from_radzimovsky_s_formula_with_radii():
+    for pen in np.geomspace(1e-12, 1e-4, 100):
+        line = force("radzimovsky", pen, curvature_factor=1) / LENGTH
+        width = 1.60 * math.sqrt(line * BEARING * JOURNAL / CLEARANCE / MODULUS)
+        ends = 2.0 / 3.0 + math.log(4.0 * BEARING / width) + math.log(4.0 * JOURNAL / width)
+        assert line / (math.pi * MODULUS) * ends == pytest.approx(pen, rel=1e-13, abs=0.0)
+    found = [force("radzimovsky", pen, curvature_factor=1) for pen in DEPTHS]
+    assert found == pytest.approx((57.685, 724.97, 4441.6, 9860.8, 22210.0), rel=2e-4)
+
+
 @pytest.mark.parametrize(("name", "power"), [("dubowsky-freudenstein", 3), ("goldsmith", 1)])
 def test_penetration_follows_back_with_the_length_in_the_logarithm(name, power):
     h = 1.0 / (math.pi * MODULUS)
@@ -255,9 +265,11 @@ def test_bai_and_zhao_s_stiffness_is_the_derivative_of_liu_s_force():
         step = 1e-5 * pen
         slope = (force("liu", pen + step) - force("liu", pen - step)) / (2.0 * step)
         assert printed * LENGTH == pytest.approx(slope, rel=1e-9)
-        assert force("bai-zhao-literal", pen) == pytest.approx(printed * LENGTH * pen, rel=1e-13)
+        for exponent in (1.0, 1.5, 2.0):
+            literal = force("bai-zhao-literal", pen, exponent=exponent)
+            assert literal == pytest.approx(printed * pen**exponent, rel=1e-13)
         assert force("bai-zhao-consistent", pen) == force("liu", pen)
-    assert force("bai-zhao-literal", 1e-9) / force("liu", 1e-9) == pytest.approx(1.5, rel=1e-5)
+    assert force("bai-zhao-literal", 10e-6) == pytest.approx(833.6, rel=1e-4)  # with the exponent as printed, in SI
 
 
 def test_pereira_s_exponent_is_continuous_where_its_fit_changes():

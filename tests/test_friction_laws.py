@@ -90,10 +90,43 @@ def test_ambrosio_has_a_dead_band_and_a_ramp():
 
 
 def test_threlfall_rises_as_printed_and_jumps_by_two_hundredths_of_a_percent():
-    numbers = {"coefficient": 0.1, "velocity_scale": 0.02}
+    numbers = {"coefficient": 0.1, "velocity_scale": 0.02, "divisor": 0.95}
     assert force("threlfall", 0.01, **numbers) == pytest.approx(-8.17758, rel=1e-6)
     assert force("threlfall", 0.02, **numbers) == pytest.approx(-10.00224, rel=1e-6)
     assert force("threlfall", math.nextafter(0.02, 1.0), **numbers) == pytest.approx(-10.0, rel=1e-15)
+
+
+def test_threlfall_without_the_division_is_five_per_cent_lower_throughout():
+    numbers = {"coefficient": 0.1, "velocity_scale": 0.02}
+    for slip in (1e-4, 0.01, 0.02, 0.021, 5.0):
+        ratio = force("threlfall", slip, divisor=1.0, **numbers) / force("threlfall", slip, divisor=0.95, **numbers)
+        assert ratio == pytest.approx(0.95, rel=1e-14)
+    assert force("threlfall", 0.01, divisor=1.0, **numbers) == pytest.approx(-10.0 * (1.0 - math.exp(-1.5)), rel=1e-14)
+    assert force("threlfall", 5.0, divisor=1.0, **numbers) == pytest.approx(-9.5, rel=1e-14)
+
+
+def test_brown_and_mcphee_s_friction_peaks_at_its_speed_and_falls_to_kinetic_friction():
+    numbers = {"coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 2e-3, "viscous": 0.0}
+    at = force("brown-mcphee", 2e-3, **numbers)
+    assert at == pytest.approx(-100.0 * (0.15 - 0.1 * (1.0 - math.tanh(4.0))), rel=1e-14)
+    slips = np.linspace(1e-5, 4e-3, 4000)
+    forces = np.array([-force("brown-mcphee", slip, **numbers) for slip in slips])
+    assert slips[forces.argmax()] == pytest.approx(2e-3, rel=0.01)
+    assert forces.max() == pytest.approx(15.0, rel=5e-4)
+    assert force("brown-mcphee", 2.0, **numbers) == pytest.approx(-10.0, rel=1e-8)
+    slope = -force("brown-mcphee", 1e-12, **numbers) / 1e-12  # N s/m at rest
+    assert slope == pytest.approx(100.0 * (4.0 * 0.1 + 0.05 / 0.75**2) / 2e-3, rel=1e-9)
+    more = force("brown-mcphee", 0.5, **numbers | {"viscous": 0.04}) - force("brown-mcphee", 0.5, **numbers)
+    assert more == pytest.approx(-100.0 * 0.02, rel=1e-12)
+
+
+def test_brown_and_mcphee_s_steady_sliding_loses_the_area_under_its_curve():
+    """The work of a slip that swings, over a whole swing, against the integral in closed form."""
+    numbers = {"coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 2e-3, "viscous": 0.0}
+    x = np.linspace(0.0, 5.0, 20001)
+    area = np.trapezoid([-force("brown-mcphee", 2e-3 * each, **numbers) for each in x], x)
+    closed = 100.0 * (0.1 * math.log(math.cosh(20.0)) / 4.0 + 0.05 * 2.0 * (1.0 / 0.75 - 1.0 / (25.0 / 4.0 + 0.75)))
+    assert area == pytest.approx(closed, rel=1e-7)
 
 
 def test_bengisu_akay_rises_to_static_and_falls_to_kinetic_friction():

@@ -33,6 +33,7 @@ LUGRE = {
     "bristle_stiffness": 1e5,
     "bristle_damping": 316.0,
 }
+ELASTO_PLASTIC = LUGRE | {"law": "elasto-plastic", "elastic_share": 0.6}
 DAHL = {"law": "dahl", "coefficient": 0.1, "bristle_stiffness": 1e5}
 REMEMBERING = [name for name in names("friction") if internal_state(registry.friction_term(joint(friction=name)))]
 
@@ -115,7 +116,8 @@ def test_bristles_bent_too_far_come_back(shape):
         assert bend_rate(term(bend, **DAHL, shape=shape), 0.0) == 0.0
 
 
-def test_lugre_s_bristles_never_drive_unless_their_damping_lasts():
+@pytest.mark.parametrize("damped", [LUGRE, ELASTO_PLASTIC], ids=["lugre", "elasto-plastic"])
+def test_damped_bristles_never_drive_unless_their_damping_lasts(damped):
     def least_loss(**written):
         worst = math.inf
         for slip in np.geomspace(1e-7, 10.0, 161):
@@ -125,8 +127,75 @@ def test_lugre_s_bristles_never_drive_unless_their_damping_lasts():
                 worst = min(worst, (-friction_force(law, 1.0, slip) * slip - stored) / slip)
         return worst
 
-    assert least_loss(**LUGRE) >= -1e-12
-    assert least_loss(**LUGRE, damping_velocity=0.1) < -1e-3
+    assert least_loss(**damped) >= -1e-12
+    assert least_loss(**damped, damping_velocity=0.1) < -1e-3
+
+
+def test_elasto_plastic_bristles_only_bend_up_to_their_share_of_the_friction():
+    law = term(**ELASTO_PLASTIC)
+    for distance in (1e-9, 1e-7, 0.59e-6):  # mu / sigma0 is 1 um, the share 0.6
+        assert slid(law, 1e-4, distance) == pytest.approx(distance, rel=1e-9, abs=0.0)
+        assert slid(law, -0.5, distance) == pytest.approx(-distance, rel=1e-9, abs=0.0)
+        bent = term(distance, **ELASTO_PLASTIC | {"bristle_damping": 0.0})
+        assert friction_force(bent, 100.0, 0.0) == pytest.approx(-100.0 * 1e5 * distance, rel=1e-12)
+    assert slid(law, 1e-4, 1.2e-6) < 1.15e-6
+    for bend in (0.7e-6, 1.4e-6):  # back, the bristles unbend alone, however far they are bent
+        assert bend_rate(term(bend, **ELASTO_PLASTIC), -2.0) == -2.0
+        assert bend_rate(term(-bend, **ELASTO_PLASTIC), 2.0) == 2.0
+
+
+def test_elasto_plastic_bristles_break_away_at_static_friction_and_settle_at_stribeck_s_curve():
+    law = term(**ELASTO_PLASTIC)
+    for slip, coefficient in ((1e-7, 0.15), (1e-3, 0.11839397), (-5.0, 0.1)):
+        bend = slid(law, slip, 1e-4)
+        assert bend == pytest.approx(math.copysign(1e-5 * coefficient, slip), rel=1e-6, abs=0.0)
+        settled = -friction_force(term(bend, **ELASTO_PLASTIC), 100.0, slip)
+        assert settled == pytest.approx(math.copysign(100.0 * coefficient, slip), rel=1e-5)
+
+
+def test_elasto_plastic_bristles_give_way_by_the_published_sine():
+    flat = ELASTO_PLASTIC | {"static_coefficient": 0.1}
+    for x in (0.65, 0.8, 0.97):
+        rise = 0.5 * (1.0 + math.sin(math.pi * (x - 0.8) / 0.4))
+        assert bend_rate(term(1e-6 * x, **flat), 3.0) == pytest.approx(3.0 * (1.0 - rise * x), rel=1e-12)
+    for edge in (0.6e-6, 1e-6):
+        below, above = (bend_rate(term(edge * (1.0 + off), **flat), 1.0) for off in (-1e-9, 1e-9))
+        assert below == pytest.approx(above, abs=1e-8)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.1, 0.59), (-0.3, 0.55)])
+def test_a_load_that_swings_below_the_share_moves_lugre_s_surfaces_for_good_and_elasto_plastic_s_not(low, high):
+    """Slow enough for the bend to follow the load: z = T / (N sigma0), and the slip is what bends it so."""
+
+    def drift(**written):
+        flat = written | {"static_coefficient": 0.1, "bristle_damping": 0.0}
+        bends = np.linspace(1e-6 * low, 1e-6 * high, 4001)
+        there = np.trapezoid([1.0 / bend_rate(term(bend, **flat), 1.0) for bend in bends], bends)
+        back = np.trapezoid([-1.0 / bend_rate(term(bend, **flat), -1.0) for bend in bends], bends)
+        return there - back
+
+    expected = -1e-6 * math.log((1.0 - high**2) / (1.0 - low**2))
+    assert drift(**LUGRE) == pytest.approx(expected, rel=1e-6, abs=0.0)
+    assert abs(drift(**ELASTO_PLASTIC)) < 1e-9 * expected
+
+
+def test_a_mass_that_is_shaken_below_the_share_comes_back_on_elasto_plastic_bristles_and_creeps_on_lugre_s():
+    """m x'' = P(t) + T with N = 100 N: P swings between 2 N and 5 N, the friction could hold 10 N."""
+
+    def crept(**written):
+        def slope(t, y):
+            law = term(y[2], **written)
+            pushed = 3.5 - 1.5 * math.cos(2.0 * math.pi * 50.0 * t) if t > 0.0 else 2.0
+            return [y[1], (pushed + friction_force(law, 100.0, y[1])) / 1.0, bend_rate(law, y[1])]
+
+        cycles = [2.0 / 50.0, 3.0 / 50.0]
+        at_rest = [2e-7, 0.0, 2e-7]
+        done = solve_ivp(slope, (0.0, cycles[-1]), at_rest, "LSODA", cycles, rtol=1e-7, atol=[1e-14, 1e-12, 1e-14])
+        return done.y[0, 1] - done.y[0, 0]
+
+    swing = 1e-6 * math.log((1.0 - 0.2**2) / (1.0 - 0.5**2))  # that of a slow load
+    assert 0.5 * swing < crept(**LUGRE | {"static_coefficient": 0.1}) < swing
+    assert abs(crept(**ELASTO_PLASTIC)) < 1e-3 * swing
 
 
 @pytest.mark.parametrize("name", REMEMBERING)

@@ -1,5 +1,7 @@
 """What a grid says of laws that need more of their joint than their own numbers."""
 
+import math
+
 import pytest
 from law_cases import RECIPES, few, names, written
 from mechanism_cases import PAIR, changed, resolved, slider_crank
@@ -7,6 +9,7 @@ from mechanism_cases import PAIR, changed, resolved, slider_crank
 import clearsweep
 from clearsweep import InputError, grid, simulation
 from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.material import plane_strain_modulus
 
 MATERIAL = {"young": 207e9, "poisson": 0.3}
 JOINT = "joints.rod-slider"
@@ -127,3 +130,123 @@ def test_stribeck_s_shape_and_viscous_part_have_defaults():
     friction = resolved(slider_crank("rod-slider", changes={f"{JOINT}.friction": written}))["joints"]["rod-slider"]
     assert friction["friction"]["shape"] == 2.0
     assert friction["friction"]["viscous"] == 0.0
+
+
+# ---------------------------------------------------------------------------------------------- two materials
+
+BRONZE = {"young": 110e9, "poisson": 0.34}
+PAIR_MODULUS = 1.0 / ((1.0 - 0.34**2) / 110e9 + (1.0 - 0.3**2) / 207e9)  # E*, Pa
+
+
+def bushed(**changes):
+    """Return the first joint of a slider-crank with a bronze bearing and a steel journal."""
+    own = {"bearing": dict(BRONZE), "journal": dict(MATERIAL)}
+    source = cylinders(**{"contact__material": own} | changes)
+    return grid.load(source, simulation.catalogue()).case(0).joints[0]
+
+
+def test_two_materials_make_the_modulus_of_the_pair_whichever_body_has_which():
+    bronze_on_steel = plane_strain_modulus(bushed().contact.material)
+    swapped = {"contact__material": {"bearing": dict(MATERIAL), "journal": dict(BRONZE)}}
+    assert bronze_on_steel == pytest.approx(PAIR_MODULUS, rel=1e-14)
+    assert plane_strain_modulus(bushed(**swapped).contact.material) == pytest.approx(PAIR_MODULUS, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["power", "lankarani-nikravesh-cylindrical", "pereira", "liu", "bai-zhao-literal"])
+def test_a_force_that_grows_with_the_modulus_is_that_of_the_pair(name):
+    steel = registry.elastic_forces(bushed(contact__elastic=name, contact__material=dict(MATERIAL)), [1e-6])[0]
+    both = registry.elastic_forces(bushed(contact__elastic=name), [1e-6])[0]
+    assert both / steel == pytest.approx(PAIR_MODULUS / (207e9 / (2.0 * (1.0 - 0.3**2))), rel=1e-12)
+
+
+def test_a_logarithmic_law_follows_back_with_the_modulus_of_the_pair():
+    (load,) = registry.elastic_forces(bushed(), [1e-6])
+    line = load / 0.02
+    back = line / (math.pi * PAIR_MODULUS) * (math.log(4.0 * math.pi * PAIR_MODULUS * 0.5e-3 / line) - 1.0)
+    assert back == pytest.approx(1e-6, rel=1e-12, abs=0.0)
+
+
+def test_the_layer_of_winkler_and_the_ball_that_yields_are_of_the_bearing_s_material():
+    (load,) = registry.elastic_forces(bushed(contact__elastic="winkler", contact__thickness=5e-3), [1e-6])
+    alone = bushed(contact__elastic="winkler", contact__thickness=5e-3, contact__material=dict(BRONZE))
+    assert load == registry.elastic_forces(alone, [1e-6])[0]
+    yields = {"law": "kogut-etsion", "hardness": 1e9, "material": {"bearing": BRONZE, "journal": MATERIAL}}
+    joint = bushed(contact=yields)
+    depth = (math.pi * (0.454 + 0.41 * 0.34) * 1e9 / (2.0 * PAIR_MODULUS)) ** 2 * 0.01 * 0.0095 / 0.5e-3
+    assert registry.derived(joint)["contact.yield_depth"] == (pytest.approx(depth, rel=1e-12, abs=0.0), "m")
+
+
+def test_the_same_material_twice_is_one_material_to_the_last_digit():
+    twice = bushed(contact__material={"bearing": dict(MATERIAL), "journal": dict(MATERIAL)})
+    once = bushed(contact__material=dict(MATERIAL))
+    assert twice == once
+
+
+def test_the_material_of_one_body_can_be_swept_and_has_its_own_identity():
+    own = {"bearing": dict(BRONZE), "journal": dict(MATERIAL)}
+    source = cylinders(contact__material=own)
+    source["sweep"] = {f"{JOINT}.contact.material.bearing.young": ["90 GPa", "110 GPa"]}
+    cases = grid.load(source, simulation.catalogue())
+    moduli = [cases.case(k).joints[0].contact.material.bearing.young for k in range(2)]
+    assert moduli == [90e9, 110e9]
+    assert cases.case_id(0) != cases.case_id(1)
+
+
+@pytest.mark.parametrize(
+    ("material", "said"),
+    [
+        ({"bearing": BRONZE}, "contact.material.journal: is missing; write such as journal: {young:"),
+        ({"bearing": BRONZE, "journal": {"young": 2e11}}, "contact.material.journal.poisson: is missing"),
+        (MATERIAL | {"bearing": BRONZE}, "contact.material.young: is written beside bearing; write it within"),
+        (
+            {"young": 2e11},
+            "contact.material.poisson: is missing; write such as {young: 207 GPa, poisson: 0.3} for both",
+        ),
+        ({}, "contact.material.young: is missing"),
+        ({"bearing": BRONZE | {"poisson": 0.6}, "journal": MATERIAL}, "found 0.6, out of range"),
+        ({"shaft": BRONZE}, "unknown key 'shaft'"),
+    ],
+)
+def test_a_material_that_is_not_whole_is_told(material, said):
+    told = problems(cylinders(contact__material=dict(material)))
+    assert said in told[0]
+
+
+def test_a_layer_of_the_bearing_that_cannot_give_way_is_refused():
+    own = {"bearing": BRONZE | {"poisson": 0.5}, "journal": MATERIAL}
+    (told,) = problems(cylinders("winkler", contact__thickness=5e-3, contact__material=own))
+    assert "material.bearing.poisson: found 0.5; elastic 'winkler' allows" in told
+
+
+# ---------------------------------------------------------------------------------------------- laws with conditions
+
+
+def test_a_law_that_yields_asks_for_a_material_and_for_hertz_s_force():
+    yields = {"law": "kogut-etsion", "hardness": "1 GPa"}
+    (told,) = problems(cylinders(contact=yields | {"stiffness": 6.61e10}))
+    assert "contact.material: is missing; law 'kogut-etsion' needs both bodies' material" in told
+    (told,) = problems(cylinders(contact=yields | {"elastic": "johnson", "material": MATERIAL}))
+    assert "found johnson; law 'kogut-etsion' allows power with the exponent 1.5" in told
+    (told,) = problems(cylinders(contact=yields | {"exponent": 1.4, "stiffness": 1e10, "material": MATERIAL}))
+    assert "found an exponent of 1.4; law 'kogut-etsion' allows" in told
+
+
+@pytest.mark.parametrize("law", ["brown-mcphee", "elasto-plastic"])
+def test_static_friction_below_kinetic_friction_is_refused(law):
+    section = written(friction=law)["friction"] | {"coefficient": 0.2, "static_coefficient": 0.15}
+    (told,) = problems(slider_crank("rod-slider", changes={f"{JOINT}.friction": section}))
+    assert "friction.coefficient: found 0.2; allowed: at most 0.15, the value of" in told
+    equal = section | {"static_coefficient": 0.2}
+    assert resolved(slider_crank("rod-slider", changes={f"{JOINT}.friction": equal}))
+
+
+def test_radzimovsky_s_factor_is_one_or_two():
+    (told,) = problems(cylinders("radzimovsky", contact__curvature_factor=1.5))
+    assert "curvature_factor: found 1.5, out of range; allowed: a whole number at least 1 and at most 2" in told
+
+
+def test_other_elastic_laws_take_their_own_exponent():
+    contact = {"law": "hertz", "elastic": "bai-zhao-literal", "exponent": 2.0, "material": MATERIAL}
+    choices = registry.elastic_choices(bushed(contact=contact))
+    chosen = {name: joint.contact.values.get("exponent") for name, joint in choices.items()}
+    assert (chosen["bai-zhao-literal"], chosen["power"], chosen["lankarani-nikravesh-cylindrical"]) == (2.0, 1.5, 1.5)

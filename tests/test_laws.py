@@ -12,8 +12,10 @@ import pytest
 from law_cases import (
     ASKED,
     RECIPES,
+    STEEL,
     all_finite,
     compiled_contact,
+    few,
     in_millimetres,
     joint,
     names,
@@ -48,6 +50,7 @@ CHI = {
     "hu-guo": (13.5, 6.0, 3.5, 2.25, 1.5, 1.0, 0.6429, 0.375, 0.1667, 0.0789, 0.0152),
     "safaeifar-farshidianfar": (11.25, 5.0, 2.9167, 1.875, 1.25, 0.8333, 0.5357, 0.3125, 0.1389, 0.0658, 0.0126),
     "carvalho-martins": (7.7447, 4.6286, 3.0365, 2.0739, 1.4318, 0.9750, 0.6349, 0.3732, 0.1665, 0.0789, 0.0152),
+    "gharib-hurmuzlu": (10.0, 5.0, 3.3333, 2.5, 2.0, 1.6667, 1.4286, 1.25, 1.1111, 1.0526, 1.0101),
     "exact": (9.9982, 4.9192, 3.0871, 2.0825, 1.4328, 0.9749, 0.6348, 0.3731, 0.1665, 0.0789, 0.0152),
     "pant-wijeyewickrema": (148.5, 36.0, 15.167, 7.875, 4.5, 2.6667, 1.5612, 0.8437, 0.3519, 0.1620, 0.0305),
 }
@@ -62,6 +65,7 @@ RETURNED = {
     "hu-guo": (0.0741, 0.1656, 0.2707, 0.3796, 0.4877, 0.5936, 0.6973, 0.7992, 0.8999, 0.9500, 0.9900),
     "safaeifar-farshidianfar": (0.0889, 0.1970, 0.3138, 0.4279, 0.5362, 0.6383, 0.7350, 0.8271, 0.9152, 0.9580, 0.9917),
     "carvalho-martins": (0.1289, 0.2116, 0.3040, 0.4011, 0.5002, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99),
+    "gharib-hurmuzlu": (0.1000, 0.1970, 0.2819, 0.3524, 0.4107, 0.4595, 0.5008, 0.5362, 0.5668, 0.5807, 0.5911),
 }
 RETURNED |= dict.fromkeys(("exact", "gonthier-exact", "tsuji", "anagnostopoulos", *YIELDING), ASKED)
 RETURNED["ye"] = RETURNED["hu-guo"]
@@ -105,9 +109,15 @@ def bounce(speed=1.0, orbits="none", **contact):
     fields = {field.name for field in RECIPES["law", contact["law"]].law.fields} | {"law", "stiffness"}
     if RECIPES["law", contact["law"]].law.uses_elastic:
         fields |= {"elastic", "exponent"}
+    needed = {}
+    if "material" in RECIPES["law", contact["law"]].law.needs:
+        section |= {"material": STEEL, "hardness": 5e8}
+        fields.add("material")
+        needed["joints.pair.bearing_radius"] = 0.01
     case = changed(
         PAIR,
-        {
+        needed
+        | {
             "joints.pair.contact": {k: v for k, v in section.items() if k in fields},
             "mechanism.speed": speed,
             "simulate.impacts": 1,
@@ -132,8 +142,11 @@ def test_every_normal_law_is_finite_elastic_at_rest_and_dissipates_over_a_cycle(
     assert contact_force(term, elastic, 0.0, 0.0, 1.0) == (0.0, 0.0)
     for pen in (1e-300, 1e-12, 1e-5, 1.0):
         force, stored = contact_force(term, elastic, pen, 0.0, 1.0)
-        assert force == elastic_force(elastic, pen) >= 0.0
-        assert stored == (term.returned_share * force if law in YIELDING else force)
+        if law == "kogut-etsion":  # softer than its elastic law, and what comes back is no fixed share
+            assert 0.0 <= stored <= force <= elastic_force(elastic, pen)
+        else:
+            assert force == elastic_force(elastic, pen) >= 0.0
+            assert stored == (term.returned_share * force if law in YIELDING else force)
         for rate in (-1e3, 1e3):
             assert all_finite(contact_force(term, elastic, pen, rate, 1e-3))
     phase = np.linspace(0.0, 2.0 * np.pi, 2001)
@@ -163,7 +176,7 @@ def test_compiled_and_plain_code_give_the_same_force(law):
         np.testing.assert_allclose(compiled_contact(term, elastic, pen, rates, 0.5), plain, rtol=1e-13, atol=0.0)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", few("law", *(law for law in LAWS if law != "kogut-etsion")))
 def test_only_a_law_that_says_so_pulls(law):
     sample = {"restitution": 0.3, "damping": 2e3 if law != "kuwabara-kono" else 1e6, "mass": 0.1, "depth": 1e-5}
     trajectory = bounce(law=law, orbits="all", **sample)
@@ -199,6 +212,13 @@ def test_a_law_does_not_depend_on_the_unit_of_length(law):
 @pytest.mark.parametrize("law", CHI)
 def test_hysteresis_factor_has_its_tabulated_values(law):
     assert [term_of(law, restitution=e).factor for e in ASKED] == pytest.approx(CHI[law], rel=3e-5, abs=5.1e-5)
+
+
+def test_gharib_and_hurmuzlu_s_factor_gives_back_lambert_s_closed_form_and_never_more_than_at_one():
+    returned_by = RECIPES["law", "gharib-hurmuzlu"].returned
+    assert [returned_by(e) for e in ASKED] == pytest.approx([free_impact(1.0 / e) for e in ASKED], rel=1e-12)
+    assert returned_by(0.01) == pytest.approx(0.01, rel=1e-12)
+    assert max(map(returned_by, ASKED)) < returned_by(1.0) == pytest.approx(0.59362426, rel=1e-8)
 
 
 @pytest.mark.parametrize("law", ["lankarani-nikravesh", "flores", "exact"])

@@ -68,8 +68,8 @@ def test_energies_balance_where_surfaces_stick(joint):
 
 @pytest.mark.parametrize("name", names("law"))
 def test_an_impact_gives_back_no_more_than_came_and_its_energies_balance(name):
-    contact = {key: value for key, value in written(law=name)["contact"].items() if key != "material"}
-    found = run(PAIR, {"joints.pair.contact": contact, "simulate.impacts": 1, "simulate.tolerance": 1e-7}).summary
+    pair = {key: value for key, value in written(law=name).items() if key != "length"}
+    found = run(PAIR, {"joints.pair": pair, "simulate.impacts": 1, "simulate.tolerance": 1e-7}).summary
     assert 0.0 < found["pair_restitution"] < 1.0 + 1e-6
     assert found["energy_residual"] < 1e-5
 

@@ -10,7 +10,7 @@ from report_fake import RPM, Run
 from test_report import Page
 
 from clearsweep import grid, report, simulation
-from clearsweep.case import Contact, Joint, Material
+from clearsweep.case import Contact, Joint, Material, Materials
 from clearsweep.report import elastic_comparison, study
 from clearsweep.report.picture import svg
 from clearsweep.report.section import Gallery, Sentences
@@ -159,9 +159,11 @@ def test_a_material_shows_what_other_elastic_laws_would_give(tmp_path):
 
 
 def test_the_other_elastic_laws_are_those_that_a_grid_with_this_joint_may_name():
-    contact = Contact("exact", "power", {"exponent": 1.5, "restitution": 0.7}, Material(207e9, 0.3))
+    steel = Material(207e9, 0.3)
+    contact = Contact("exact", "power", {"exponent": 1.5, "restitution": 0.7}, Materials(steel, steel))
     joint = Joint("rod-slider", clearance=2e-6, contact=contact, bearing_radius=0.01)
-    assert set(simulation.elastic_choices(joint)) == {"power", "lankarani-nikravesh-cylindrical"}  # no length
+    without_length = {"power", "lankarani-nikravesh-cylindrical", "bai-zhao-literal"}
+    assert set(simulation.elastic_choices(joint)) == without_length
     allowed = set(simulation.elastic_choices(joint._replace(length=0.02)))
     assert "johnson" in allowed
     assert "pereira" not in allowed  # fitted to clearances from 5 µm on

@@ -2,6 +2,7 @@
 
 import math
 
+from ..case import Materials
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
 from .draft import Draft
@@ -13,8 +14,8 @@ _LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a bod
 
 def check(draft: Draft, catalogue: Catalogue) -> None:
     """Note what does not fit together."""
-    for low, high, reason in draft.mechanism.orders:
-        _below(draft, low, high, reason)
+    for order in draft.mechanism.orders:
+        _below(draft, order.low, order.high, order.reason, equal=order.equal)
     _below(draft, "simulate.discard", "simulate.revolutions", "nothing would be left")
     _below(draft, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
     _until(draft)
@@ -25,7 +26,10 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
         draft.problems.add(draft.place("joints"), "joints", text)
     for path in joints:
         _below(draft, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
-        _below(draft, f"{path}.friction.v0", f"{path}.friction.v1", "friction grows from v0 to v1")
+        for law in catalogue.of("friction"):
+            if law.name in draft.names.get(f"{path}.friction.law", ()):
+                _in_order(draft, f"{path}.friction", law)
+        _material(draft, path)
         _elastic(draft, path, catalogue)
         if f"{path}.wear" in draft.shape:
             _wear(draft, path)
@@ -73,6 +77,12 @@ def _below(draft: Draft, low: str, high: str, reason: str, *, equal: bool = Fals
     )
 
 
+def _in_order(draft: Draft, section: str, law: Law) -> None:
+    """Check that of two keys of a law the one is below the other where its description says so."""
+    for order in law.orders:
+        _below(draft, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
+
+
 def _there(draft: Draft, path: str) -> bool:
     """Return whether a value or a section is written, or swept."""
     return path in draft.written or path in draft.swept or path in draft.sections
@@ -85,19 +95,48 @@ _EXAMPLES = {
 }
 
 
+def _material(draft: Draft, joint: str) -> None:
+    """Check that a material is whole: of both bodies in one, or of each of them."""
+    material = f"{joint}.contact.material"
+    if material not in draft.shape or not value_key(draft.shape, f"{material}.young").used(draft.names):
+        return
+    shared = [key for key in ("young", "poisson") if _there(draft, f"{material}.{key}")]
+    own = [body for body in Materials._fields if f"{material}.{body}" in draft.shape]
+    if own and shared:
+        sentence = f"is written beside {' and '.join(own)}; write it within bearing and journal, or leave these out"
+        draft.problems.add(draft.place(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", sentence)
+    elif len(own) == 1:
+        (other,) = set(Materials._fields) - set(own)
+        sentence = f"is missing; write such as {other}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
+        draft.problems.add(draft.place(material), f"{material}.{other}", sentence)
+    elif not own:
+        for key in ("young", "poisson"):
+            if key not in shared:
+                sentence = (
+                    "is missing; write such as {young: 207 GPa, poisson: 0.3} for both bodies, or a section like it "
+                    "for each, bearing and journal"
+                )
+                draft.problems.add(draft.place(material), f"{material}.{key}", sentence)
+
+
 def _elastic(draft: Draft, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has what its stiffness laws need, in the range they hold for."""
     law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
     known = elastic in draft.shape and draft.unsure.isdisjoint((law, elastic))
     if not known or not value_key(draft.shape, elastic).used(draft.names):
         return
-    tried = [law for law in catalogue.of("elastic") if law.name in draft.names[elastic]]
+    tried = [
+        law for path in (law, elastic) for law in catalogue.of(path.rpartition(".")[2]) if law.name in draft.names[path]
+    ]
     for chosen in sorted(tried, key=lambda law: law.name):
         for path in _needed(draft, joint, chosen):
             if not _there(draft, f"{joint}.{path}"):
-                sentence = f"is missing; elastic '{chosen.name}' needs {_EXAMPLES[path]}"
+                sentence = f"is missing; {chosen.family} '{chosen.name}' needs {_EXAMPLES[path]}"
                 draft.problems.add(draft.place(elastic), f"{joint}.{path}", sentence)
-        for path, low, high, unit, reason in chosen.ranges:
+        if "hertz" in chosen.needs:
+            _hertzian(draft, elastic, chosen)
+        for own, low, high, unit, reason in chosen.ranges:
+            path = own if f"{joint}.{own}" in draft.shape else own.replace(".bearing.", ".")  # of both bodies
             outside = [value for value in draft.reached(f"{joint}.{path}") if not low <= value <= high]
             if outside:
                 sentence = (
@@ -107,9 +146,19 @@ def _elastic(draft: Draft, joint: str, catalogue: Catalogue) -> None:
                 draft.problems.add(draft.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
 
 
+def _hertzian(draft: Draft, elastic: str, law: Law) -> None:
+    """Check that the elastic force is Hertz's, which a law of the normal force is made for."""
+    others = sorted(draft.names[elastic] - {"power"})
+    exponents = [x for x in exponent_values(draft, elastic) if not math.isclose(x, 1.5)]
+    found = others[0] if others else f"an exponent of {exponents[0]:.15g}" if exponents else ""
+    if found:
+        sentence = f"found {found}; law '{law.name}' allows power with the exponent 1.5, a ball in a socket"
+        draft.problems.add(draft.place(elastic), elastic, sentence)
+
+
 def _needed(draft: Draft, joint: str, law: Law) -> tuple[str, ...]:
-    """Return the paths within the joint of what an elastic law needs besides its own fields."""
-    needed = tuple("contact.material" if name == "material" else name for name in law.needs)
+    """Return the paths within the joint of what a law of its contact needs besides its own fields."""
+    needed = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
     from_material = law.name == "power" and not _there(draft, f"{joint}.contact.stiffness")
     sized = needed or (from_material and _there(draft, f"{joint}.contact.material"))
     radius = draft.shape[f"{joint}.bearing_radius"]

@@ -1,5 +1,6 @@
 """What a grid file may contain: every key with its unit, range, default and meaning."""
 
+from ..case import Materials
 from ..catalogue import Catalogue, Field, JointSite, Law, Mechanism
 from ..layout import settling
 from .keys import Condition, Flag, Number, Section, Shape, Use, Word, word_key
@@ -23,8 +24,8 @@ _BINS = Field(
     "bins", "1", "angular bins round each body", 8, 1e6, low_open=False, high_open=False, default=360, whole=True
 )
 _MATERIAL = (
-    Field("young", "Pa", "Young's modulus of both bodies"),
-    Field("poisson", "1", "Poisson's ratio of both bodies", -1.0, 0.5, high_open=False),
+    Field("young", "Pa", "Young's modulus"),
+    Field("poisson", "1", "Poisson's ratio", -1.0, 0.5, high_open=False),
 )
 _LENGTH_OF_PIN = Field("length", "m", "length along the pin; wear and the laws of cylinders need it", optional=True)
 _GAP_SIZES = (
@@ -181,11 +182,18 @@ def _contact(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{contact}.elastic"] = Word(catalogue.names("elastic"), "the stiffness law", "power", law=True, when=elastic)
     _laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
     _laws(tree, contact, "law", catalogue.of("law"))
-    tree[f"{contact}.material"] = Section(
-        "the material of both bodies; gives the stiffness where none is written", "optional"
-    )
+    material = f"{contact}.material"
+    tree[material] = Section("the material of both bodies; gives the stiffness where none is written", "optional")
     for field in _MATERIAL:
-        tree[f"{contact}.material.{field.name}"] = Number((Use(field, elastic),))
+        both = field._replace(text=f"{field.text} of both bodies; required unless each has its own", optional=True)
+        tree[f"{material}.{field.name}"] = Number((Use(both, elastic),))
+    for body in Materials._fields:
+        tree[f"{material}.{body}"] = Section(
+            f"the material of the {body} alone; write both bodies', or neither", "optional"
+        )
+        for field in _MATERIAL:
+            own = field._replace(text=f"{field.text} of the {body}")
+            tree[f"{material}.{body}.{field.name}"] = Number((Use(own, elastic),))
 
 
 def _laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..case import Case, Contact, Drive, Friction, Joint, Material, Mechanism, Save, Simulate, Until, Wear
+from ..case import Case, Contact, Drive, Friction, Joint, Material, Materials, Mechanism, Save, Simulate, Until, Wear
 
 Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section
 
@@ -34,7 +34,13 @@ def _joint(name: str, section: Tree) -> Joint:
 
 def _contact(section: Tree) -> Contact:
     law, elastic, material, values = _taken(section, "law", "elastic", "material")
-    return Contact(law, elastic, values, Material(**material) if material else None)
+    return Contact(law, elastic, values, _materials(material) if material else None)
+
+
+def _materials(section: Tree) -> Materials:
+    """Return the materials of bearing and journal: each its own, or one for both."""
+    own = "bearing" in section
+    return Materials(*(Material(**(section[body] if own else section)) for body in Materials._fields))
 
 
 def _taken(section: Tree, *keys: str) -> tuple[Any, ...]:

@@ -95,10 +95,13 @@ def _joint_text(section: case.Joint) -> str:
     named = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
     sizes = [(word, getattr(section, key)) for word, key in named if getattr(section, key) is not None]
     facts = [f"{word} {wording.scale('m', size).given(size, 4)}" for word, size in sizes]
-    material = section.contact.material
-    if material:
-        young = wording.scale("Pa", material.young).given(material.young, 4)
-        facts.append(f"Young's modulus {young}, Poisson's ratio {material.poisson:.4g}")
+    materials = section.contact.material
+    if materials:
+        alike = materials.bearing == materials.journal
+        for body, material in list(materials._asdict().items())[: 1 if alike else 2]:
+            young = wording.scale("Pa", material.young).given(material.young, 4)
+            whose = "" if alike else f" of the {body}"
+            facts.append(f"Young's modulus{whose} {young}, Poisson's ratio{whose} {material.poisson:.4g}")
     return f"In the joint of the hardest case: {', '.join(facts)}"
 
 

@@ -3,7 +3,7 @@
 import math
 import textwrap
 
-from ...case import Contact, Joint, Material
+from ...case import Contact, Joint, Material, Materials
 from ...catalogue import Field, Law
 from ...errors import InputError, nearest
 from ..mechanism import MECHANISMS
@@ -12,12 +12,13 @@ from .recipe import RECIPES, Recipe
 
 WIDTH = 100  # characters of a line
 ASKED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
+STEEL = Material(207e9, 0.3)
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m
 #: The joint for which forces are shown: a steel pin in a steel bearing.
 REFERENCE = Joint(
     "rod-slider",
     clearance=0.5e-3,
-    contact=Contact("hertz", "power", {"thickness": 5e-3}, Material(207e9, 0.3)),
+    contact=Contact("hertz", "power", {"thickness": 5e-3}, Materials(STEEL, STEEL)),
     bearing_radius=10e-3,
     length=20e-3,
 )
@@ -87,10 +88,11 @@ def _parameter(field: Field) -> str:
 def _needed(name: str) -> str:
     texts = {
         "length": "m: of the joint, along the pin",
-        "material": "young (Pa) and poisson of both bodies",
+        "material": "young (Pa) and poisson of both bodies, or of bearing and journal",
+        "hertz": "elastic: power with the exponent 1.5",
         "modulus": "Pa: Young's, from `material` or from the stiffness of a power law",
     }
-    return _wrapped("  ", f"{name}, {texts[name]}")
+    return _wrapped("  ", texts[name] if name == "hertz" else f"{name}, {texts[name]}")
 
 
 def _table(head: str, columns: tuple[str, str], rows: list[tuple[str, str]]) -> str:

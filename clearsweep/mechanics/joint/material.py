@@ -2,12 +2,15 @@
 
 import math
 
-from ...case import Joint, Material
+from ...case import Joint, Materials
 
 
-def plane_strain_modulus(material: Material) -> float:
-    """Return E* (Pa) of two bodies of one material: 1/E* = 2 (1 - nu^2) / E (Johnson 1985, 4.24)."""
-    return material.young / (2.0 * (1.0 - material.poisson**2))
+def plane_strain_modulus(material: Materials) -> float:
+    """Return E* (Pa) of two bodies: 1/E* = (1 - nu_b^2) / E_b + (1 - nu_j^2) / E_j (Johnson 1985, 4.24)."""
+    bearing, journal = material
+    if bearing == journal:  # one rounding less
+        return bearing.young / (2.0 * (1.0 - bearing.poisson**2))
+    return 1.0 / ((1.0 - bearing.poisson**2) / bearing.young + (1.0 - journal.poisson**2) / journal.young)
 
 
 def relative_radius(joint: Joint) -> float:

@@ -97,11 +97,16 @@ def elastic_choices(joint: Joint) -> dict[str, Joint]:
     if _elastic(joint) is None or contact.material is None:
         return choices
     sizes = {key: value for key, value in joint._asdict().items() if isinstance(value, float)}
-    material = {f"contact.material.{key}": value for key, value in contact.material._asdict().items()}
+    material = {
+        f"contact.material.{body}.{key}": value
+        for body, made_of in contact.material._asdict().items()
+        for key, value in made_of._asdict().items()
+    }
     there = {*sizes, "material"}
     for law in (law for law in described() if law.family == "elastic"):
         defaults = {field.name: field.default for field in law.fields if field.default is not None}
-        values = defaults | contact.values
+        used = law.name == contact.elastic  # keys of other laws may have its names, `exponent` such as
+        values = defaults | contact.values if used else contact.values | defaults
         follows = {*values, "stiffness"}  # from the material
         known = {field.name for field in law.fields} <= follows and set(law.needs) <= there
         within = all(limit.low <= (sizes | material)[limit.path] <= limit.high for limit in law.ranges)
@@ -124,7 +129,9 @@ def pulls(joint: Joint) -> bool:
 def derived(joint: Joint) -> dict[str, tuple[float, str]]:
     """Return what the contact of a joint derives: path within the joint -> (value, unit)."""
     elastic_law, limit = _elastic(joint), penetration_limit(joint)
-    values = elastic_law.derived(joint) if elastic_law else {}
+    values = RECIPES["law", joint.contact.law].derived(joint)
+    if elastic_law:
+        values = elastic_law.derived(joint) | values
     return values | ({"contact.penetration_limit": (limit, "m")} if math.isfinite(limit) else {})
 
 

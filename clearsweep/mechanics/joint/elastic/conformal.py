@@ -14,7 +14,7 @@ from ....catalogue import Field, Law, Range
 from ....errors import InputError
 from ...compiled import calculus as math
 from ...compiled.family import kernel
-from ..material import line_modulus
+from ..material import line_modulus, plane_strain_modulus
 from ..recipe import enter
 from .contract import NEEDS, elastic_form
 from .power import Power, derived_power
@@ -71,32 +71,40 @@ enter(
 
 
 class LiuTangent(NamedTuple):
-    """F = pen dF/dpen of Liu's force."""
+    """F = pen^n times the derivative of Liu's force per length."""
 
-    stiffness: float  # N/m
+    modulus: float  # (1/2) pi E*, Pa
     clearance: float  # m
+    exponent: float  # n, 1
 
 
-@elastic_form(LiuTangent, odd=True)
+@elastic_form(LiuTangent, odd=False)
 def _liu_tangent(elastic, pen):
     whole = elastic.clearance + pen
     share = (1.5 * elastic.clearance + pen) / whole
-    return elastic.stiffness * pen * share * math.sqrt(0.5 * pen / whole)
+    return elastic.modulus * pen**elastic.exponent * share * math.sqrt(0.5 * pen / whole)
+
+
+def _make_literal(joint):
+    modulus = 0.5 * math.pi * plane_strain_modulus(joint.contact.material)
+    return LiuTangent(modulus, joint.clearance, joint.contact.values["exponent"])
 
 
 enter(
     Law(
         "elastic",
         "bai-zhao-literal",
-        "Bai & Zhao's stiffness times the penetration, as printed",
-        "F_elastic = K_n L pen, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
-        "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190, with exponent 1",
-        needs=NEEDS,
-        notes="A tangent stiffness taken for a secant one: 1.5 times liu at small penetration.  The paper's exponent n "
-        "= 1.5 would be dimensionally wrong.  With contact.law zhiying-qishao it is their hybrid model.",
+        "Bai & Zhao's stiffness times a power of the penetration, as printed",
+        "F_elastic = K_n pen^n, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
+        "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as told by others, not compared with the paper",
+        (Field("exponent", "1", "n, as printed 1.5", 1.0, 2.0, False, False, default=1.5),),
+        needs=("material",),
+        notes="Dimensionally inconsistent: K_n is in Pa, so the product is a force for n = 2 alone; all is taken in SI "
+        "units.  It knows no length.  K_n is the tangent stiffness of liu per length, taken for a secant one.  With "
+        "contact.law zhiying-qishao it is their hybrid model; bai-zhao-consistent is what it should be.",
     ),
     (LiuTangent,),
-    lambda joint: LiuTangent(*_make_liu(joint)),
+    _make_literal,
 )
 
 
@@ -127,8 +135,7 @@ def _foundation(elastic, pen):
 
 def foundation_modulus(joint: Joint) -> float:
     """Return (1 - nu) E / ((1 + nu) (1 - 2 nu) t) in Pa/m, the modulus of a thin layer held at its back."""
-    material = joint.contact.material
-    young, poisson = material.young, material.poisson
+    young, poisson = joint.contact.material.bearing
     if poisson >= 0.5:
         raise InputError(
             f"contact.material.poisson: found {poisson:g}; winkler allows below 0.5: its layer would not give way"
@@ -147,9 +154,11 @@ enter(
         "c)",
         (Field("thickness", "m", "t, of the layer that gives way"),),
         needs=NEEDS,
-        ranges=(Range("contact.material.poisson", -1.0, 0.499, "1", "an incompressible layer does not give way"),),
-        notes="The thickness is a guess where there is no layer.  Held to be good up to a tenth of the thickness; the "
-        "same formula goes on beyond.",
+        ranges=(
+            Range("contact.material.bearing.poisson", -1.0, 0.499, "1", "an incompressible layer does not give way"),
+        ),
+        notes="E and nu are those of the layer, the bearing's.  The thickness is a guess where there is no layer.  "
+        "Held to be good up to a tenth of the thickness; the same formula goes on beyond.",
     ),
     (Foundation,),
     lambda joint: Foundation(foundation_modulus(joint) * joint.bearing_radius * joint.length, joint.clearance),

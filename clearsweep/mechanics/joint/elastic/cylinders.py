@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ....case import Joint
-from ....catalogue import Law, Range
+from ....catalogue import Field, Law, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
@@ -104,8 +104,9 @@ line_law(
 
 
 def _radzimovsky(joint):
-    # b^2 = 1.6^2 f 2 R / E* with R = R_b R_j / c leaves ln(4 R_b / b) + ln(4 R_j / b) = ln(16 E* c / (5.12 f))
-    return logarithmic_of(joint, 16.0 / 5.12 / math.pi * joint.clearance * math.exp(2.0 / 3.0))
+    # b^2 = 1.6^2 f k R / E* with R = R_b R_j / c leaves ln(4 R_b / b) + ln(4 R_j / b) = ln(16 E* c / (2.56 k f))
+    squared = 2.56 * joint.contact.values["curvature_factor"]
+    return logarithmic_of(joint, 16.0 / squared / math.pi * joint.clearance * math.exp(2.0 / 3.0))
 
 
 line_law(
@@ -114,12 +115,26 @@ line_law(
         "radzimovsky",
         "two cylinders, by Roark's formula",
         "pen = F / (pi E* L) (2/3 + ln(4 R_b / b) + ln(4 R_j / b)), b = 1.60 sqrt(F K_D / (L E*)), "
-        "K_D = 2 R_b R_j / (R_b - R_j)",
+        "K_D = curvature_factor R_b R_j / (R_b - R_j)",
         "after Radzimovsky 1953, Univ. Illinois Eng. Exp. Station Bulletin 408; b as in Roark's Formulas for Stress "
         "and Strain",
+        (
+            Field(
+                "curvature_factor",
+                "1",
+                "2: K_D made of diameters, as in Roark; 1: of radii, as the multibody literature prints it",
+                1.0,
+                2.0,
+                False,
+                False,
+                default=2.0,
+                whole=True,
+            ),
+        ),
         needs=NEEDS,
         notes="b is the full width of contact and K_D is made of diameters.  With radii in their place, as often "
-        "printed, b is too small by sqrt(2) and the force 6 to 13 % too low.",
+        "printed, b is too small by sqrt(2) and the force 6 to 13 % lower; curves of the multibody literature follow "
+        "with curvature_factor 1.",
     ),
     _radzimovsky,
 )

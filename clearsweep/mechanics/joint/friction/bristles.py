@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from ....catalogue import Field, Law
 from ...compiled import calculus as math
-from ...compiled.family import kernel
+from ...compiled.family import family
 from ..contract import InternalState, internal_rates, internal_state
 from ..recipe import enter
-from .contract import COEFFICIENT, STATIC, STRIBECK, friction_force, from_values
+from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
@@ -83,14 +83,18 @@ class LuGre(NamedTuple):
     bend: float = 0.0  # z, m
 
 
-@kernel
+@family
 def bend_rate(friction, slip):
-    """Return the rate (m/s) of the bend of LuGre's bristles at sliding speed `slip` (m/s)."""
+    """Return the rate (m/s) of the bend of bristles that are damped, at sliding speed `slip` (m/s)."""
+
+
+@bend_rate.member(LuGre)
+def _bend_rate_of_lugre(friction, slip):
     return slip - friction.bristle_stiffness * abs(slip) * friction.bend / stribeck_coefficient(friction, slip)
 
 
 @friction_force.member(LuGre)
-def _lugre(friction, normal, slip):
+def _damped_bristles(friction, normal, slip):
     fall = math.exp(-((slip / friction.damping_velocity) ** 2))
     share = friction.bristle_stiffness * friction.bend
     share += friction.bristle_damping * fall * bend_rate(friction, slip)
@@ -101,12 +105,12 @@ internal_state.member(LuGre)(_bend_of_sliding)
 
 
 @internal_rates.member(LuGre)
-def _lugre_rate(friction, contact):
+def _bends(friction, contact):
     return (bend_rate(friction, contact.slip),)
 
 
 def passive_velocity(friction: Mapping[str, float]) -> float:
-    """Return the largest damping_velocity (m/s) with which LuGre's bristles never drive.
+    """Return the largest damping_velocity (m/s) with which damped bristles never drive.
 
     They do not while sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
     sigma1 v_d / sqrt(2 e).
@@ -116,11 +120,30 @@ def passive_velocity(friction: Mapping[str, float]) -> float:
     return 4.0 * math.sqrt(2.0 * math.e) * least / damping if damping > 0.0 else math.inf
 
 
-def _make_lugre(joint):
-    friction = joint.friction.values
-    names = (name for name in LuGre._fields if name not in ("damping_velocity", "bend"))
-    velocity = friction.get("damping_velocity", passive_velocity(friction))
-    return LuGre(*(friction[name] for name in names), velocity)
+def _with_damping_velocity(form):
+    """Return what makes a type from the values of a joint, the damping velocity the passive one where none is given."""
+
+    def make(joint):
+        given = joint.friction.values
+        values = {"damping_velocity": passive_velocity(given)} | given
+        return form(*(values[name] for name in form._fields if name not in form._field_defaults))
+
+    return make
+
+
+DAMPED_BRISTLES = (
+    SLIDING,
+    STATIC._replace(low_open=True),
+    *STRIBECK,
+    BRISTLES,
+    Field("bristle_damping", "s/m", "of the bristles at rest per load, sigma1", low_open=False),
+    Field(
+        "damping_velocity",
+        "m/s",
+        "sliding speed over which the damping falls; left out: the largest with which it never drives",
+        optional=True,
+    ),
+)
 
 
 enter(
@@ -132,19 +155,7 @@ enter(
         "/ g, g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)",
         "after Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Autom. Control 40:419; per load, the "
         "falling damping after Olsson 1996, Control Systems with Friction, Lund",
-        (
-            SLIDING,
-            STATIC._replace(low_open=True),
-            *STRIBECK,
-            BRISTLES,
-            Field("bristle_damping", "s/m", "of the bristles at rest per load, sigma1", low_open=False),
-            Field(
-                "damping_velocity",
-                "m/s",
-                "sliding speed over which the damping falls; left out: the largest with which it never drives",
-                optional=True,
-            ),
-        ),
+        DAMPED_BRISTLES,
         notes="z, the bend of the bristles, begins at 0 with every contact.  With a damping that does not fall, a "
         "large damping_velocity, the bristles drive where sigma1 > 4 g / |slip|: from 1.3 mm/s on with mu = 0.1, "
         "sigma1 = 316 s/m; left out, damping_velocity is 4 sqrt(2 e) min(mu, mu_s) / sigma1 and they never do under a "
@@ -153,5 +164,68 @@ enter(
         "goes with the load, a load that changes can draw energy from bent bristles, up to g^2 / (2 sigma0) of it.",
     ),
     (LuGre,),
-    _make_lugre,
+    _with_damping_velocity(LuGre),
+)
+
+
+class ElastoPlastic(NamedTuple):
+    """LuGre with z' = slip (1 - a sigma0 z sgn(slip) / g), where a is 0 up to a bend and 1 from g / sigma0 on."""
+
+    coefficient: float  # kinetic, 1
+    static_coefficient: float  # 1
+    stribeck_velocity: float  # m/s
+    shape: float  # 1
+    viscous: float  # s/m
+    bristle_stiffness: float  # sigma0, 1/m, per load
+    bristle_damping: float  # sigma1 at rest, s/m, per load
+    elastic_share: float  # sigma0 times the bend up to which all is elastic, over the kinetic coefficient, 1
+    damping_velocity: float  # m/s
+    bend: float = 0.0  # z, m
+
+
+@bend_rate.member(ElastoPlastic)
+def _bend_rate_of_elasto_plastic(friction, slip):
+    along = friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)  # below 0 while bristles unbend
+    most = stribeck_coefficient(friction, slip)
+    elastic = friction.elastic_share * friction.coefficient
+    rise = math.sin(0.5 * math.pi * min(max((along - elastic) / (most - elastic), 0.0), 1.0))
+    return slip * (1.0 - rise * rise * along / most)
+
+
+friction_force.member(ElastoPlastic)(_damped_bristles)
+internal_state.member(ElastoPlastic)(_bend_of_sliding)
+internal_rates.member(ElastoPlastic)(_bends)
+
+
+enter(
+    Law(
+        "friction",
+        "elasto-plastic",
+        "bristles as lugre's that do not creep: elastic up to a share of the friction",
+        "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip (1 - a x / g), x = "
+        "sigma0 z sgn(slip), g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape); a = 0 up to x = "
+        "elastic_share mu, 1 from x = g on, (1 + sin(pi (x - m) / d)) / 2 between, m the middle of these two and d "
+        "what they differ by",
+        "after Dupont, Hayward, Armstrong & Altpeter 2002, IEEE Trans. Autom. Control 47:787, as in public programs "
+        "that quote it; per load, the falling damping after Olsson 1996, Control Systems with Friction, Lund",
+        (
+            *DAMPED_BRISTLES,
+            Field(
+                "elastic_share",
+                "1",
+                "friction over mu N up to which nothing slides for good",
+                0.0,
+                1.0,
+                default=0.7,
+            ),
+        ),
+        notes="Under a load that comes and goes but stays below elastic_share mu N nothing is displaced for good; "
+        "lugre, whose a is 1 throughout, creeps.  Else as lugre: z begins at 0 with every "
+        "contact; left out, damping_velocity is 4 sqrt(2 e) mu / sigma1, with which the bristles never drive under a "
+        "steady load; friction settles within g / sigma0 of sliding: 1 um with mu = 0.1 and sigma0 = 1e5 1/m, which "
+        "is stiff; what the bristles store counts as rubbed off until they give it back.",
+        orders=(KINETIC_FIRST,),
+    ),
+    (ElastoPlastic,),
+    _with_damping_velocity(ElastoPlastic),
 )

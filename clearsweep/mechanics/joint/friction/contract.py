@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....catalogue import Field
+from ....catalogue import Field, Order
 from ...compiled.family import family
 
 
@@ -45,11 +45,13 @@ def _frictionless(friction, normal, slip):
 
 COEFFICIENT = Field("coefficient", "1", "of kinetic friction, mu", low_open=False)
 STATIC = Field("static_coefficient", "1", "of static friction, mu_s", low_open=False)
+VISCOUS = Field("viscous", "s/m", "growth of the coefficient with the sliding speed", low_open=False, default=0.0)
 STRIBECK = (
     Field("stribeck_velocity", "m/s", "sliding speed over which friction falls from static to kinetic"),
     Field("shape", "1", "2: a Gaussian fall, 1: an exponential one", default=2.0),
-    Field("viscous", "s/m", "growth of the coefficient with the sliding speed", low_open=False, default=0.0),
+    VISCOUS,
 )
+KINETIC_FIRST = Order("coefficient", "static_coefficient", "friction falls once surfaces slide", equal=True)
 
 
 def from_values(form) -> Callable:

@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Field, Law
+from ....catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..recipe import enter
-from .contract import COEFFICIENT, STATIC, STRIBECK, friction_force, from_values
+from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, from_values
 
 SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the friction acts")
 
@@ -80,6 +80,7 @@ enter(
             Field("v1", "m/s", "full friction above this sliding speed"),
         ),
         notes="No friction at all within the dead band: parts creep.",
+        orders=(Order("v0", "v1", "friction grows from v0 to v1"),),
     ),
     (Ambrosio,),
     from_values(Ambrosio),
@@ -87,16 +88,17 @@ enter(
 
 
 class Threlfall(NamedTuple):
-    """T = -mu N sgn(slip) times (1 - exp(-3 |slip| / scale)) / 0.95 up to the scale, 1 above it."""
+    """T = -mu N sgn(slip) / divisor times 1 - exp(-3 |slip| / scale) up to the scale, 0.95 above it."""
 
     coefficient: float  # 1
     velocity_scale: float  # m/s
+    divisor: float  # 1
 
 
 @friction_force.member(Threlfall)
 def _threlfall(friction, normal, slip):
     x = abs(slip) / friction.velocity_scale
-    share = -math.expm1(-3.0 * x) / 0.95 if x <= 1.0 else 1.0
+    share = (-math.expm1(-3.0 * x) if x <= 1.0 else 0.95) / friction.divisor
     return -friction.coefficient * normal * math.copysign(share, slip)
 
 
@@ -105,14 +107,25 @@ enter(
         "friction",
         "threlfall",
         "Coulomb friction with an exponential rise",
-        "T = -mu N sgn(slip) (1 - exp(-3 |slip| / velocity_scale)) / 0.95 up to velocity_scale, -mu N sgn(slip) above",
-        "after Threlfall 1978, Mech. Mach. Theory 13:475",
+        "T = -mu N sgn(slip) / divisor times 1 - exp(-3 |slip| / velocity_scale) up to velocity_scale, 0.95 above",
+        "after Threlfall 1978, Mech. Mach. Theory 13:475; both forms as told by others, not compared with the paper",
         (
             COEFFICIENT,
             Field("velocity_scale", "m/s", "full friction above this sliding speed"),
+            Field(
+                "divisor",
+                "1",
+                "0.95: friction ends at mu N; 1: at 0.95 mu N, as printed without a division",
+                0.95,
+                1.0,
+                False,
+                False,
+                default=0.95,
+            ),
         ),
-        notes="As published it jumps by 0.02 % at velocity_scale, where the rise has reached 1.000224.  Creeps where "
-        "it should stick.",
+        notes="It jumps by 0.02 % at velocity_scale, where the rise has reached 1 - exp(-3) = 0.950213.  Two forms are "
+        "in circulation: the rise over 0.95 and then mu N, which is the default, and the rise alone and then 0.95 mu "
+        "N, which is divisor 1 and 5 % lower throughout.  Creeps where it should stick.",
     ),
     (Threlfall,),
     from_values(Threlfall),
@@ -157,6 +170,47 @@ enter(
     ),
     (BengisuAkay,),
     from_values(BengisuAkay),
+)
+
+
+class BrownMcPhee(NamedTuple):
+    """T = -N (mu tanh(4 x) + (mu_s - mu) x / (x^2 / 4 + 3/4)^2 + viscous slip), x = slip / stribeck_velocity."""
+
+    coefficient: float  # kinetic, 1
+    static_coefficient: float  # 1
+    stribeck_velocity: float  # m/s
+    viscous: float  # s/m
+
+
+@friction_force.member(BrownMcPhee)
+def _brown_mcphee(friction, normal, slip):
+    x = slip / friction.stribeck_velocity
+    width = 0.25 * x * x + 0.75
+    share = friction.coefficient * math.tanh(4.0 * x)
+    share += (friction.static_coefficient - friction.coefficient) * x / (width * width)
+    return -normal * (share + friction.viscous * slip)
+
+
+enter(
+    Law(
+        "friction",
+        "brown-mcphee",
+        "smooth friction with Stribeck's fall, all derivatives continuous",
+        "T = -N (mu tanh(4 x) + (mu_s - mu) x / (x^2 / 4 + 3/4)^2 + viscous slip), x = slip / stribeck_velocity",
+        "after Brown & McPhee 2016, J. Comput. Nonlinear Dyn. 11:054502, as in public programs that quote it",
+        (
+            COEFFICIENT,
+            STATIC,
+            Field("stribeck_velocity", "m/s", "sliding speed at which the static friction is reached, v_t"),
+            VISCOUS,
+        ),
+        notes="At stribeck_velocity mu_s - 0.0007 mu, from there falling to mu, which is reached to 1 % of the "
+        "difference at twelve times that speed.  The paper's viscous part does not grow with the load; here it does, "
+        "as in the other laws.  Creeps where it should stick.",
+        orders=(KINETIC_FIRST,),
+    ),
+    (BrownMcPhee,),
+    from_values(BrownMcPhee),
 )
 
 

@@ -1,0 +1,126 @@
+"""A ball in a socket that yields as published for a sphere: its force, what it loses, what a free impact gives back."""
+
+import math
+
+import numpy as np
+import pytest
+from law_cases import resolved, written
+from mechanism_cases import PAIR, changed
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import clearsweep
+from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.contract import with_internal_state
+from clearsweep.mechanics.joint.loss.contract import contact_force
+
+HARDNESS, POISSON, RADIUS = 5e8, 0.3, 10e-3 * 9.5e-3 / 0.5e-3
+MODULUS = 207e9 / (2.0 * (1.0 - POISSON**2))  # E*, Pa
+PRESSURE = 0.454 + 0.41 * POISSON  # K, of the hardness
+YIELD_DEPTH = (math.pi * PRESSURE * HARDNESS / (2.0 * MODULUS)) ** 2 * RADIUS  # m
+YIELD_FORCE = 4.0 / 3.0 * MODULUS * math.sqrt(RADIUS) * YIELD_DEPTH**1.5  # N
+LAW = "kogut-etsion"
+#: Where two neighbours of the three fits and Hertz's force are equal, in yield depths.
+JOINS = (1.03 ** (1.0 / 0.075), (1.40 / 1.03) ** (1.0 / 0.162), (3.0 / 1.40 / PRESSURE) ** (1.0 / 0.263))
+
+
+def force(x, deepest=0.0, part=0):
+    """Return the force over that where yielding begins, at `x` yield depths, the deepest before (0: none) likewise."""
+    section = written(LAW, hardness=HARDNESS)
+    del section["contact"]["stiffness"]  # from the material
+    law, elastic = registry.contact_terms(resolved(section))
+    assert law.yield_depth == pytest.approx(YIELD_DEPTH, rel=1e-12, abs=0.0)
+    now = with_internal_state(law, [deepest * YIELD_DEPTH], 0)
+    return contact_force(now, elastic, x * YIELD_DEPTH, -1.0 if deepest else 1.0, 1.0)[part] / YIELD_FORCE
+
+
+def lost_and_kept(deepest):
+    """Return the work lost and that which comes back, by forces alone, over yield force times yield depth."""
+    work, _ = quad(force, 0.0, deepest, epsrel=1e-10, points=[x for x in JOINS if x < deepest])
+    left = brentq(lambda x: force(x, deepest), 0.0, deepest) if force(0.0, deepest) < 0.0 else 0.0
+    back, _ = quad(lambda x: force(x, deepest), left, deepest, epsrel=1e-10)
+    return work - back, back
+
+
+def kept_share(deepest):
+    """Return e^2 of a free impact that goes `deepest` yield depths deep, in closed form."""
+    ends = ((JOINS[0], 1.0, 1.5), (JOINS[1], 1.03, 1.425), (JOINS[2], 1.4, 1.263))
+    work, before, load = 0.0, 0.0, 0.0
+    for end, factor, power in ends:  # below full plasticity
+        upto = min(end, deepest)
+        work += factor * (upto ** (power + 1.0) - before ** (power + 1.0)) / (power + 1.0)
+        load, before = factor * upto**power, upto
+        if deepest <= end:
+            break
+    area = deepest * max(1.0, 0.94 * deepest**0.146)
+    return 0.4 * load * (load / math.sqrt(area)) / work
+
+
+def test_the_force_is_hertz_s_and_then_each_published_fit():
+    assert force(0.3) == pytest.approx(0.3**1.5, rel=1e-12)
+    for x in (1.5, 3.0, 6.0):
+        assert force(x) == pytest.approx(1.03 * x**1.425, rel=1e-12)
+    for x in (6.7, 30.0, 110.0):
+        assert force(x) == pytest.approx(1.40 * x**1.263, rel=1e-12)
+    for x in (150.0, 1000.0):  # full plasticity: the hardness over the area 2 pi R pen
+        assert force(x) * YIELD_FORCE == pytest.approx(2.0 * math.pi * RADIUS * x * YIELD_DEPTH * HARDNESS, rel=1e-12)
+
+
+def test_the_force_is_continuous_and_grows_with_the_penetration():
+    forces = np.array([force(x) for x in np.geomspace(1e-3, 1e3, 1001)])
+    assert np.all(np.diff(forces) > 0.0)
+    for x in (1.0, 6.0, 110.0, *JOINS):
+        assert force(x * (1.0 + 1e-9)) == pytest.approx(force(x * (1.0 - 1e-9)), rel=1e-8)
+    for deepest in (0.5, 1.5, 10.0, 200.0):
+        assert force(deepest, deepest) == pytest.approx(force(deepest), rel=1e-12)
+
+
+def test_below_yield_nothing_stays_and_nothing_is_lost():
+    for x in (0.2, 0.9, 1.4):
+        assert force(x, 1.45) == pytest.approx(x**1.5, rel=1e-12)
+    assert lost_and_kept(1.45)[0] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("deepest", [2.0, 6.3, 40.0])
+def test_the_way_back_is_a_hertzian_contact_of_the_area_reached(deepest):
+    area = math.pi * RADIUS * deepest * YIELD_DEPTH * max(1.0, 0.94 * deepest**0.146)
+    largest, radius = force(deepest) * YIELD_FORCE, math.sqrt(area / math.pi)
+    left = deepest - 3.0 * largest / (4.0 * MODULUS * radius) / YIELD_DEPTH
+    assert 0.0 < left < deepest
+    assert force(left, deepest) == pytest.approx(0.0, abs=1e-9)
+    assert force(0.9 * left, deepest) < 0.0 == force(0.9 * left, deepest, part=1)
+    flattened = 4.0 * MODULUS * radius**3 / (3.0 * largest)  # radius of curvature of the indentation
+    for x in (0.5 * (left + deepest), 0.99 * deepest):
+        hertz = 4.0 / 3.0 * MODULUS * math.sqrt(flattened) * ((x - left) * YIELD_DEPTH) ** 1.5
+        assert force(x, deepest) * YIELD_FORCE == pytest.approx(hertz, rel=1e-10)
+
+
+@pytest.mark.parametrize("deepest", [1.49, 2.0, 6.3, 40.0, 100.0])
+def test_a_closed_cycle_loses_what_the_closed_form_says_and_the_ledger_stores_the_rest(deepest):
+    lost, kept = lost_and_kept(deepest)
+    assert kept / (lost + kept) == pytest.approx(kept_share(deepest), rel=1e-8)
+    stored, _ = quad(lambda x: force(x, part=1), 0.0, deepest, epsrel=1e-9, points=[*JOINS[:2], 0.94 ** (-1.0 / 0.146)])
+    assert stored == pytest.approx(kept, rel=1e-8)
+
+
+def impact(speed):
+    """Return the summary of a free impact of an effective mass of 0.1 kg in the joint above."""
+    contact = {"law": LAW, "hardness": HARDNESS, "material": {"young": 207e9, "poisson": POISSON}}
+    pair = {"clearance": 0.5e-3, "bearing_radius": 10e-3, "contact": contact}
+    case = changed(PAIR, {"joints.pair": pair, "mechanism.speed": speed, "simulate.impacts": 1})
+    return clearsweep.simulate(clearsweep.load_case(case)).summary
+
+
+@pytest.mark.slow
+def test_a_free_impact_gives_back_the_closed_form_and_less_the_faster_it_is():
+    returned = []
+    for deepest in (1.2, 3.0, 20.0):
+        load = lost_and_kept(deepest)
+        speed = math.sqrt(2.0 * sum(load) * YIELD_FORCE * YIELD_DEPTH / 0.1)
+        found = impact(speed)
+        assert found["pair_penetration_max"] == pytest.approx(deepest * YIELD_DEPTH, rel=1e-8, abs=0.0)
+        assert found["pair_restitution"] == pytest.approx(math.sqrt(kept_share(deepest)), rel=1e-7)
+        assert found["energy_residual"] < 1e-9
+        returned.append(found["pair_restitution"])
+    assert returned[0] == pytest.approx(1.0, abs=1e-9)
+    assert returned[0] > returned[1] > returned[2]
