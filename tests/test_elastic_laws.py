@@ -69,9 +69,11 @@ def test_a_trial_step_past_the_separation_sees_the_smoother_of_two_ways_on(name)
     term, _ = made(name)
     roots = np.linspace(-1e-3, 1e-3, 41)
 
+    order = 5 if name == "bai-zhao-literal" else 4  # of a fourth power the fourth differences are alike both ways
+
     def bend(sign):
         forces = [(sign if root < 0.0 else 1.0) * elastic_force(term, root * root) for root in roots]
-        return np.abs(np.diff(forces, 4)).max()
+        return np.abs(np.diff(forces, order)).max()
 
     assert bend(parity(term)) < bend(-parity(term))
 

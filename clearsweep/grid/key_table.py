@@ -188,9 +188,7 @@ def _contact(tree: Shape, path: str, catalogue: Catalogue) -> None:
         both = field._replace(text=f"{field.text} of both bodies; required unless each has its own", optional=True)
         tree[f"{material}.{field.name}"] = Number((Use(both, elastic),))
     for body in Materials._fields:
-        tree[f"{material}.{body}"] = Section(
-            f"the material of the {body} alone; write both bodies', or neither", "optional"
-        )
+        tree[f"{material}.{body}"] = Section(f"the {body}'s own material; write both bodies', or neither", "optional")
         for field in _MATERIAL:
             own = field._replace(text=f"{field.text} of the {body}")
             tree[f"{material}.{body}.{field.name}"] = Number((Use(own, elastic),))
