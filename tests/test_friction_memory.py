@@ -255,7 +255,11 @@ def test_the_first_contact_is_that_of_scipy_in_time(friction):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("friction", [LUGRE, DAHL], ids=["lugre", "dahl"])
+@pytest.mark.parametrize(
+    "friction",
+    [LUGRE, DAHL, pytest.param(ELASTO_PLASTIC, marks=pytest.mark.slow)],
+    ids=["lugre", "dahl", "elasto-plastic"],
+)
 def test_explicit_and_implicit_method_agree_and_energies_balance(friction):
     def run(method, tolerance):
         made = crank(friction, simulate__method=method, simulate__tolerance=tolerance, simulate__revolutions=0.15)

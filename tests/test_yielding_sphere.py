@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from law_cases import resolved, written
-from mechanism_cases import PAIR, changed
+from mechanism_cases import PAIR, changed, slider_crank
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -124,3 +124,19 @@ def test_a_free_impact_gives_back_the_closed_form_and_less_the_faster_it_is():
         returned.append(found["pair_restitution"])
     assert returned[0] == pytest.approx(1.0, abs=1e-9)
     assert returned[0] > returned[1] > returned[2]
+
+
+@pytest.mark.slow
+def test_a_slider_crank_whose_joint_yields_moves_alike_by_either_method_and_its_energies_balance():
+    contact = {"law": LAW, "hardness": HARDNESS, "material": {"young": 207e9, "poisson": POISSON}}
+    changes = {"joints.rod-slider.contact": contact, "simulate.revolutions": 0.2}
+
+    def run(method, tolerance):
+        more = {"simulate.method": method, "simulate.tolerance": tolerance}
+        return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes | more))).summary
+
+    explicit, implicit = run("explicit", 1e-10), run("implicit", 1e-8)
+    assert explicit["rod_slider_penetration_max"] > 10.0 * YIELD_DEPTH
+    for figure in ("rod_slider_force_peak", "rod_slider_force_rms", "slider_acceleration_rms"):
+        assert implicit[figure] == pytest.approx(explicit[figure], rel=1e-5)
+    assert explicit["energy_residual"] < 1e-9
