@@ -185,7 +185,7 @@ def test_a_mass_that_is_shaken_below_the_share_comes_back_on_elasto_plastic_bris
     def crept(**written):
         def slope(t, y):
             law = term(y[2], **written)
-            pushed = 3.5 - 1.5 * math.cos(2.0 * math.pi * 50.0 * t) if t > 0.0 else 2.0
+            pushed = 3.5 - 1.5 * math.cos(2.0 * math.pi * 50.0 * t)
             return [y[1], (pushed + friction_force(law, 100.0, y[1])) / 1.0, bend_rate(law, y[1])]
 
         cycles = [2.0 / 50.0, 3.0 / 50.0]

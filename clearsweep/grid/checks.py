@@ -125,9 +125,8 @@ def _elastic(draft: Draft, joint: str, catalogue: Catalogue) -> None:
     known = elastic in draft.shape and draft.unsure.isdisjoint((law, elastic))
     if not known or not value_key(draft.shape, elastic).used(draft.names):
         return
-    tried = [
-        law for path in (law, elastic) for law in catalogue.of(path.rpartition(".")[2]) if law.name in draft.names[path]
-    ]
+    families = {law: catalogue.of("law"), elastic: catalogue.of("elastic")}
+    tried = [each for path, laws in families.items() for each in laws if each.name in draft.names[path]]
     for chosen in sorted(tried, key=lambda law: law.name):
         for path in _needed(draft, joint, chosen):
             if not _there(draft, f"{joint}.{path}"):

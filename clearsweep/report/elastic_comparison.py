@@ -97,10 +97,11 @@ def _joint_text(section: case.Joint) -> str:
     facts = [f"{word} {wording.scale('m', size).given(size, 4)}" for word, size in sizes]
     materials = section.contact.material
     if materials:
-        alike = materials.bearing == materials.journal
-        for body, material in list(materials._asdict().items())[: 1 if alike else 2]:
+        bodies = {f" of the {body}": material for body, material in materials._asdict().items()}
+        if materials.bearing == materials.journal:
+            bodies = {"": materials.bearing}
+        for whose, material in bodies.items():
             young = wording.scale("Pa", material.young).given(material.young, 4)
-            whose = "" if alike else f" of the {body}"
             facts.append(f"Young's modulus{whose} {young}, Poisson's ratio{whose} {material.poisson:.4g}")
     return f"In the joint of the hardest case: {', '.join(facts)}"
 

@@ -8,7 +8,7 @@ from ...case import Joint, Materials
 def plane_strain_modulus(material: Materials) -> float:
     """Return E* (Pa) of two bodies: 1/E* = (1 - nu_b^2) / E_b + (1 - nu_j^2) / E_j (Johnson 1985, 4.24)."""
     bearing, journal = material
-    if bearing == journal:  # one rounding less
+    if bearing == journal:  # to the last digit what one material for both gives
         return bearing.young / (2.0 * (1.0 - bearing.poisson**2))
     return 1.0 / ((1.0 - bearing.poisson**2) / bearing.young + (1.0 - journal.poisson**2) / journal.young)
 

@@ -127,7 +127,7 @@ line_law(
                 2.0,
                 False,
                 False,
-                default=2.0,
+                default=2,
                 whole=True,
             ),
         ),

@@ -213,17 +213,17 @@ enter(
             Field(
                 "elastic_share",
                 "1",
-                "friction over mu N up to which nothing slides for good",
+                "friction over mu N up to which nothing slides for good; the default is a choice",
                 0.0,
                 1.0,
                 default=0.7,
             ),
         ),
         notes="Under a load that comes and goes but stays below elastic_share mu N nothing is displaced for good; "
-        "lugre, whose a is 1 throughout, creeps.  Else as lugre: z begins at 0 with every "
-        "contact; left out, damping_velocity is 4 sqrt(2 e) mu / sigma1, with which the bristles never drive under a "
-        "steady load; friction settles within g / sigma0 of sliding: 1 um with mu = 0.1 and sigma0 = 1e5 1/m, which "
-        "is stiff; what the bristles store counts as rubbed off until they give it back.",
+        "lugre, whose a is 1 throughout, creeps.  Else as lugre: z begins at 0 with every contact; left out, "
+        "damping_velocity is 4 sqrt(2 e) mu / sigma1, with which the bristles never drive under a steady load; "
+        "friction settles within g / sigma0 of sliding: 1 um with mu = 0.1 and sigma0 = 1e5 1/m, which is stiff; what "
+        "the bristles store counts as rubbed off until they give it back.",
         orders=(KINETIC_FIRST,),
     ),
     (ElastoPlastic,),

@@ -194,11 +194,12 @@ enter(
         notes="What comes back falls with the speed: nothing is lost up to 1.48 w_c.  Three pieces are published, F / "
         "F_elastic = 1.03 x^-0.075 for x = 1 to 6, 1.40 x^-0.237 to 110 and full plasticity, 2 pi R pen H, beyond.  "
         "They do not meet; here the least of them and Hertz's force acts, which is continuous: at most 3 % below the "
-        "first piece, up to x = 1.48, 2 % below the second, up to 6.7, and 8 % below the third, up to some 150.  The "
-        "published area, 0.93 x^0.136 of Hertz's up to 6 and 0.94 x^0.146 beyond, is the latter throughout, within 3 "
-        "%.  Made for a sphere and a rigid flat; nu is the bearing's.  pen_m is forgotten when the surfaces part: the "
-        "next contact meets a fresh surface.  Within a contact pen < pen_p counts as contact without force, each entry "
-        "into it as a clip.",
+        "first piece, up to x = 1.48, 2 % below the second, up to 6.7, and 8 % below the third, up to some 150 (nu = "
+        "0.3).  The published area, 0.93 x^0.136 of Hertz's up to 6 and 0.94 x^0.146 beyond, is the latter throughout, "
+        "within 3 %.  Made for a sphere and a rigid flat; nu is the bearing's.  In a close socket R and with it w_c "
+        "are large: where the derived contact.yield_depth passes the clearance nothing yields.  pen_m is forgotten "
+        "when the surfaces part: the next contact meets a fresh surface.  Within a contact pen < pen_p counts as "
+        "contact without force, each entry into it as a clip.",
     ),
     (YieldingSphere,),
     lambda joint: YieldingSphere(yield_depth(joint), 3.0 / _hardness_factor(joint)),
