@@ -12,12 +12,14 @@ run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
 	$(BIN)/clearsweep report results/slider-crank-clearance
 
+# In two processes, a file of tests in one of them, so that what a file compiles is compiled once.
+SPREAD := --numprocesses 2 --dist loadfile
 test: $(READY) lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(SPREAD)
 
 # Leaves out what starts processes or a browser, compiles or integrates for long: `make test` before a commit.
 test-quick: $(READY) lint
-	$(BIN)/python -m pytest -m "not slow and not plain and not heavy"
+	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not plain and not heavy"
 
 # The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
 PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain direction dual elastic_laws event_search friction_laws \
