@@ -30,6 +30,10 @@ class DirectoryError(ClearsweepError, FileExistsError):
     exit_code = 2
 
 
+class DamagedError(DirectoryError):
+    """A file of a run that is not what was written; the message says what restores it."""
+
+
 class StorageError(ClearsweepError, OSError):
     """Writing results failed while a run was under way; what was committed before is unharmed."""
 

@@ -1,7 +1,6 @@
 """Shards of a grid run apart and, joined, are what one run would have left."""
 
 import functools
-import json
 import os
 import shutil
 from pathlib import Path
@@ -14,6 +13,7 @@ from click.testing import CliRunner
 from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid
 from fake_sweeps import merge, sweep
 from ruamel.yaml import YAML
+from test_store import edit_record
 from test_sweep import quiet, same_results
 
 from clearsweep import cli
@@ -66,7 +66,7 @@ def test_joined_shards_are_the_whole_run_row_for_row_and_value_for_value(pieces,
 
 
 def test_joining_where_links_are_not_possible_copies(pieces, tmp_path, monkeypatch):
-    def refuse(*_):
+    def refuse(*_, **__):
         raise OSError(18, "Invalid cross-device link")
 
     monkeypatch.setattr(os, "link", refuse)
@@ -140,9 +140,7 @@ def test_runs_of_another_grid_are_refused_with_the_keys_that_differ(pieces, tmp_
 @pytest.mark.parametrize("key", ["model_version", "schema"])
 def test_runs_of_another_version_are_refused(pieces, tmp_path, key):
     places = copies(pieces, tmp_path)
-    record = json.loads((places[2] / "run.json").read_text())
-    record["frame"][key] = "0"
-    (places[2] / "run.json").write_text(json.dumps(record))
+    edit_record(places[2], **{key: "0"})
     with pytest.raises(DirectoryError, match=key):
         merge(places, tmp_path / "all")
 

@@ -19,6 +19,7 @@ from clearsweep import grid as grids
 from clearsweep import results, store
 from clearsweep.errors import DirectoryError, InputError, StorageError
 from clearsweep.store import assemble, durable
+from clearsweep.store.record import checksum_of
 
 
 def loaded(source):
@@ -35,8 +36,17 @@ def filled(directory, held_grid, batches):
         for number, indices in enumerate(batches):
             store.commit(directory, store.Form.of(held_grid), f"{number:016x}", rows_of(held_grid, indices))
         held.recover()
-        store.merge(held, store.Form.of(held_grid), held.rows())
+        merged = store.merge(held, store.Form.of(held_grid), held.rows())
+        held.write_record(held_grid, merged=merged)
     return store.open(directory)
+
+
+def edit_record(directory, **changes):
+    """Change values in the frame of a run.json as another version would have written them, its checksum too."""
+    record = json.loads((directory / "run.json").read_text())
+    record["frame"] |= changes
+    record["checksum"] = checksum_of(record)
+    (directory / "run.json").write_text(json.dumps(record))
 
 
 @pytest.fixture
@@ -235,7 +245,9 @@ def test_a_damaged_batch_is_found_named_and_forgotten(mixed, folder, harm):
     else:
         assert len(damage) == 1
         assert f"{folder}/{victim.name}" in damage[0]
-    assert len(list((run.directory / "shards").iterdir())) == len(list((run.directory / "parts").iterdir())) == 2
+    assert len(list(run.directory.glob("shards/*.h5"))) == len(list(run.directory.glob("parts/*.parquet"))) == 2
+    kept = [victim.parent / f"{victim.name}.damaged"] if harm != "remove" else []
+    assert list(run.directory.glob("*/*.damaged")) == kept
 
 
 def test_a_second_holder_of_the_directory_is_refused(tmp_path):
@@ -275,9 +287,7 @@ def test_a_larger_grid_fits_the_same_directory(mixed):
 
 def test_results_of_another_model_version_are_refused(mixed):
     held_grid, run = mixed
-    record = json.loads((run.directory / "run.json").read_text())
-    record["frame"]["model_version"] = "0"
-    (run.directory / "run.json").write_text(json.dumps(record))
+    edit_record(run.directory, model_version="0")
     with pytest.raises(DirectoryError, match="model_version"):
         store.RunDirectory(run.directory).check(held_grid)
 
@@ -319,9 +329,10 @@ def test_a_full_disk_is_a_storage_error_that_names_the_file(tmp_path, monkeypatc
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(durable.os, "fsync", full)
-    with pytest.raises(StorageError, match=r"batch\.h5.*No space left.*unharmed"):
-        durable.write(tmp_path / "batch.h5", b"", tmp_path)
-    assert not (tmp_path / "batch.h5").exists()
+    path = tmp_path / "batch.h5"
+    with pytest.raises(StorageError, match=r"batch\.h5.*No space left.*unharmed"), durable.storing(path):
+        durable.replace(path, b"", tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_file_is_on_the_disk_before_its_name_is_and_the_name_before_anything_follows(tmp_path, monkeypatch):
@@ -336,16 +347,17 @@ def test_a_file_is_on_the_disk_before_its_name_is_and_the_name_before_anything_f
 
     seen("fsync", os.fsync, lambda handle: (Path(os.readlink(f"/proc/self/fd/{handle}")).name,))
     seen("replace", os.replace, lambda source, target: (Path(source).name, Path(target).name))
+    monkeypatch.setattr(durable.secrets, "token_hex", lambda size: "ab" * size)
     (tmp_path / "tmp").mkdir()
     (tmp_path / "parts").mkdir()
-    durable.write(tmp_path / "parts" / "a", b"content", tmp_path / "tmp")
-    scratch = f"a.{os.getpid()}"
+    durable.replace(tmp_path / "parts" / "a", b"content", tmp_path / "tmp")
+    scratch = f".clearsweep-{'ab' * 8}.part"
     assert done == [("fsync", scratch), ("replace", scratch, "a"), ("fsync", "parts")]
 
 
 def test_a_batch_is_committed_after_its_histories(tmp_path, monkeypatch):
     written = []
-    monkeypatch.setattr(durable, "write", lambda path, content, scratch: written.append(path.parent.name))
+    monkeypatch.setattr(durable, "replace", lambda path, content, scratch: written.append(path.parent.name))
     held_grid = loaded(grid(2, wear=True))
     store.commit(tmp_path, store.Form.of(held_grid), "0" * 16, rows_of(held_grid, [0, 1]))
     assert written == ["shards", "parts"]

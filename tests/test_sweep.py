@@ -249,7 +249,7 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
     process.communicate(timeout=20)
 
 
-@pytest.mark.parametrize(("limit", "fails"), [(2000, r"tmp|parts|shards"), (190_000, "writing failed")])
+@pytest.mark.parametrize(("limit", "fails"), [(2000, r"tmp|parts|shards"), (150_000, "writing failed")])
 def test_storage_that_fails_stops_the_run_and_harms_nothing(tmp_path, limit, fails):
     """`limit`: bytes that a file may have; no batch fits any more, or every batch but not the merged histories."""
     small, source = (

@@ -27,7 +27,7 @@ from .resolve import case_of
 from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 50 us each, 17 minutes
 
 Value = Any  # of a key: a number in SI, a word, True for a flag

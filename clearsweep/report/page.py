@@ -1,13 +1,12 @@
 """The report: one HTML file that carries all it shows and asks nothing of the network, and its tables as CSV."""
 
 import itertools
-import os
 from pathlib import Path
 
 import jinja2
 from markupsafe import Markup
 
-from ..store import StoredRun
+from ..store import StoredRun, durable
 from . import sections
 from .picture import Picture, svg
 from .section import Block
@@ -16,6 +15,7 @@ from .study import Study, prepare
 
 def write(run: StoredRun, out: Path) -> Path:
     """Write the report of a run as one self-contained HTML file; the same run gives the same bytes."""
+    durable.check_regular(out)  # before the work
     return save(render(prepare(run)), out)
 
 
@@ -59,9 +59,7 @@ def fill(template: str, **content: object) -> str:
 def save(text: str, out: Path) -> Path:
     """Write a page so that it is either all there or not at all; return its path."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    temporary = out.with_name(f".{out.name}.part")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, out)
+    durable.replace(out, text.encode())
     return out
 
 

@@ -1,5 +1,6 @@
 """One case, simulated again and drawn: orbit, force, output, drive and contact onsets."""
 
+import io
 from pathlib import Path
 
 import pandas as pd
@@ -10,7 +11,7 @@ from .. import simulation, wording
 from ..case import Case
 from ..errors import InputError
 from ..results import Trajectory
-from ..store import StoredRun
+from ..store import StoredRun, durable
 from . import motion, page
 from .picture import STYLE, Picture
 from .study import Study, prepare, resolved
@@ -24,6 +25,7 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     """Simulate a case of a run again and draw it, as HTML, PNG or SVG by the ending of `out`; return `out`."""
     if out.suffix.lower() not in ENDINGS:
         raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
+    durable.check_regular(out)
     study = prepare(run)
     if case_id not in study.cases.index and case_id not in study.failed.index:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
@@ -79,9 +81,7 @@ def _sheet(pictures: list[Picture], title: str, out: Path) -> Path:
             ax.set_title(picture.title, fontsize=9, pad=22)
         for ax in axes[len(pictures) :]:
             ax.set_visible(False)
-        temporary = out.with_name(f".{out.name}.part")
-        figure.savefig(
-            temporary, format=out.suffix[1:].lower(), metadata={"Date": None} if out.suffix.lower() == ".svg" else None
-        )
-        temporary.replace(out)
+        kind, sheet = out.suffix[1:].lower(), io.BytesIO()
+        figure.savefig(sheet, format=kind, metadata={"Date": None} if kind == "svg" else None)
+    durable.replace(out, sheet.getvalue())
     return out

@@ -1,12 +1,14 @@
 """A table of the report: its columns and rows in SI for the CSV file, and as text with units for the page."""
 
 import csv
+import io
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 
 from .. import wording
+from ..store import durable
 from .study import Axis
 
 SHOWN = 50  # rows of a table on the page; the CSV has all
@@ -69,10 +71,11 @@ class Table(NamedTuple):
     def write(self, directory: Path) -> Path:
         """Write the table as CSV, in SI with the unit in the head, into a directory; return the file."""
         file = directory / f"{self.key}.csv"
-        with file.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            writer.writerow([_head(column) for column in self.columns])
-            writer.writerows([[_plain(value) for value in row] for row in self.rows])
+        text = io.StringIO(newline="")
+        writer = csv.writer(text)
+        writer.writerow([_head(column) for column in self.columns])
+        writer.writerows([[_plain(value) for value in row] for row in self.rows])
+        durable.replace(file, text.getvalue().encode())
         return file
 
 

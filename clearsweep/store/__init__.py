@@ -7,10 +7,12 @@ import pyarrow
 from .assemble import merge
 from .batch import Axis, Form, Row
 from .compare import difference
-from .directory import RunDirectory, commit, id_text, now, read_record
-from .read import StoredRun, newest
+from .directory import SCRATCH, RunDirectory, commit, id_text
+from .read import StoredRun, newest, verify
+from .record import now, read_record
 
 __all__ = [
+    "SCRATCH",
     "Axis",
     "Form",
     "Row",
@@ -25,6 +27,7 @@ __all__ = [
     "open",
     "read_record",
     "use_one_thread",
+    "verify",
 ]
 
 

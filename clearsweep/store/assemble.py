@@ -1,12 +1,14 @@
 """Merges: the batches of a run become `orbits.h5` and `summary.parquet`, in case_id order, in bounded memory."""
 
+import contextlib
 import hashlib
 import os
+import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, BinaryIO, Self
 
 import h5py
 import numpy as np
@@ -27,34 +29,45 @@ from .batch import (
     read_summary,
     summary_schema,
 )
-from .directory import RunDirectory, id_text, read_record
+from .directory import FINAL_FILES, RunDirectory, id_text
+from .record import read_record
 
 GROUP_ROWS = 4096  # rows of the summary held in memory at a time
 CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
 CHUNKS_AT_ONCE = 32  # pieces compressed side by side before they are written
 OPEN_FILES = 128  # of batches, open at a time
 COMPRESSORS = min(4, os.cpu_count() or 1)  # threads; more would wait for the writing
+FORMAT = ("v110", "v110")  # of HDF5: the first in which all that is not data has checksums, too
 
 
-ORBITS_FILE, SUMMARY_FILE = "orbits.h5", "summary.parquet"
-
-
-def merge(run: RunDirectory, form: Form, rows: np.ndarray) -> dict[str, str]:
+def merge(
+    run: RunDirectory, form: Form, rows: np.ndarray, *, say: Callable[[str], None] = lambda _: None
+) -> dict[str, str]:
     """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless they do.
 
     Return what tells the next run whether they are still what they should be: the mark of their content, checksums.
+    `say` is given a sentence for each that is not.
     """
     mark = _mark(run, form, rows)
     known: dict[str, str] = read_record(run.path).get("merged", {})
-    if known.get("mark") == mark and known == _merged(run, mark):
-        return known
+    if known.get("mark") == mark:
+        found = _merged(run, mark)
+        if found == known:
+            return known
+        for name in sorted(known):
+            if found.get(name) != known[name]:
+                state = "damaged (its checksum is not that in run.json)" if name in found else "missing"
+                say(f"{name}: {state}; made anew of the batches")
     with durable.storing(run.path):
-        _write_orbits(run.scratch / ORBITS_FILE, run, form, rows, mark)
-        _write_summary(run.scratch / SUMMARY_FILE, run, form, rows, mark)
-        for name in (ORBITS_FILE, SUMMARY_FILE):
-            durable.sync(run.scratch / name)
-        for name in (ORBITS_FILE, SUMMARY_FILE):
-            durable.publish(run.scratch / name, run.path / name)
+        with contextlib.ExitStack() as finished:
+            summary, orbits = (
+                finished.enter_context(durable.publishing(run.path / name, run.scratch)) for name in FINAL_FILES
+            )
+            _write_orbits(orbits, run, form, rows, mark)
+            _write_summary(summary, run, form, rows, mark)
+            for path in (summary, orbits):
+                durable.sync(path)
+        durable.sync(run.path)
         return _merged(run, mark)
 
 
@@ -66,13 +79,16 @@ def _mark(run: RunDirectory, form: Form, rows: np.ndarray) -> str:
 
 
 def _merged(run: RunDirectory, mark: str) -> dict[str, str]:
-    paths = [run.path / name for name in (ORBITS_FILE, SUMMARY_FILE)]
+    paths = [run.path / name for name in FINAL_FILES]
     return {"mark": mark} | {path.name: durable.checksum(path) for path in paths if path.exists()}
 
 
 def _write_summary(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, mark: str) -> None:
     schema = summary_schema(form).with_metadata({"clearsweep": mark})
-    with pq.ParquetWriter(path, schema) as writer:
+    with (
+        os.fdopen(durable.create(path), "wb") as file,
+        pq.ParquetWriter(file, schema, write_page_checksum=True) as writer,
+    ):
         for start in range(0, len(rows), GROUP_ROWS):
             writer.write_table(summary_group(run, schema, rows[start : start + GROUP_ROWS]))
 
@@ -98,6 +114,7 @@ class _OrbitFile:
 
     def __init__(self, path: Path, form: Form):
         self.path = path
+        durable.check_regular(path)
         with h5py.File(path, "r") as file:
             self.starts = {each: file[dataset.path][:] for each, dataset in offsets_of(form).items()}
             self.places = {dataset.path: file[dataset.path].id.get_offset() for dataset in datasets(form)}
@@ -110,14 +127,14 @@ class OrbitFiles:
         self.files = {
             number: _OrbitFile(batch.orbits, form) for number, batch in enumerate(run.batches) if batch.orbits
         }
-        self.handles: dict[int, int] = {}  # number of a batch -> file descriptor
+        self.handles: dict[int, BinaryIO] = {}  # by number of a batch
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         for handle in self.handles.values():
-            os.close(handle)
+            handle.close()
 
     def extents(self, each: str, width: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return first value and number of values of every case, both int64, counted in its own batch's dataset."""
@@ -136,19 +153,24 @@ class OrbitFiles:
             return b""  # a dataset without values has no place in the file
         if number not in self.handles:
             if len(self.handles) >= OPEN_FILES:
-                os.close(self.handles.pop(next(iter(self.handles))))
-            self.handles[number] = os.open(self.files[number].path, os.O_RDONLY)
-        size = dataset.dtype.itemsize
-        return os.pread(self.handles[number], count * size, self.files[number].places[dataset.path] + first * size)
+                self.handles.pop(next(iter(self.handles))).close()
+            self.handles[number] = durable.opened(self.files[number].path)
+        size, handle = dataset.dtype.itemsize, self.handles[number].fileno()
+        return os.pread(handle, count * size, self.files[number].places[dataset.path] + first * size)
 
 
 def _write_orbits(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, mark: str) -> None:
-    with h5py.File(path, "w") as file, OrbitFiles(run, form) as orbits, ThreadPoolExecutor(COMPRESSORS) as threads:
+    with (
+        h5py.File(path, "x", libver=FORMAT) as file,
+        OrbitFiles(run, form) as orbits,
+        ThreadPoolExecutor(COMPRESSORS) as threads,
+    ):
         file.attrs["clearsweep"] = mark
-        put(file, CASE_ID, np.array([id_text(value).encode() for value in rows["id"]], CASE_ID.dtype))
+        ids = np.array([id_text(value).encode() for value in rows["id"]], CASE_ID.dtype)
+        put(file, CASE_ID, ids, fletcher32=len(ids) > 0)
         for each, dataset in offsets_of(form).items():
             _, count = orbits.extents(each, 1, rows)
-            put(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"))
+            put(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
         for dataset in datasets(form):
             first, count = orbits.extents(dataset.each, dataset.width, rows)
             _write_dataset(file, dataset, _pieces(orbits, dataset, rows["batch"], first, count), count.sum(), threads)
@@ -166,7 +188,7 @@ def _pieces(
 def _write_dataset(
     file: h5py.File, dataset: Dataset, pieces: Iterator[bytes], values: int, threads: ThreadPoolExecutor
 ) -> None:
-    """Write the pieces one after another, shuffled and deflated in threads: zlib in h5py would use one core."""
+    """Write the pieces one after another, each with a checksum, filtered in threads: h5py would use one core."""
     items = int(values) // dataset.width
     shape = (items,) if dataset.each != CASE else (items, dataset.width)
     rows = max(1, min(items, CHUNK_VALUES // dataset.width))
@@ -175,13 +197,14 @@ def _write_dataset(
         "shuffle": True,
         "compression": "gzip",
         "compression_opts": 1,
+        "fletcher32": True,
     }
     target = file.create_dataset(dataset.path, shape, dataset.dtype, **(squeeze if items else {}))
     describe(target, dataset)
     size = dataset.dtype.itemsize
     place, chunks = 0, _rechunked(pieces, rows * dataset.width * size)
     while batch := [chunk for _, chunk in zip(range(CHUNKS_AT_ONCE), chunks, strict=False)]:
-        for content in threads.map(lambda chunk: _deflated(chunk, size), batch):
+        for content in threads.map(lambda chunk: _filtered(chunk, size), batch):
             target.id.write_direct_chunk((place, *(0 for _ in shape[1:])), content)
             place += rows
 
@@ -198,6 +221,22 @@ def _rechunked(pieces: Iterator[bytes], size: int) -> Iterator[bytes]:
         yield bytes(chunk.ljust(size, b"\0"))
 
 
-def _deflated(chunk: bytes, size: int) -> bytes:
-    """Return a chunk as HDF5's shuffle and deflate filters would run it; `size`: bytes of one value."""
-    return zlib.compress(np.frombuffer(chunk, "u1").reshape(-1, size).T.tobytes(), 1)
+def _filtered(chunk: bytes, size: int) -> bytes:
+    """Return a chunk as HDF5's shuffle, deflate and checksum filters would leave it; `size`: bytes of one value."""
+    content = zlib.compress(np.frombuffer(chunk, "u1").reshape(-1, size).T.tobytes(), 1)
+    return content + struct.pack("<I", fletcher32(content))
+
+
+def fletcher32(content: bytes) -> int:
+    """Return the checksum of HDF5's filter: Fletcher's (1982) two sums of big-endian words, modulo 65535.
+
+    A multiple of 65535 counts as 65535, unless all words are zero: HDF5 brings the carry round.
+    """
+    count = -(-len(content) // 2)
+    words = np.frombuffer(content + b"\0" * (-len(content) % 512), ">u2").reshape(-1, 256).astype("u4")
+    rows, columns = words.sum(axis=1, dtype="u8"), words.sum(axis=0, dtype="u8")
+    total = int(rows.sum())
+    before = 256 * int(rows @ np.arange(len(rows), dtype="u8")) + int(columns @ np.arange(256, dtype="u8"))
+    # the second sum adds up the first as it grows: word i is in it count - i times
+    first, second = ((value - 1) % 65535 + 1 if value else 0 for value in (total, count * total - before))
+    return second << 16 | first

@@ -1,8 +1,12 @@
 """The form of what is stored: columns of the summary, datasets of the orbits, and the two files of a batch of cases."""
 
+import contextlib
+import hashlib
 import io
 import json
 import math
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,10 +18,13 @@ import pyarrow.parquet as pq
 from .. import results
 from ..grid import Grid
 from ..layout import Column, Layout
+from . import durable
 
 ID_LENGTH = 16  # hexadecimal characters of a case_id
 CASE, SAMPLE, EVENT = "case", "sample", "event"
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names are older than what they are called
+HASH_LENGTH = 16  # hexadecimal characters of a checksum in a name
+_NAME = re.compile(r"[0-9a-f]{16}-([0-9a-f]{16})\.(h5|parquet)")
 
 
 class Axis(NamedTuple):
@@ -34,6 +41,7 @@ class Form(NamedTuple):
     layout: Layout
     axes: tuple[Axis, ...]
     histories: bool  # False: neither samples nor events are stored
+    frame: str  # hash of all that the cases of a run share
 
     @classmethod
     def of(cls, grid: Grid) -> "Form":
@@ -42,7 +50,10 @@ class Form(NamedTuple):
             Axis(path, grid.unit(path), all(isinstance(value, str) for value in values))
             for path, values in grid.axes.items()
         )
-        return cls(grid.layout, axes, grid.frame().get("save.orbits") != "none")
+        frame = grid.frame()
+        text = json.dumps(frame, default=lambda value: value.item())
+        text = json.dumps(json.loads(text, parse_int=float), sort_keys=True)  # 1 and 1.0 are one value
+        return cls(grid.layout, axes, frame.get("save.orbits") != "none", hashlib.sha256(text.encode()).hexdigest())
 
 
 class Row(NamedTuple):
@@ -232,7 +243,7 @@ def summary_bytes(form: Form, rows: list[Row], facts: dict) -> bytes:
     table = summary_table(form, rows)
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
     sink = io.BytesIO()
-    pq.write_table(table, sink)
+    pq.write_table(table, sink, write_page_checksum=True)
     return sink.getvalue()
 
 
@@ -243,6 +254,7 @@ class BatchFiles(NamedTuple):
     orbits: Path | None  # HDF5; None where nothing is kept
     sha256: str  # of `orbits`
     written: int  # ns since 1970
+    frame: str  # `Form.frame` of its cases
 
     @property
     def name(self) -> str:
@@ -250,14 +262,32 @@ class BatchFiles(NamedTuple):
         return self.summary.name
 
 
+def file_name(batch: str, content: bytes, ending: str) -> str:
+    """Return the name of a file of a batch, in which there is a hash of its content."""
+    return f"{batch}-{hashlib.sha256(content).hexdigest()[:HASH_LENGTH]}.{ending}"
+
+
+def named_hash(path: Path) -> str | None:
+    """Return the hash in the name of a file of a batch, None for a file that has no such name."""
+    match = _NAME.fullmatch(path.name)
+    return match and match.group(1)
+
+
 def batch_files(path: Path, content: bytes) -> BatchFiles:
     """Return the files of the batch whose summary, at `path`, has this content."""
     facts = json.loads(pq.read_metadata(pa.BufferReader(content)).metadata[b"clearsweep"])
     orbits = None if facts["shard"] is None else path.parent.parent / ORBITS / facts["shard"]
-    return BatchFiles(path, orbits, facts["sha256"], facts["written"])
+    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts.get("frame", ""))
 
 
 def read_summary(path: Path, columns: list[str]) -> pa.Table:
     """Return columns of the summary of a batch."""
-    with pq.ParquetFile(path) as file:  # lighter than pq.read_table, which loads the machinery for data sets
+    with open_table(path) as file:
         return file.read(columns, use_threads=False)
+
+
+@contextlib.contextmanager
+def open_table(path: Path) -> Iterator[pq.ParquetFile]:
+    """Yield a Parquet file whose pages are checked as they are read; lighter than pq.read_table, too."""
+    with durable.opened(path) as file, pq.ParquetFile(file, page_checksum_verification=True) as table:
+        yield table

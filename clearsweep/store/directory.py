@@ -1,27 +1,24 @@
 """The directory of one run: whose it is, who works in it, and which cases it holds."""
 
 import contextlib
-import datetime
 import fcntl
 import hashlib
 import json
 import os
 import platform
-import shutil
+import re
 import time
 from collections.abc import Iterator
-from importlib import metadata
 from pathlib import Path
-from typing import Any, Self, TextIO
+from typing import Any, BinaryIO, Self
 
 import numpy as np
 
-import clearsweep
-
-from ..errors import DirectoryError
+from ..errors import DamagedError, DirectoryError
 from ..grid import Grid
 from . import durable
 from .batch import (
+    HASH_LENGTH,
     ID_LENGTH,
     ORBITS,
     SUMMARIES,
@@ -30,13 +27,19 @@ from .batch import (
     Row,
     batch_files,
     datasets,
+    file_name,
+    named_hash,
     orbits_bytes,
     read_summary,
     summary_bytes,
 )
+from .record import RECORD_FILE, now, plain, read_record, record_bytes
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
-_OWN_NAMES = {"lock", "tmp", ORBITS, SUMMARIES}  # what may be there before run.json is
+LOCK, SCRATCH = "lock", "tmp"
+FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
+_OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # what may be there before run.json is
+_HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # what a lock says
 
 
 class RunDirectory:
@@ -45,26 +48,55 @@ class RunDirectory:
     def __init__(self, path: str | Path):
         self.path = Path(path)
         self.orbits, self.summaries = self.path / ORBITS, self.path / SUMMARIES
-        self.scratch = self.path / "tmp"
-        self.record = self.path / "run.json"
+        self.scratch = self.path / SCRATCH
+        self.record = self.path / RECORD_FILE
         self.batches: list[BatchFiles] = []  # those that were looked at, adopted or taken over
+        self.others: list[BatchFiles] = []  # those of another grid
+        self.frame: str | None = None  # `Form.frame` of the batches that count; None: of all
+        self.lost: str | None = None  # what is wrong with run.json, where the batches say all that it did
 
     def check(self, grid: Grid) -> None:
         """Raise DirectoryError where the directory cannot take the results of `grid`; nothing is changed."""
-        if not self.path.exists():
+        self.frame, self.lost = Form.of(grid).frame, None
+        try:
+            if not self.path.exists():
+                return
+            if not self.path.is_dir():
+                raise DirectoryError(f"{self.path}: is a file, not a directory; choose another directory with --out")
+            self._check_strangers()
+        except DirectoryError:
+            raise
+        except OSError as error:
+            raise self._not_writable(error) from error
+        try:
+            present = read_record(self.path)["frame"] if self.record.exists() else None
+        except DamagedError as error:
+            self.look()
+            if not self.batches:
+                raise
+            self.lost = str(error)
             return
-        if not self.path.is_dir():
-            raise DirectoryError(f"{self.path}: is a file, not a directory; choose another directory with --out")
-        if not self.record.exists():
-            strangers = sorted({entry.name for entry in self.path.iterdir()} - _OWN_NAMES)
-            strangers += [f"{SUMMARIES}/{path.name}" for path in self.summaries.glob("*")]  # of a lost run.json
-            if strangers:
-                raise DirectoryError(
-                    f"{self.path}: holds other files ({', '.join(strangers[:3])}) and no "
-                    "run.json; choose an empty or new directory with --out"
-                )
+        if present is not None:
+            self._compare(present, plain(grid.frame()))
+
+    def _check_strangers(self) -> None:
+        """Raise DirectoryError where a link, a pipe or the like has the name of a file of the run, or a file is not."""
+        for name in (RECORD_FILE, LOCK, *FINAL_FILES):
+            durable.check_regular(self.path / name)
+        if self.record.exists():
             return
-        present, wanted = read_record(self.path).get("frame", {}), _plain(grid.frame())
+        strangers = sorted({entry.name for entry in self.path.iterdir()} - _OWN_NAMES)
+        strangers += [f"{SUMMARIES}/{path.name}" for path in self.summaries.glob("*")]  # of a lost run.json
+        strangers += [f"{ORBITS}/{path.name}" for path in self.orbits.glob("*") if not named_hash(path)]
+        strangers += [f"{SCRATCH}/{name}" for name in durable.strangers(self.scratch)]
+        if strangers:
+            raise DirectoryError(
+                f"{self.path}: holds other files ({', '.join(strangers[:3])}) and no "
+                "run.json; choose an empty or new directory with --out"
+            )
+
+    def _compare(self, present: dict[str, Any], wanted: dict[str, Any]) -> None:
+        """Raise DirectoryError where the frame of the directory is not that of the grid."""
         differing = [path for path in sorted({*present, *wanted}) if present.get(path) != wanted.get(path)]
         if differing:
             lines = "".join(
@@ -77,100 +109,115 @@ class RunDirectory:
             )
 
     @contextlib.contextmanager
-    def open_for(self, grid: Grid) -> Iterator[Self]:
-        """Create the directory where it is missing and hold its lock; a second holder is refused."""
+    def open_for(self, grid: Grid, **facts: Any) -> Iterator[Self]:
+        """Create the directory where it is missing and hold its lock; a second holder is refused.
+
+        A new run.json holds `facts`.
+        """
         self.check(grid)
         with contextlib.ExitStack() as at_end:
             try:
-                for folder in (self.path, self.orbits, self.summaries):
-                    folder.mkdir(parents=True, exist_ok=True)
-                self._lock(at_end.enter_context(open(self.path / "lock", "a+", encoding="utf-8")))
-                shutil.rmtree(self.scratch, ignore_errors=True)
-                self.scratch.mkdir(exist_ok=True)
-                (self.scratch / "probe").write_bytes(b"x")
-                at_end.callback(shutil.rmtree, self.scratch, ignore_errors=True)
+                self.path.mkdir(parents=True, exist_ok=True)
+                for folder in (self.orbits, self.summaries, self.scratch):
+                    durable.make_folder(folder)
+                self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
+                at_end.callback(durable.clear, self.scratch, remove=True)
+                durable.clear(self.scratch)
+                durable.probe(self.scratch)
             except DirectoryError:
                 raise
             except OSError as error:
-                raise DirectoryError(
-                    f"{self.path}: cannot be written ({error.strerror}); choose another directory with --out"
-                ) from error
+                raise self._not_writable(error) from error
             self.check(grid)  # again, now that nobody else can change it
-            if not self.record.exists():
-                self.write_record(grid, start=now(), end=None)
+            if self.lost or not self.record.exists():
+                self.write_record(grid, start=now(), end=None, **facts)
             yield self
 
-    def _lock(self, lock: TextIO) -> None:
+    def _not_writable(self, error: OSError) -> DirectoryError:
+        return DirectoryError(f"{self.path}: cannot be written ({error.strerror}); choose another directory with --out")
+
+    def _lock(self, lock: BinaryIO) -> None:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            lock.seek(0)
-            holder = lock.read().strip() or "unknown"
             raise DirectoryError(
-                f"{self.path}: another run works here ({holder}); wait for it, stop it, or "
+                f"{self.path}: another run works here ({_holder(lock)}); wait for it, stop it, or "
                 "choose another directory with --out"
             ) from None
+        if not _HOLDER.fullmatch(lock.read(1000)):
+            raise DirectoryError(f"{self.path / LOCK}: is no lock of a run; move it away or choose another directory")
         lock.truncate(0)
-        lock.write(f"process {os.getpid()} on {platform.node()} since {now()}")
-        lock.flush()
+        lock.seek(0)
+        lock.write(f"process {os.getpid()} on {platform.node()} since {now()}".encode())
+
+    def holder(self) -> str | None:
+        """Return who works in the directory, None where nobody does."""
+        with contextlib.suppress(FileNotFoundError), durable.opened(self.path / LOCK) as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return _holder(lock)
+        return None
 
     def write_record(self, grid: Grid, **facts: Any) -> None:
         """Write run.json: the resolved grid, versions, machine and `facts` (start, end, counts and the like)."""
-        written = grid.resolved()
-        record = {
-            **written,
-            "keys": list(written),
-            "source": grid.source,
-            "layout": grid.layout.written(),
-            "frame": grid.frame(),
-            "model_version": clearsweep.MODEL_VERSION,
-            "units": {path: grid.unit(path) for path in grid.axes},
-            "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
-            "versions": _versions(),
-            "machine": _machine(),
-            **facts,
-        }
-        durable.write(self.record, json.dumps(_plain(record), indent=2).encode(), self.scratch)
+        with durable.storing(self.record):
+            durable.replace(self.record, record_bytes(grid, facts), self.scratch)
 
     def recover(self) -> list[str]:
-        """Take in what is committed and intact; remove what is damaged or left over; return what was damaged."""
-        damage = self.look()
-        for path in damage:
-            path.unlink(missing_ok=True)
-        kept = {batch.orbits for batch in self.batches}
-        for path in self.orbits.iterdir():
-            if path not in kept:
-                path.unlink(missing_ok=True)  # its summary was never written, or is damaged
-        return list(damage.values())
+        """Take in what is committed and intact; return what was damaged, and what becomes of it.
 
-    def look(self) -> dict[Path, str]:
-        """Take in every committed batch whose checksums hold; return summaries that are damaged, and how."""
-        self.batches, damage = [], {}
-        for path in sorted(self.summaries.iterdir()) if self.summaries.exists() else ():
-            if problem := self._admit(path):
+        What a run wrote and nothing needs is removed: its name has its checksum.  What is damaged is kept as *.damaged,
+        and files with names that no run gives are left alone.
+        """
+        told = [f"{self.lost.partition(';')[0]}; restored from the batches"] if self.lost else []
+        damage = self.look()
+        told += [f"{sentence}; its cases run again" for sentence in damage.values()]
+        needed = {batch.orbits for batch in self.batches} | {batch.orbits for batch in self.others}
+        left = [*damage, *(path for path in _of_batches(self.orbits) if path not in needed)]
+        for path in left:
+            if durable.checksum(path)[:HASH_LENGTH] == named_hash(path):
+                durable.discard(path)
+            else:
+                durable.set_aside(path)
+        told += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
+        return told
+
+    def look(self, *, histories: bool = True) -> dict[Path, str]:
+        """Take in every committed batch whose checksums hold; return summaries of those that are damaged, and how.
+
+        Without `histories` their files are not read.
+        """
+        self.batches, self.others, damage = [], [], {}
+        for path in _of_batches(self.summaries):
+            content = durable.read(path)
+            if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != named_hash(path):
+                damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
+                continue
+            batch = batch_files(path, content)
+            if self.frame not in (None, batch.frame):
+                self.others.append(batch)
+            elif histories and (problem := self._flaw(batch)):
                 damage[path] = problem
+            else:
+                self.batches.append(batch)
         return damage
 
-    def _admit(self, path: Path) -> str | None:
-        """Take one committed batch into account, by its summary, or return what is wrong with it."""
-        name = path.relative_to(self.path)
-        content = path.read_bytes()
-        if hashlib.sha256(content).hexdigest()[:16] != path.stem.partition("-")[2]:
-            return f"{name}: damaged (its checksum differs); its cases run again"
-        batch = batch_files(path, content)
-        if batch.orbits is not None:
-            name = batch.orbits.relative_to(self.path)
-            if not batch.orbits.exists():
-                return f"{name}: missing; its cases run again"
-            if durable.checksum(batch.orbits) != batch.sha256:
-                return f"{name}: damaged (its checksum differs); its cases run again"
-        self.batches.append(batch)
-        return None
+    def _flaw(self, batch: BatchFiles) -> str | None:
+        """Return what is wrong with the histories of a batch."""
+        if batch.orbits is None:
+            return None
+        name = batch.orbits.relative_to(self.path)
+        try:
+            good = durable.checksum(batch.orbits) == batch.sha256
+        except FileNotFoundError:
+            return f"{name}: missing"
+        return None if good else f"{name}: damaged (its checksum differs)"
 
     def adopt(self, name: str) -> None:
         """Take a batch into account that was committed during this run, by the name of its summary."""
         path = self.summaries / name
-        self.batches.append(batch_files(path, path.read_bytes()))
+        self.batches.append(batch_files(path, durable.read(path)))
 
     def take(self, other: "RunDirectory") -> None:
         """Take over the batches of another directory, linked or copied; orbits first, for the summaries commit."""
@@ -180,15 +227,16 @@ class RunDirectory:
             (self.orbits, [batch.orbits for batch in new if batch.orbits]),
             (self.summaries, [batch.summary for batch in new]),
         ):
-            for path in files:
-                durable.duplicate(path, folder / path.name, self.scratch)
-            durable.sync(folder)
+            with durable.storing(folder):
+                for path in files:
+                    durable.duplicate(path, folder / path.name, self.scratch)
+                durable.sync(folder)
         for batch in new:
             self.adopt(batch.name)
 
     def committed(self) -> set[str]:
         """Return the names of all batches that are committed by now."""
-        return {path.name.partition("-")[0] for path in self.summaries.iterdir()}
+        return {path.name.partition("-")[0] for path in _of_batches(self.summaries)}
 
     def committed_as(self, batch: str) -> str | None:
         """Return the name of the summary that `batch` committed, None where it committed nothing."""
@@ -218,30 +266,23 @@ class RunDirectory:
 def commit(directory: Path, form: Form, batch: str, rows: list[Row]) -> str:
     """Store one batch for good: its orbits first, then its summary, which is the commit; return the summary's name."""
     run = RunDirectory(directory)
-    facts: dict[str, Any] = {"shard": None, "sha256": "", "written": time.time_ns()}
+    facts: dict[str, Any] = {"shard": None, "sha256": "", "written": time.time_ns(), "frame": form.frame}
     if datasets(form):
         content = orbits_bytes(form, rows)
-        facts |= {"shard": f"{batch}.h5", "sha256": hashlib.sha256(content).hexdigest()}
-        durable.write(run.orbits / f"{batch}.h5", content, run.scratch)
+        name = file_name(batch, content, "h5")
+        facts |= {"shard": name, "sha256": hashlib.sha256(content).hexdigest()}
+        with durable.storing(run.orbits / name):
+            durable.replace(run.orbits / name, content, run.scratch)
     content = summary_bytes(form, rows, facts)
-    name = f"{batch}-{hashlib.sha256(content).hexdigest()[:16]}.parquet"
-    durable.write(run.summaries / name, content, run.scratch)
+    name = file_name(batch, content, "parquet")
+    with durable.storing(run.summaries / name):
+        durable.replace(run.summaries / name, content, run.scratch)
     return name
 
 
-def read_record(directory: Path) -> dict[str, Any]:
-    """Return the content of run.json; raise DirectoryError where there is none or it cannot be read."""
-    path = Path(directory) / "run.json"
-    try:
-        record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return record
-    except FileNotFoundError:
-        raise DirectoryError(
-            f"{directory}: holds no run (there is no run.json in it); "
-            "name a directory that `clearsweep run` has written"
-        ) from None
-    except (OSError, ValueError) as error:
-        raise DirectoryError(f"{path}: cannot be read ({error}); move the directory away and run again") from error
+def _of_batches(folder: Path) -> list[Path]:
+    """Return the files in a folder that have the names of files of batches, in order; others are not a run's."""
+    return sorted(path for path in folder.iterdir() if named_hash(path)) if folder.exists() else []
 
 
 def id_text(value: int) -> str:
@@ -249,32 +290,9 @@ def id_text(value: int) -> str:
     return f"{value:0{ID_LENGTH}x}"
 
 
-def now() -> str:
-    """Return the time in UTC, ISO 8601."""
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-
-
-def _versions() -> dict[str, str]:
-    names = ("numpy", "numba", "scipy", "pandas", "pyarrow", "h5py")
-    return {
-        "clearsweep": clearsweep.__version__,
-        "python": platform.python_version(),
-        **{name: metadata.version(name) for name in names},
-    }
-
-
-def _machine() -> dict[str, Any]:
-    return {
-        "node": platform.node(),
-        "system": platform.platform(),
-        "processor": platform.machine(),
-        "cores": os.cpu_count(),
-    }
-
-
-def _plain(value: Any) -> Any:
-    """Return `value` as JSON would give it back."""
-    return json.loads(json.dumps(value, default=lambda other: other.item()))
+def _holder(lock: BinaryIO) -> str:
+    lock.seek(0)
+    return lock.read(1000).decode(errors="replace").strip() or "unknown"
 
 
 def _show(value: Any) -> str:

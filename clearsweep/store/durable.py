@@ -1,47 +1,180 @@
-"""Files that are there whole or not at all: temporary name, fsync, rename, fsync of the directory."""
+"""The files of a run and beside it: only regular files are opened, and a file is there whole or not at all.
+
+A file is written under a name that nobody can have planted, synced, renamed, and its directory synced.  A link, a pipe,
+a device or a directory where a file should be is refused by its name: it is not followed, waited for or replaced.
+"""
 
 import contextlib
 import hashlib
 import os
+import re
+import secrets
 import shutil
+import stat
 from collections.abc import Iterator
+from io import BufferedReader, FileIO
 from pathlib import Path
 
-from ..errors import StorageError
+from ..errors import ClearsweepError, DirectoryError, StorageError
+
+_KINDS = {
+    stat.S_IFLNK: "a link",
+    stat.S_IFDIR: "a directory",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+_PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note)|stop)")  # names of what a run leaves where it is killed
 
 
-def write(path: Path, content: bytes, scratch: Path) -> None:
-    """Write a file so that after any crash it is there whole or not at all; `scratch` is on the same file system."""
-    temporary = scratch / f"{path.name}.{os.getpid()}"
-    with storing(path):
-        with open(temporary, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        publish(temporary, path)
+def check_regular(path: Path) -> None:
+    """Raise DirectoryError where something else than a regular file has this name; there may be nothing."""
+    with contextlib.suppress(FileNotFoundError):
+        kind = stat.S_IFMT(os.lstat(path).st_mode)
+        if kind != stat.S_IFREG:
+            raise DirectoryError(
+                f"{path}: is {_KINDS.get(kind, 'something else')}, not a file; move it away or choose another place"
+            )
 
 
-def publish(temporary: Path, path: Path) -> None:
-    """Rename a finished, synced file into place and make the rename last."""
-    os.replace(temporary, path)
-    handle = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
+def make_folder(path: Path) -> None:
+    """Make a folder where it is missing; raise DirectoryError where a link or a file has its name."""
+    with contextlib.suppress(FileExistsError):
+        os.mkdir(path)
+    kind = stat.S_IFMT(os.lstat(path).st_mode)
+    if kind != stat.S_IFDIR:
+        raise DirectoryError(
+            f"{path}: is {_KINDS.get(kind, 'a file')}, not a folder; move it away or choose another place with --out"
+        )
+
+
+def opened(path: Path) -> BufferedReader:
+    """Return a regular file, open for reading; anything else is a DirectoryError, nothing a FileNotFoundError."""
+    with _reading(path):
+        return os.fdopen(_handle(path, os.O_RDONLY), "rb")
+
+
+def opened_lock(path: Path) -> FileIO:
+    """Return a regular file, open for reading and writing; it is made where it is missing."""
+    return os.fdopen(_handle(path, os.O_RDWR | os.O_CREAT), "r+b", buffering=0)
+
+
+def _handle(path: Path, flags: int) -> int:
+    check_regular(path)  # before it is opened, for to open a device may do something
+    handle = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)
+        raise DirectoryError(f"{path}: is not a file; move it away or choose another place")
+    return handle
+
+
+def read(path: Path) -> bytes:
+    """Return the content of a regular file; what is not one is refused as by `opened`."""
+    with _reading(path), opened(path) as file:
+        return file.read()
+
+
+def checksum(path: Path) -> str:
+    """Return the SHA-256 of a regular file in hexadecimal."""
+    with _reading(path), opened(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@contextlib.contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (ClearsweepError, FileNotFoundError):
+        raise
+    except OSError as error:
+        raise DirectoryError(
+            f"{path}: cannot be read ({error.strerror or error}); make it readable or move it away"
+        ) from error
+
+
+def create(path: Path) -> int:
+    """Return the descriptor of a new file, open for writing; raise FileExistsError where anything has its name."""
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+
+
+def passing(folder: Path, name: str) -> Path:
+    """Return the path of a file that lives as long as a run at most: its name says that a run has written it."""
+    return folder / f".clearsweep-{name}"
+
+
+@contextlib.contextmanager
+def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
+    """Yield the name under which to create a file, and to sync it; at the end it takes the place of `path`.
+
+    The name is in `scratch`, on the same file system as `path`, or else beside `path`.  The exchange is on the
+    disk only after a `sync` of the directory.
+    """
+    check_regular(path)
+    temporary = passing(scratch or path.parent, f"{secrets.token_hex(8)}.part")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def replace(path: Path, content: bytes, scratch: Path | None = None) -> None:
+    """Write a file so that after any crash `path` is what it was before, or has the new content."""
+    with publishing(path, scratch) as temporary, os.fdopen(create(temporary), "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    sync(path.parent)
 
 
 def duplicate(source: Path, path: Path, scratch: Path) -> None:
     """Make a finished file appear at `path`, too, linked where the file system can, else copied; not yet synced."""
-    with storing(path):
-        temporary = scratch / path.name
-        temporary.unlink(missing_ok=True)
+    with publishing(path, scratch) as temporary:
         try:
-            os.link(source, temporary)
+            os.link(source, temporary, follow_symlinks=False)
         except OSError:
-            shutil.copyfile(source, temporary)
+            with opened(source) as original, os.fdopen(create(temporary), "wb") as file:
+                shutil.copyfileobj(original, file)
             sync(temporary)
-        os.replace(temporary, path)
+
+
+def discard(path: Path) -> None:
+    """Remove a regular file; anything else of that name stays."""
+    with contextlib.suppress(FileNotFoundError):
+        if stat.S_ISREG(os.lstat(path).st_mode):
+            os.unlink(path)
+
+
+def set_aside(path: Path) -> None:
+    """Give a file that is not what was written another name, under which nothing looks for it."""
+    aside = path.with_name(f"{path.name}.damaged")
+    check_regular(aside)
+    os.replace(path, aside)
+
+
+def clear(folder: Path, *, remove: bool = False) -> None:
+    """Remove what runs have left in a folder for passing files; `remove` the folder, too, if nothing else is in it."""
+    with contextlib.suppress(OSError):
+        for name in os.listdir(folder):
+            if _PASSING.fullmatch(name):
+                discard(folder / name)
+        if remove:
+            os.rmdir(folder)
+
+
+def probe(folder: Path) -> None:
+    """Raise OSError where no file can be written in a folder for passing files."""
+    place = passing(folder, f"{secrets.token_hex(8)}.part")
+    with os.fdopen(create(place), "wb") as file:
+        file.write(b"x")
+    discard(place)
+
+
+def strangers(folder: Path) -> list[str]:
+    """Return the names in a folder for passing files that no run has given."""
+    return [name for name in os.listdir(folder) if not _PASSING.fullmatch(name)] if folder.is_dir() else []
 
 
 def sync(path: Path) -> None:
@@ -53,18 +186,12 @@ def sync(path: Path) -> None:
         os.close(handle)
 
 
-def checksum(path: Path) -> str:
-    """Return the SHA-256 of a file in hexadecimal."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 @contextlib.contextmanager
 def storing(path: Path) -> Iterator[None]:
     """Turn an operating system's refusal while writing `path` into a StorageError that says what is safe."""
     try:
         yield
-    except StorageError:
+    except ClearsweepError:
         raise
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as RuntimeError
         number = getattr(error, "errno", None)

@@ -1,6 +1,7 @@
-"""Reads what a run left: its summary, orbits, events and wear."""
+"""Reads what a run left: its summary, orbits, events and wear; what is not as it was written is named."""
 
-from collections.abc import Iterator
+import contextlib
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,11 +11,12 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from .. import results
-from ..errors import DirectoryError, InputError
-from ..grid import SCHEMA_VERSION
+from ..errors import ClearsweepError, DirectoryError, InputError
 from ..layout import Layout
-from .batch import EVENT, SAMPLE
-from .directory import read_record
+from . import durable
+from .batch import EVENT, SAMPLE, open_table
+from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
+from .record import check_form, damaged, read_record
 
 if TYPE_CHECKING:
     import pandas as pd  # loaded only where a frame is made
@@ -39,37 +41,51 @@ class StoredRun:
 
     def _check(self) -> None:
         """Raise DirectoryError where the merged files are missing, damaged, of different runs or of another form."""
-        form = self.grid.get("frame", {}).get("schema")
-        if form != SCHEMA_VERSION:
-            written = self.grid.get("versions", {}).get("clearsweep", "unknown")
-            raise DirectoryError(
-                f"{self.directory}: has form {form} of run directories, written by clearsweep {written}; this version "
-                f"reads form {SCHEMA_VERSION}: run the grid again into another directory, or read it with that version"
-            )
-        try:
-            mark = pq.read_metadata(self.directory / "summary.parquet").metadata[b"clearsweep"].decode()
-            with h5py.File(self.directory / "orbits.h5", "r") as file:
-                matching = file.attrs["clearsweep"] == mark
-        except (OSError, KeyError, TypeError, ValueError) as error:
-            finished = (self.directory / "summary.parquet").exists() and (self.directory / "orbits.h5").exists()
-            state = f"its files are damaged ({error})" if finished else "its run is not finished"
-            raise DirectoryError(
-                f"{self.directory}: {state}; run its grid again, which computes only what is missing"
-            ) from error
+        check_form(self.directory, self.grid)
+        verify(self.directory, self.grid, (SUMMARY_FILE,))
+        with self._orbits() as file:
+            matching = file.attrs["clearsweep"] == self.grid["merged"]["mark"]
         if not matching:
-            raise DirectoryError(
-                f"{self.directory}: summary.parquet and orbits.h5 are of different runs; "
-                "run the grid again, which only merges what is there"
-            )
+            raise damaged(self.directory / ORBITS_FILE, "it is of another run than summary.parquet")
+
+    @contextlib.contextmanager
+    def _orbits(self) -> Iterator[h5py.File]:
+        """Yield orbits.h5, whose parts are checked as they are read; DamagedError where one is not what was written."""
+        path = self.directory / ORBITS_FILE
+        durable.check_regular(path)
+        try:
+            with h5py.File(path, "r") as file:
+                yield file
+        except ClearsweepError:
+            raise
+        except FileNotFoundError:
+            raise _unfinished(path) from None
+        except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # as HDF5 and h5py put it
+            raise damaged(path, str(error)) from error
+
+    @contextlib.contextmanager
+    def _table(self) -> Iterator[pq.ParquetFile]:
+        """Yield summary.parquet, whose pages are checked as they are read; DamagedError as `_orbits`."""
+        path = self.directory / SUMMARY_FILE
+        try:
+            with open_table(path) as table:
+                yield table
+        except ClearsweepError:
+            raise
+        except FileNotFoundError:
+            raise _unfinished(path) from None
+        except (OSError, ValueError) as error:  # as Arrow puts it
+            raise damaged(path, str(error)) from error
 
     @cached_property
     def _places(self) -> dict[str, int]:
         """Return the row of every case."""
-        with h5py.File(self.directory / "orbits.h5", "r") as file:
+        with self._orbits() as file:
             return {case_id.decode(): row for row, case_id in enumerate(file["case_id"][:])}
 
     def __len__(self) -> int:
-        return int(pq.read_metadata(self.directory / "summary.parquet").num_rows)
+        with self._table() as file:
+            return int(file.metadata.num_rows)
 
     def __repr__(self) -> str:
         return f"<clearsweep run {str(self.directory)!r}: {len(self)} cases>"
@@ -77,7 +93,7 @@ class StoredRun:
     @cached_property
     def summary(self) -> "pd.DataFrame":
         """Return the summary as a DataFrame; `attrs["units"]` and `attrs["descriptions"]` hold these by column."""
-        with pq.ParquetFile(self.directory / "summary.parquet") as file:
+        with self._table() as file:
             table = file.read(use_threads=False)
         frame = table.replace_schema_metadata(None).to_pandas()
         for name, key in (("units", b"unit"), ("descriptions", b"description")):
@@ -86,7 +102,7 @@ class StoredRun:
 
     def rows(self, columns: list[str]) -> Iterator[dict[str, Any]]:
         """Yield the rows of the summary as dicts of these columns, a few thousand in memory at a time."""
-        with pq.ParquetFile(self.directory / "summary.parquet") as file:
+        with self._table() as file:
             for batch in file.iter_batches(batch_size=4096, columns=columns, use_threads=False):
                 yield from batch.to_pylist()
 
@@ -112,7 +128,7 @@ class StoredRun:
     def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Return joint -> (bearing, journal): depths in m per angular bin of each body; NaN for a failed case."""
         place = self._place(case_id)
-        with h5py.File(self.directory / "orbits.h5", "r") as file:
+        with self._orbits() as file:
             return {
                 joint.name: (file[f"wear/{joint.name}/bearing"][place], file[f"wear/{joint.name}/journal"][place])
                 for joint in self.layout.joints
@@ -128,13 +144,33 @@ class StoredRun:
         import pandas as pd
 
         place = self._place(case_id)
-        with h5py.File(self.directory / "orbits.h5", "r") as file:
+        with self._orbits() as file:
             stored = "t" in file  # nothing is where save.orbits is none
             start, stop = (
                 file["offsets" if each == SAMPLE else "events/offsets"][place : place + 2] if stored else (0, 0)
             )
             frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
+
+
+def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = FINAL_FILES) -> None:
+    """Raise DamagedError where a final file is not, to the last bit, what `record`, its run.json, says of it."""
+    for path in (directory / name for name in names):
+        if "merged" not in record:
+            raise _unfinished(path)
+        try:
+            found = durable.checksum(path)
+        except FileNotFoundError:
+            raise _unfinished(path) from None
+        if found != record["merged"].get(path.name):
+            raise damaged(path, "its checksum is not that in run.json")
+
+
+def _unfinished(path: Path) -> DirectoryError:
+    return DirectoryError(
+        f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
+        f"--out {path.parent}, which computes only what is missing"
+    )
 
 
 def newest(results: Path) -> Path:

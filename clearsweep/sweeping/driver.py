@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import store
 from ..errors import ClearsweepError, StorageError
+from ..store import durable
 from . import signals
 from .executors import Executor
 from .progress import Silent
@@ -148,7 +149,7 @@ class Driver:
 
     def _take(self, batch: Batch, manifest: Manifest) -> None:
         """Take a batch into account that its worker has given back."""
-        self.job.note(batch).unlink(missing_ok=True)
+        durable.discard(self.job.note(batch))
         if manifest.committed:
             self.directory.adopt(manifest.committed)
             self.restarts = 0
@@ -171,7 +172,7 @@ class Driver:
     def _lost(self, batch: Batch, exitcode: int | None) -> None:
         """Deal with a batch whose worker died: the case it was at is tried once more alone, the others go on."""
         note = read_note(self.job, batch)
-        self.job.note(batch).unlink(missing_ok=True)
+        durable.discard(self.job.note(batch))
         if self._was_committed(batch):
             return
         if note is None:  # it died before the first case
@@ -228,7 +229,7 @@ class Driver:
     def _drain(self) -> None:
         """Let the workers finish the case they are at, end them, and take in what they have committed."""
         with contextlib.suppress(OSError):  # a full disk: they are ended without a warning
-            self.job.stop.touch()
+            os.close(durable.create(self.job.stop))
         for future in wait(self.window, timeout=GRACE).done:
             with contextlib.suppress(Exception):
                 self._take(self.window[future], future.result())

@@ -45,8 +45,9 @@ def run_merge(
         places.append(out)
     sources = [store.RunDirectory(place) for place in places]
     for source in sources:
+        source.check(grid)
         for sentence in source.look().values():
-            progress.say(f"{source.path}: {sentence}")
+            progress.say(f"{source.path}: {sentence}; left out")
     rows = [source.rows() for source in sources]
     ids = np.unique(case_ids(grid))
     if not partial:
@@ -86,8 +87,10 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
     """Return the run.json of every directory; DirectoryError where two are not of the same grid and version."""
     records = [store.read_record(place) for place in places]
     for place, record in zip(places, records, strict=True):
-        if not isinstance(record, dict) or not {"frame", "keys", "start"} <= record.keys():
+        if not {"frame", "keys", "start"} <= record.keys():
             raise DirectoryError(f"{place / 'run.json'}: is not what `clearsweep run` writes; leave this directory out")
+        if "merged" in record:
+            store.verify(place, record)
     first = _decisive(records[0])
     for place, record in zip(places[1:], records[1:], strict=True):
         other = _decisive(record)

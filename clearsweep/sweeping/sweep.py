@@ -120,7 +120,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
     ids = case_ids(grid)
     wanted = shard.ids(ids) if shard else np.unique(ids)
     derived, warnings = facts(grid, simulator)
-    with signals.catching(), directory_of(grid, out, shard).open_for(grid) as directory:
+    with signals.catching(), directory_of(grid, out, shard).open_for(grid, counts={"cases": len(wanted)}) as directory:
         start = store.now()
         for sentence in directory.recover():
             progress.say(sentence)
@@ -179,7 +179,7 @@ def conclude(
     """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts."""
     rows = directory.rows()
     rows = rows[np.isin(rows["id"], wanted)]
-    merged = store.merge(directory, store.Form.of(grid), rows)
+    merged = store.merge(directory, store.Form.of(grid), rows, say=progress.say)
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
         "cases": len(wanted),

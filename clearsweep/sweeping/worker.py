@@ -80,11 +80,11 @@ class Job(NamedTuple):
     @property
     def stop(self) -> Path:
         """Return the file that tells workers to finish the case they are at and take no other."""
-        return self.directory / "tmp" / "stop"
+        return durable.passing(self.directory / store.SCRATCH, "stop")
 
     def note(self, batch: Batch) -> Path:
         """Return the file in which a worker says which case it is at."""
-        return self.directory / "tmp" / f"{batch.name}.note"
+        return durable.passing(self.directory / store.SCRATCH, f"{batch.name}.note")
 
 
 class AbandonedError(Exception):
@@ -145,7 +145,7 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
     with signals.patience():
         with durable.storing(job.note(batch)):
             try:
-                note = os.open(job.note(batch), os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+                note = durable.create(job.note(batch))
             except FileExistsError:  # a scheduler tries again by itself what killed a worker
                 raise AbandonedError(f"batch {batch.name} was begun before") from None
         try:
@@ -175,7 +175,7 @@ class Note(NamedTuple):
 def read_note(job: Job, batch: Batch) -> Note | None:
     """Return what is noted of a batch, None where no worker has begun it."""
     try:
-        process, index, *rest = job.note(batch).read_text().split()
+        process, index, *rest = durable.read(job.note(batch)).split()
         return Note(int(process), int(index), bool(rest))
     except (OSError, ValueError):
         return None

@@ -1,0 +1,113 @@
+"""run.json: what a run was asked, by what it ran, what it came to; it carries a checksum of itself."""
+
+import datetime
+import hashlib
+import json
+import os
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import clearsweep
+
+from ..errors import DamagedError, DirectoryError
+from ..grid import SCHEMA_VERSION, Grid
+from . import durable
+
+RECORD_FILE = "run.json"
+
+
+def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
+    """Return run.json: the resolved grid, versions, machine and `facts` (start, end, counts and the like)."""
+    written = grid.resolved()
+    record = plain(
+        {
+            **written,
+            "keys": list(written),
+            "source": grid.source,
+            "layout": grid.layout.written(),
+            "frame": grid.frame(),
+            "model_version": clearsweep.MODEL_VERSION,
+            "units": {path: grid.unit(path) for path in grid.axes},
+            "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
+            "versions": _versions(),
+            "machine": _machine(),
+            **facts,
+        }
+    )
+    return json.dumps(record | {"checksum": checksum_of(record)}, indent=2).encode()
+
+
+def read_record(directory: Path) -> dict[str, Any]:
+    """Return the content of run.json; DamagedError where it is not what was written, DirectoryError where it is not."""
+    path = Path(directory) / RECORD_FILE
+    try:
+        record = json.loads(durable.read(path))
+        checksum = checksum_of(record) if isinstance(record, dict) else None
+    except (FileNotFoundError, NotADirectoryError):
+        raise DirectoryError(
+            f"{directory}: holds no run (there is no run.json in it); "
+            "name a directory that `clearsweep run` has written"
+        ) from None
+    except (ValueError, RecursionError) as error:
+        raise damaged(path, f"it is not JSON: {error}") from error
+    if checksum is None or not isinstance(record.get("frame"), dict):
+        raise damaged(path, "it is not what `clearsweep run` writes")
+    if "checksum" not in record and record["frame"].get("schema") != SCHEMA_VERSION:
+        return dict(record)  # of a version that wrote none
+    if record.get("checksum") != checksum:
+        raise damaged(path, "its checksum differs")
+    return dict(record)
+
+
+def check_form(directory: Path, record: dict[str, Any]) -> None:
+    """Raise DirectoryError where a run directory is of another form than this version reads."""
+    form = record["frame"].get("schema")
+    if form != SCHEMA_VERSION:
+        written = record.get("versions", {}).get("clearsweep", "unknown")
+        raise DirectoryError(
+            f"{directory}: has form {form} of run directories, written by clearsweep {written}; this version "
+            f"reads form {SCHEMA_VERSION}: run the grid again into another directory, or read it with that version"
+        )
+
+
+def damaged(path: Path, reason: str) -> DamagedError:
+    """Return the error that a file of a run is not what was written."""
+    return DamagedError(
+        f"{path}: damaged ({reason}); run the grid again with --out {path.parent}, which restores it from its batches"
+    )
+
+
+def checksum_of(record: dict[str, Any]) -> str:
+    """Return the checksum of what run.json holds beside it, however it is laid out."""
+    content = {key: value for key, value in record.items() if key != "checksum"}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def plain(value: Any) -> Any:
+    """Return `value` as JSON would give it back."""
+    return json.loads(json.dumps(value, default=lambda other: other.item()))
+
+
+def now() -> str:
+    """Return the time in UTC, ISO 8601."""
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def _versions() -> dict[str, str]:
+    names = ("numpy", "numba", "scipy", "pandas", "pyarrow", "h5py")
+    return {
+        "clearsweep": clearsweep.__version__,
+        "python": platform.python_version(),
+        **{name: metadata.version(name) for name in names},
+    }
+
+
+def _machine() -> dict[str, Any]:
+    return {
+        "node": platform.node(),
+        "system": platform.platform(),
+        "processor": platform.machine(),
+        "cores": os.cpu_count(),
+    }
