@@ -152,6 +152,21 @@ def report(directory: Path | None, out: Path | None, tables: Path | None, as_jso
 
 
 @verbs.command()
+@click.argument("directory", type=click.Path(path_type=Path), metavar="DIR")
+@click.option("--verify", "every_file", is_flag=True, help="Read every file of the run and compare its checksum.")
+@click.option("--json", "as_json", is_flag=True, help="Print the same as JSON.")
+def status(directory: Path, every_file: bool, as_json: bool) -> int:
+    """Say how far a run is, who works in DIR, and which of its files are damaged (exit code 2)."""
+    from . import store
+
+    facts = store.status(directory, every_file=every_file)
+    click.echo(json.dumps(facts, indent=2) if as_json else printable(store.status_text(facts)))
+    for sentence in facts["damage"]:
+        click.echo(printable(sentence), err=True)
+    return BAD_INPUT if facts["damage"] else 0
+
+
+@verbs.command()
 @click.option("--quick", is_flag=True, help="Fewer problems and tolerances; ends within a minute.")
 @click.option("--json", "as_json", is_flag=True, help="Print the tables as JSON.")
 @click.option("--write", is_flag=True, help=f"Write {RESULTS}/accuracy.md and its figure, too.")
@@ -222,5 +237,7 @@ def _writing() -> Iterator[None]:
         yield
     except ClearsweepError:
         raise
-    except (PermissionError, NotADirectoryError, FileNotFoundError, IsADirectoryError) as error:
-        raise InputError(f"{error.filename}: cannot be written ({error.strerror}); choose another place") from error
+    except OSError as error:
+        raise InputError(
+            f"{error.filename or 'a file'}: cannot be written ({error.strerror or error}); choose another place"
+        ) from error

@@ -10,6 +10,7 @@ from .compare import difference
 from .directory import SCRATCH, RunDirectory, commit, id_text
 from .read import StoredRun, newest, verify
 from .record import now, read_record
+from .state import status, status_text
 
 __all__ = [
     "SCRATCH",
@@ -26,6 +27,8 @@ __all__ = [
     "now",
     "open",
     "read_record",
+    "status",
+    "status_text",
     "use_one_thread",
     "verify",
 ]

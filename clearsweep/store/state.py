@@ -1,0 +1,84 @@
+"""What there is to say of a run directory without running anything: how far it is, who works there, what is damaged."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import DirectoryError
+from .directory import FINAL_FILES, RunDirectory
+from .read import verify
+from .record import RECORD_FILE, check_form, read_record
+
+FINISHED, UNDER_WAY, INTERRUPTED, DAMAGED = "finished", "under way", "interrupted", "damaged"
+
+
+def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
+    """Return the state of a run, ready for JSON; `every_file`: read all that it wrote and compare the checksums.
+
+    `cases` are those of the grid, `missing` those of them without a result; None while a run works on other values of
+    the axes than the last one.  `ok` and `failed` count what is committed.  `damage` has a sentence for each file that
+    is not what was written.  Raise DirectoryError where there is no run, or none that can be read.
+    """
+    record = read_record(directory)
+    check_form(directory, record)
+    run = RunDirectory(directory)
+    holder, merged = run.holder(), "merged" in record
+    damage = [f"{directory}/{sentence}; its cases run again" for sentence in run.look(histories=every_file).values()]
+    for name in FINAL_FILES if merged else ():
+        try:
+            if every_file or not (directory / name).is_file():
+                verify(directory, record, (name,))
+        except DirectoryError as error:
+            damage.append(str(error))
+    state = DAMAGED if damage else UNDER_WAY if holder else FINISHED if merged else INTERRUPTED
+    return {
+        "directory": str(directory),
+        "name": record.get("name"),
+        "state": state,
+        "holder": holder,
+        **_counts(record, run, working=holder is not None),
+        "start": record.get("start"),
+        "end": record.get("end"),
+        "files": {name: str(directory / name) for name in (*FINAL_FILES, RECORD_FILE) if (directory / name).exists()},
+        "every_file": every_file,
+        "damage": damage,
+    }
+
+
+def _counts(record: dict[str, Any], run: RunDirectory, *, working: bool) -> dict[str, int | None]:
+    """Return numbers of cases: of the grid, with and without a good result, and without any."""
+    known: dict[str, int | None] = record.get("counts", {})
+    names = ("cases", "ok", "failed", "missing")
+    if not working and known.keys() >= set(names):
+        return {name: known[name] for name in names}
+    failed = run.rows()["failed"]
+    cases = None if "merged" in record else known.get("cases")
+    return {
+        "cases": cases,
+        "ok": int(np.count_nonzero(~failed)),
+        "failed": int(np.count_nonzero(failed)),
+        "missing": None if cases is None else max(cases - len(failed), 0),
+    }
+
+
+def status_text(facts: dict[str, Any]) -> str:
+    """Return the state of a run as the lines a person reads."""
+    said = {
+        FINISHED: f"finished {facts['end']}",
+        UNDER_WAY: f"a run works here ({facts['holder']})",
+        INTERRUPTED: "interrupted; run the same command again to go on",
+        DAMAGED: "damaged",
+    }
+    of = "" if facts["cases"] is None else f" of {facts['cases']:,}"
+    left = f", {facts['missing']:,} left" if facts["missing"] else ""
+    checked = "every file is as it was written" if facts["every_file"] else "--verify reads every file and checks it"
+    return "\n".join(
+        [
+            f"{facts['directory']}: {said[facts['state']]}",
+            f"{facts['ok'] + facts['failed']:,}{of} cases are there: "
+            f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}",
+            f"Files: {', '.join(facts['files'])}",
+            *([] if facts["damage"] else [f"Checksums: {checked}"]),
+        ]
+    )
