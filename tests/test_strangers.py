@@ -1,5 +1,6 @@
 """Nothing of the user's is touched in a run's directory, nothing damaged is read as if it were not, nothing blocks."""
 
+import fcntl
 import json
 import os
 import random
@@ -18,7 +19,7 @@ import clearsweep
 from clearsweep import cli, results, store
 from clearsweep.errors import DamagedError, DirectoryError
 from clearsweep.report import page
-from clearsweep.store import assemble
+from clearsweep.store import assemble, directory
 from clearsweep.store.batch import file_name
 
 pytestmark = pytest.mark.heavy
@@ -376,6 +377,13 @@ def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, mon
     facts = json.loads(command("status", place, "--json")[1])
     assert list(facts["files"]) == ["summary.parquet", "orbits.h5", "run.json"]
     assert command("status", tmp_path / "nowhere")[0] == 2
+
+
+def test_who_looks_at_the_lock_as_a_run_begins_does_not_keep_it_out(run, monkeypatch):
+    with open(run / "lock", "rb") as looking:
+        fcntl.flock(looking, fcntl.LOCK_SH)
+        monkeypatch.setattr(directory.time, "sleep", lambda seconds: fcntl.flock(looking, fcntl.LOCK_UN))
+        assert again(run).reused == 6
 
 
 def test_the_name_of_a_directory_that_is_too_long_is_refused(tmp_path):

@@ -37,6 +37,7 @@ from .record import RECORD_FILE, now, plain, read_record, record_bytes
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
+LOOK = 0.05  # s, more than a look at who holds the lock takes
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # what may be there before run.json is
 _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # what a lock says
@@ -138,7 +139,11 @@ class RunDirectory:
 
     def _lock(self, lock: BinaryIO) -> None:
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                time.sleep(LOOK)
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise DirectoryError(
                 f"{self.path}: another run works here ({_holder(lock)}); wait for it, stop it, or "
