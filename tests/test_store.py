@@ -142,14 +142,27 @@ def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeyp
     monkeypatch.setattr(assemble, "CHUNKS_AT_ONCE", 3)
     monkeypatch.setattr(assemble, "OPEN_FILES", 2)
     monkeypatch.setattr(assemble, "GROUP_ROWS", 4)
+    monkeypatch.setattr(assemble, "HELD_ROWS", 6)
     held_grid = loaded(grid(30, wear=True))
     run = filled(tmp_path / "run", held_grid, [range(k, 30, 7) for k in range(7)])
-    assert len(run.summary) == 30
+    assert run.summary["case_id"].tolist() == sorted(held_grid.case_id(index) for index in range(30))
     for index in range(30):
         expected = Fake.solve(held_grid.case(index))
         case_id = held_grid.case_id(index)
+        (row,) = run.summary[run.summary["case_id"] == case_id].to_dict("records")
+        assert {name: row[name] for name in expected.summary} == pytest.approx(expected.summary, rel=0, nan_ok=True)
         np.testing.assert_array_equal(run.orbit(case_id)["slider/x"], expected.channels["slider/x"])
         np.testing.assert_array_equal(run.wear(case_id)["rod_slider"], expected.wear["rod_slider"])
+
+
+def test_however_many_groups_a_summary_has_every_batch_is_read_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(assemble, "GROUP_ROWS", 2)
+    monkeypatch.setattr(assemble, "HELD_ROWS", 5)
+    read, original = [], assemble.read_summary
+    monkeypatch.setattr(assemble, "read_summary", lambda path, names: (read.append(path), original(path, names))[1])
+    held_grid = loaded(grid(24, orbits="none"))
+    filled(tmp_path / "run", held_grid, [range(k, 24, 8) for k in range(8)])
+    assert len(read) == len(set(read)) == 8
 
 
 def test_without_orbits_there_are_no_histories_but_wear_stays(tmp_path):

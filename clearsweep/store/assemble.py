@@ -2,8 +2,10 @@
 
 import contextlib
 import hashlib
+import itertools
 import os
 import struct
+import tempfile
 import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -32,7 +34,8 @@ from .batch import (
 from .directory import FINAL_FILES, RunDirectory, id_text
 from .record import read_record
 
-GROUP_ROWS = 4096  # rows of the summary held in memory at a time
+GROUP_ROWS = 4096  # rows of a group of the summary
+HELD_ROWS = 65536  # rows of the summary held in memory at a time, all of whole batches
 CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
 CHUNKS_AT_ONCE = 32  # pieces compressed side by side before they are written
 OPEN_FILES = 128  # of batches, open at a time
@@ -74,7 +77,9 @@ def merge(
 def _mark(run: RunDirectory, form: Form, rows: np.ndarray) -> str:
     """Return a hash of what the merged files hold, which both carry: batches are named by their content."""
     digest = hashlib.sha256(repr(form).encode() + rows["id"].tobytes() + rows["row"].tobytes())
-    digest.update(np.array([batch.name for batch in run.batches], "S")[rows["batch"]].tobytes())
+    names = np.array([batch.name for batch in run.batches], "S")
+    for start in range(0, len(rows), HELD_ROWS):
+        digest.update(names[rows["batch"][start : start + HELD_ROWS]].tobytes())
     return digest.hexdigest()[:16]
 
 
@@ -89,18 +94,44 @@ def _write_summary(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, 
         os.fdopen(durable.create(path), "wb") as file,
         pq.ParquetWriter(file, schema, write_page_checksum=True) as writer,
     ):
-        for start in range(0, len(rows), GROUP_ROWS):
-            writer.write_table(summary_group(run, schema, rows[start : start + GROUP_ROWS]))
+        for group in summary_groups(run, schema, rows):
+            writer.write_table(group)
 
 
-def summary_group(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> pa.Table:
+def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> Iterator[pa.Table]:
+    """Yield the given rows of the summary, GROUP_ROWS at a time; every batch is read once.
+
+    The rows of some batches at a time go, sorted, to a file without a name; each group is then picked from these files.
+    """
+    cuts = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
+    with contextlib.ExitStack() as files:
+        sorted_rows = []
+        for places in _split(np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] // HELD_ROWS):
+            file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
+            bounds = np.searchsorted(places, cuts)
+            (batch,) = _rows_of_batches(run, schema, rows[places]).to_batches()
+            with pa.ipc.new_file(file, schema) as writer:
+                for first, last in itertools.pairwise(bounds.tolist()):
+                    writer.write_batch(batch.slice(first, last - first))
+            sorted_rows.append((places, bounds, pa.ipc.open_file(file)))
+        for k in range(len(cuts) - 1):
+            group = pa.Table.from_batches([reader.get_batch(k) for *_, reader in sorted_rows], schema)
+            order = np.argsort(np.concatenate([places[bounds[k] : bounds[k + 1]] for places, bounds, _ in sorted_rows]))
+            yield group.take(_indices(order)).combine_chunks()
+
+
+def _split(numbers: np.ndarray) -> list[np.ndarray]:
+    """Return the places, ascending, of the values that are equal, for each of them."""
+    order = np.argsort(numbers, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1) if len(order) else []
+
+
+def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> pa.Table:
     """Return the given rows of the summary, read from the batches that hold them."""
-    tables, places = [], []
-    for number in np.unique(rows["batch"]).tolist():
-        here = np.flatnonzero(rows["batch"] == number)
-        table = read_summary(run.batches[number].summary, schema.names)
+    tables, places = [], _split(rows["batch"])
+    for here in places:
+        table = read_summary(run.batches[rows["batch"][here[0]]].summary, schema.names)
         tables.append(table.select(schema.names).take(_indices(rows["row"][here])).cast(schema))
-        places.append(here)
     order = np.argsort(np.concatenate(places))
     return pa.concat_tables(tables).take(_indices(order)).combine_chunks()
 
@@ -141,10 +172,10 @@ class OrbitFiles:
         if each == CASE:
             return rows["row"].astype("i8") * width, np.full(len(rows), width, "i8")
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
-        for number, file in self.files.items():
-            here = rows["batch"] == number
-            first[here] = file.starts[each][rows["row"][here]]
-            count[here] = file.starts[each][rows["row"][here] + 1] - first[here]
+        for here in _split(rows["batch"]):
+            if file := self.files.get(int(rows["batch"][here[0]])):
+                starts, row = file.starts[each], rows["row"][here]
+                first[here], count[here] = starts[row], starts[row + 1] - starts[row]
         return first, count
 
     def read(self, number: int, dataset: Dataset, first: int, count: int) -> bytes:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..results import TIMINGS
-from .assemble import GROUP_ROWS, OrbitFiles, summary_group
+from .assemble import GROUP_ROWS, OrbitFiles, summary_groups
 from .batch import Form, datasets, summary_schema
 from .directory import RunDirectory, id_text
 
@@ -29,15 +29,14 @@ def _in_summary(
     form: Form, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
 ) -> Difference | None:
     schema = summary_schema(form)
-    for start in range(0, len(mine), GROUP_ROWS):
-        group = slice(start, start + GROUP_ROWS)
-        tables = [summary_group(run, schema, rows[group]) for run, rows in ((first, mine), (second, theirs))]
+    groups = (summary_groups(run, schema, rows) for run, rows in ((first, mine), (second, theirs)))
+    for number, tables in enumerate(zip(*groups, strict=True)):
         for name in schema.names:
             if name in TIMINGS or tables[0][name].equals(tables[1][name]):
                 continue
             pairs = zip(*(table[name].to_pylist() for table in tables), strict=True)
             place, (here, there) = next((k, pair) for k, pair in enumerate(pairs) if pair[0] != pair[1])
-            return id_text(int(mine["id"][start + place])), name, here, there
+            return id_text(int(mine["id"][number * GROUP_ROWS + place])), name, here, there
     return None
 
 
