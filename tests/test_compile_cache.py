@@ -1,5 +1,6 @@
 """Compiled code is kept in a private directory and checked before it is run."""
 
+import importlib
 import os
 import shutil
 import subprocess
@@ -7,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core import caching
 
 from clearsweep.mechanics.compiled import cache
 
@@ -103,3 +105,39 @@ def test_a_predictable_directory_below_the_temporary_one_is_not_trusted(run, tmp
     assert used != planted
     assert list(planted.iterdir()) == []
     assert "compiled code is not kept" in told
+
+
+def test_types_that_are_not_here_are_no_trouble_and_keep_their_code(tmp_path, monkeypatch):
+    (tmp_path / "made_up.py").write_text("from typing import NamedTuple\nclass Joint(NamedTuple):\n    gap: float\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    key = importlib.import_module("made_up").Joint(0.5)
+
+    def kept():
+        return caching.IndexDataCacheFile(str(tmp_path), "of_a_function", "stamp")
+
+    kept().save(key, "of the test")
+    del sys.modules["made_up"]
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setattr(sys, "path", [place for place in sys.path if place != str(tmp_path)])
+        importlib.invalidate_caches()
+        assert kept().load("another") is None
+        kept().save("another", "of the run")
+        assert kept().load("another") == "of the run"
+    importlib.invalidate_caches()
+    assert kept().load(importlib.import_module("made_up").Joint(0.5)) == "of the test"
+
+
+def test_two_processes_that_compile_at_once_do_not_take_each_other_s_code(tmp_path, monkeypatch):
+    slow, quick = (caching.IndexDataCacheFile(str(tmp_path), "of_a_function", "stamp") for _ in range(2))
+    monkeypatch.setattr(quick, "_load_index", lambda: {})  # it looked before the other one had written
+    store = slow._save_data
+
+    def overtaken(name, data):
+        quick.save("quick", "of the quick one")
+        store(name, data)
+
+    monkeypatch.setattr(slow, "_save_data", overtaken)
+    slow.save("slow", "of the slow one")
+    found = caching.IndexDataCacheFile(str(tmp_path), "of_a_function", "stamp")
+    assert found.load("quick") == "of the quick one"
+    assert found.load("slow") in (None, "of the slow one")

@@ -9,6 +9,7 @@ import hashlib
 import os
 import pickle
 import platform
+import secrets
 import shutil
 import stat
 import sys
@@ -97,6 +98,13 @@ def guard() -> None:
             content = super()._dump(value)
             return content + hashlib.sha256(content).digest()
 
+        def _data_name(self, number):
+            # Not counted: of two processes that look at the same index, each would give its code the same name.
+            return super()._data_name(secrets.randbits(63))
+
+        def _save_index(self, overloads):
+            super()._save_index({_packed(key): name for key, name in overloads.items()})
+
         def _load_index(self):
             try:
                 with open(self._index_path, "rb") as file:
@@ -106,7 +114,9 @@ def guard() -> None:
                 return {}
             except (OSError, EOFError, ValueError, pickle.UnpicklingError):
                 return _damaged(self._index_path)
-            return overloads if (kept_version, mark) == (self._version, self._source_stamp) else {}
+            if (kept_version, mark) != (self._version, self._source_stamp):
+                return {}
+            return {_unpacked(key): name for key, name in overloads.items()}
 
         def _load_data(self, name):
             path = self._data_path(name)
@@ -120,6 +130,24 @@ def guard() -> None:
                 raise OSError(f"{path}: damaged") from None  # the compiler takes it for a file that is gone
 
     caching.IndexDataCacheFile = Checked
+
+
+def _packed(key: object) -> bytes:
+    """Return the key of an entry of an index, types among it, as bytes."""
+    from numba.core import caching
+
+    return key if isinstance(key, bytes) else bytes(caching.dumps(key))
+
+
+def _unpacked(key: bytes) -> object:
+    """Return the key of an entry, or its bytes where it is of types that are not here, such as those made up in a test.
+
+    The entry is of no use then, but stays.
+    """
+    try:
+        return pickle.loads(key)
+    except (ImportError, AttributeError):
+        return key
 
 
 def _checked(content: bytes, path: str) -> bytes:
