@@ -42,6 +42,7 @@ class Contact(NamedTuple):
     elastic: str | None  # None: the law brings its own spring
     values: Mapping[str, float]  # of both laws, by key
     material: Materials | None = None
+    onset: str | None = None  # how long the onset rate counts: 'first' or 'renewed'; None: the law knows none
 
 
 class Friction(NamedTuple):

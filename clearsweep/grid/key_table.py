@@ -84,6 +84,15 @@ _METHOD = Word(
 )
 
 
+_ONSET = Word(
+    ("first", "renewed"),
+    "how long the rate counts at which a contact began: as long as it lasts, or until it has proved lasting",
+    "renewed",
+    sweep=True,
+    idle=True,
+)
+
+
 def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     """Return every dotted path that a grid of this mechanism may contain, sections before what they hold."""
     kinds = tuple(each.name for each in catalogue.mechanisms)
@@ -159,15 +168,15 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     tree[f"{path}.journal"] = Word(site.journals, "the body that the journal sits on", site.journals[0])
     _contact(tree, path, catalogue)
     tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
-    tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", law=True)
+    tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
     _laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
-    tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", law=True)
+    tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
     _numbers(tree, wear, _WEAR)
     _numbers(tree, wear, (_BINS,), sweep=False)
     tree[f"{wear}.pressure"] = Word(
-        catalogue.names("pressure"), "the pressure over the contact arc", "hertz-line", law=True
+        catalogue.names("pressure"), "the pressure over the contact arc", "hertz-line", sweep=True, noun="law"
     )
     _laws(tree, wear, "law", catalogue.of("wear"))
     _laws(tree, wear, "pressure", catalogue.of("pressure"))
@@ -178,8 +187,12 @@ def _contact(tree: Shape, path: str, catalogue: Catalogue) -> None:
     contact = f"{path}.contact"
     elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
     tree[contact] = Section("the normal force")
-    tree[f"{contact}.law"] = Word(catalogue.names("law"), "the law of the normal force", law=True)
-    tree[f"{contact}.elastic"] = Word(catalogue.names("elastic"), "the stiffness law", "power", law=True, when=elastic)
+    tree[f"{contact}.law"] = Word(catalogue.names("law"), "the law of the normal force", sweep=True, noun="law")
+    tree[f"{contact}.elastic"] = Word(
+        catalogue.names("elastic"), "the stiffness law", "power", sweep=True, noun="law", when=elastic
+    )
+    onset = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
+    tree[f"{contact}.onset"] = _ONSET._replace(when=onset)
     _laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
     _laws(tree, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"

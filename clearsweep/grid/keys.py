@@ -36,18 +36,15 @@ class Number(NamedTuple):
 
 
 class Word(NamedTuple):
-    """A key that holds one of a few words; only the names of laws can be swept."""
+    """A key that holds one of a few words."""
 
     options: tuple[str, ...]
     text: str
     default: str | None = None
-    law: bool = False
+    sweep: bool = False
+    noun: str = "word"  # what it is called in messages
     when: tuple[Condition, ...] = ()
-
-    @property
-    def sweep(self) -> bool:
-        """Return whether the key can be swept."""
-        return self.law
+    idle: bool = False  # may be written where it is not in use
 
     def used(self, names: Names) -> bool:
         """Return whether the key is in use with the law names in play."""

@@ -33,8 +33,8 @@ def _joint(name: str, section: Tree) -> Joint:
 
 
 def _contact(section: Tree) -> Contact:
-    law, elastic, material, values = _taken(section, "law", "elastic", "material")
-    return Contact(law, elastic, values, _materials(material) if material else None)
+    law, elastic, material, onset, values = _taken(section, "law", "elastic", "material", "onset")
+    return Contact(law, elastic, values, _materials(material) if material else None, onset)
 
 
 def _materials(section: Tree) -> Materials:

@@ -134,7 +134,7 @@ def _word(draft: Draft, path: str, node: Word) -> None:
     def read_word(written: WrittenValue) -> str | None:
         if isinstance(written.value, str) and written.value in node.options:
             return written.value
-        noun = "unknown law" if node.law else "unknown word"
+        noun = f"unknown {node.noun}"
         hint = nearest(written.value, node.options) if isinstance(written.value, str) else ""
         draft.problems.add(
             written, path, f"{noun} {shown(written.value)}{hint} (known: {', '.join(node.options) or 'none'})"
@@ -159,9 +159,9 @@ def _word(draft: Draft, path: str, node: Word) -> None:
             draft.problems.add(
                 draft.place(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
             )
-    elif not node.used(draft.names) and _meant(draft, path, node):
+    elif not node.idle and not node.used(draft.names) and _meant(draft, path, node):
         draft.problems.add(draft.place(path), path, f"is not used by {_chosen(draft, node)}; leave it out")
-    if node.law:
+    if node.sweep:
         draft.names[path] = frozenset(values or node.options)
 
 

@@ -20,6 +20,7 @@ from ..catalogue import Channel
 from .compiled.dual import Seeded, as_dual, slope
 from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
 from .joint.contract import Present, after_joint, extent, first_place, touches
+from .joint.impact_mass import joints_now
 from .joint.loads import loads_of, put_internal_rates
 from .joint.sticking import with_sticking_forces
 from .mechanism.contract import accelerate, describe, energy, gaps, output_error, place
@@ -54,7 +55,8 @@ def look(scene, y, mode, onset):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
     p = place(scene.mechanism, y)
     relative = gaps(scene.mechanism, p)
-    loads = loads_of(scene.joints, relative, Present(y, mode, onset, 2 * len(scene.coordinates) + 1))
+    joints = joints_now(scene, p, relative, y, mode)
+    loads = loads_of(joints, relative, Present(y, mode, onset, 2 * len(scene.coordinates) + 1))
     loads = with_sticking_forces(scene, y, p, relative, loads, mode)
     return p, relative, loads, accelerate(scene.mechanism, p, loads)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..mechanics.compiled.family import NO_ENTRY, flatten
 from ..mechanics.joint import registry
-from ..mechanics.joint.contract import contact_modes, every_contact, every_internal_state
+from ..mechanics.joint.contract import ONSET_FLOOR, contact_modes, every_contact, every_internal_state
 from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.wear.contract import ACCOUNT
 from ..mechanics.joint.wear.step import wear_of
@@ -77,7 +77,7 @@ class Run:
             f=np.zeros((7, n)),
             scale=_scale(scene),
             mode=np.array([modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]),
-            onset=np.full(many, loop.ONSET_FLOOR),
+            onset=np.full(many, ONSET_FLOOR),
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
             clearance=np.array([joint.clearance for joint, _ in contacts]),

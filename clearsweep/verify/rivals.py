@@ -13,10 +13,10 @@ from numba import njit, types
 from scipy.integrate import solve_ivp
 
 from ..mechanics.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
+from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, joint_load
 from ..mechanics.mechanism.contract import accelerate, gaps, place
 from ..mechanics.solver.event import ONSET, SEPARATION
-from ..mechanics.solver.loop import ONSET_FLOOR
 
 ROWS = 4  # of the rates: the stages of Runge-Kutta 4
 DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # what stands after the rates, for every joint

@@ -30,8 +30,8 @@ import numpy as np
 
 from .. import grid
 from ..case import Case
+from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.mechanism.contract import largest_reactions
-from ..mechanics.solver.loop import ONSET_FLOOR
 from ..results import Trajectory
 from ..simulation import scene
 from ..simulation.trajectory import simulate

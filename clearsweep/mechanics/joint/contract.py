@@ -52,6 +52,7 @@ STUCK = PRESSED + 2 * LAWS_OWN  # pressed, and the surfaces stick
 TOUCHING = tuple(mode for mode in range(63) if mode & TOUCHES)  # every mode of surfaces that touch
 ENTERED, LEFT = -1, -2  # events of a contact as `latched` gets them; others are the law's own guards, from 0 on
 SAME = -1  # of Guard.leads_to: the mode stays
+ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
 NEVER = -math.inf  # value of a guard that cannot be passed as things are
 
 

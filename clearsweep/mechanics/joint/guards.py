@@ -28,6 +28,7 @@ from .contract import (
     room_of_part,
     with_internal_state,
 )
+from .impact_mass import joints_at_event
 
 EARLIEST = 5  # of the rows of stages that guards are looked for at: before, they are inaccurate and close to the start
 
@@ -198,7 +199,8 @@ def latch_entry(scene, y, o, event, row):
         which[0],
         which[1],
     )
-    _latch_joints(here.joints, here.joints, first_place(here.joints, roots), shared)
+    joints = joints_at_event(here, shared.y)
+    _latch_joints(joints, joints, first_place(joints, roots), shared)
 
 
 # ---------------------------------------------------------------------------------------------- for a scene

@@ -14,6 +14,7 @@ from .elastic.contract import elastic_force
 from .elastic.power import Linear
 from .friction.contract import Frictionless
 from .loss.contract import lowest_force
+from .loss.renewed import renewed
 from .recipe import RECIPES, Recipe, compiled_term
 from .wear.contract import NoWear
 
@@ -74,9 +75,12 @@ def contact_terms(joint: Joint) -> tuple:
     """Return the compiled form of (law, elastic) of a joint."""
     contact = joint.contact
     law = compiled_term("law", contact.law, joint)
-    if _elastic(joint):
-        return law, compiled_term("elastic", contact.elastic, joint)
-    return law, Linear(contact.values["stiffness"])
+    if not _elastic(joint):
+        return law, Linear(contact.values["stiffness"])
+    elastic, returned = compiled_term("elastic", contact.elastic, joint), restitution(joint)
+    if contact.onset == "renewed" and returned is not None:
+        law = renewed(law, elastic, returned)
+    return law, elastic
 
 
 def penetration_limit(joint: Joint) -> float:

@@ -108,6 +108,15 @@ def accelerate(mechanism, pose, loads):
 
 
 @family
+def impact_masses(mechanism, pose, relative):
+    """Return, for each open joint, the mass (kg) that takes part in an impact along its Gap of `relative`.
+
+    1 / (n^T J M^-1 J^T n), n being the unit vector along the gap, M the whole mass matrix and J the gap's derivatives
+    by the coordinates: force over relative acceleration.
+    """
+
+
+@family
 def energy(mechanism, pose):
     """Return the kinetic energy (J) and the power of gravity (W)."""
 

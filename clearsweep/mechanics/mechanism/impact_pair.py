@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...catalogue import Channel, Field, JointSite, Keys, Mechanism
+from ..compiled.dual import as_type_of
 from ..joint.dry import Gap
 from .contract import (
     Built,
@@ -14,6 +15,7 @@ from .contract import (
     describe,
     energy,
     gaps,
+    impact_masses,
     output_error,
     place,
 )
@@ -78,6 +80,11 @@ def _gaps(mechanism, pose):
 @accelerate.member(ImpactPair)
 def _accelerate(mechanism, pose, loads):
     return Motion((loads[0].fx * (1.0 / mechanism.mass),), 0.0, 0.0)
+
+
+@impact_masses.member(ImpactPair)
+def _impact_masses(mechanism, pose, relative):
+    return (as_type_of(mechanism.mass, pose.x),)
 
 
 @energy.member(ImpactPair)

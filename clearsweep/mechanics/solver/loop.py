@@ -8,7 +8,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from ..compiled.family import kernel, pointer_to
-from ..joint.contract import ENTERED, LEFT
+from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR
 from ..observe.observables import KAPPA, KINETIC, observed
 from ..observe.record import write_sample
 from ..observe.tally import (
@@ -44,7 +44,6 @@ from .step_control import GROW, TRIES, change_of_length, first_length, next_leng
 
 AUTO = 2  # of Control.method
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
-ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
 

@@ -4,6 +4,8 @@ A law that folds back, or grows without bound, at some penetration is followed u
 twice the secant one, and along that tangent from there on: the force always grows, and never ends.
 """
 
+from numpy.polynomial.legendre import leggauss
+
 from ...compiled.family import family
 
 
@@ -16,6 +18,26 @@ def elastic_force(elastic, pen):
 def parity(elastic):
     """Return -1 where the force is, at small penetration, an odd power of the root of the penetration; else 1."""
 
+
+@family
+def elastic_energy(elastic, pen):
+    """Return the energy (J) stored at penetration `pen` (m, at least 0), the integral of the force over it.
+
+    A law without a closed form of it need not be a member: the integral is then Gauss's over the root of penetration,
+    of which forces are smooth functions; within 1e-6 of it for all laws here.
+    """
+
+
+@elastic_energy.member(None)
+def _by_quadrature(elastic, pen):
+    total = 0.0
+    for node, weight in NODES:
+        total += weight * elastic_force(elastic, pen * (node * node))
+    return pen * total
+
+
+#: Nodes x of Gauss-Legendre's rule on (0, 1), and its weights times 2 x: the integral over pen x^2.
+NODES = tuple((float(0.5 * x + 0.5), float(w * (0.5 * x + 0.5))) for x, w in zip(*leggauss(5), strict=True))
 
 FAMILIES = (elastic_force, parity)  # a type of this kind is a member of each
 

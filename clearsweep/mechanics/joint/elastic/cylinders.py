@@ -13,7 +13,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
 from ..recipe import enter
-from .contract import NEEDS, elastic_form
+from .contract import NEEDS, elastic_energy, elastic_force, elastic_form
 from .power import Power, derived_power
 
 #: Where the tangent of pen = g F ln(S / F) is twice the secant, in units of g S.  It folds back at exp(-1).
@@ -52,6 +52,16 @@ def _logarithmic(elastic, pen):
     if w < LOGARITHMIC_END:
         return elastic.stiffness * pen * inverse_lambert(w)
     return elastic.stiffness * elastic.depth * (w - 0.5 * LOGARITHMIC_END)
+
+
+@elastic_energy.member(Logarithmic)
+def _energy_of_logarithmic(elastic, pen):
+    """By parts: F pen less the integral of pen = g F ln(S / F) over F, which is F pen / 2 + g F^2 / 4."""
+    force = elastic_force(elastic, pen)
+    if pen < LOGARITHMIC_END * elastic.depth:
+        return 0.5 * force * pen - 0.25 * force * force / elastic.stiffness
+    end = LOGARITHMIC_END * elastic.depth  # where F = pen / (2 g); from there on along the tangent 1 / g
+    return 0.1875 * elastic.stiffness * end * end + 0.5 * (force + 0.5 * elastic.stiffness * end) * (pen - end)
 
 
 def logarithmic_of(joint: Joint, depth: float) -> Logarithmic:

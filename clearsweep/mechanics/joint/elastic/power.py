@@ -6,7 +6,7 @@ from ....catalogue import Field, Law
 from ...compiled import calculus as math
 from ..material import material_stiffness
 from ..recipe import enter
-from .contract import elastic_form
+from .contract import elastic_energy, elastic_form
 
 
 class Power(NamedTuple):
@@ -21,6 +21,11 @@ def _power(elastic, pen):
     return elastic.stiffness * pen**elastic.exponent
 
 
+@elastic_energy.member(Power)
+def _energy_of_power(elastic, pen):
+    return elastic.stiffness * pen * pen**elastic.exponent / (elastic.exponent + 1.0)
+
+
 class PowerThreeHalves(NamedTuple):
     """F = K pen^(3/2), Hertz's exponent: a square root in place of a general power."""
 
@@ -32,6 +37,11 @@ def _power_three_halves(elastic, pen):
     return elastic.stiffness * pen * math.sqrt(pen)
 
 
+@elastic_energy.member(PowerThreeHalves)
+def _energy_of_three_halves(elastic, pen):
+    return 0.4 * elastic.stiffness * pen * pen * math.sqrt(pen)
+
+
 class Linear(NamedTuple):
     """F = K pen."""
 
@@ -41,6 +51,11 @@ class Linear(NamedTuple):
 @elastic_form(Linear, odd=False)
 def _linear(elastic, pen):
     return elastic.stiffness * pen
+
+
+@elastic_energy.member(Linear)
+def _energy_of_linear(elastic, pen):
+    return 0.5 * elastic.stiffness * pen * pen
 
 
 POWERS = (Power, PowerThreeHalves, Linear)

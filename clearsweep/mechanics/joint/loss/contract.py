@@ -29,6 +29,29 @@ def sign_beyond(law, elastic):
     """
 
 
+@family
+def with_mass(law, mass):
+    """Return the law, told the mass (kg) that takes part in an impact at its contact as the bodies stand.
+
+    Only a law with a member asks for it; see `joint.impact_mass`.
+    """
+
+
+@family
+def awaits_mass(law):
+    """Return whether the force of the law, which knows its internal state, depends on the mass as things are."""
+
+
+@with_mass.member(None)
+def _needs_none(law, mass):
+    return law
+
+
+@awaits_mass.member(None)
+def _never_needs(law):
+    return False
+
+
 FAMILIES = (contact_force, lowest_force, sign_beyond)  # a type of this kind is a member of each
 
 

@@ -56,7 +56,7 @@ FACTOR = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 def factor_law(law: Law, chi: Callable[[float], float]) -> None:
     """Enter a law of this form with its chi(restitution)."""
     enter(
-        law,
+        law._replace(uses_onset=True),
         (Hysteresis,),
         lambda joint: Hysteresis(float(chi(joint.contact.values["restitution"]))),
         returned=lambda e: hysteresis_rebound(chi(e)),
@@ -290,6 +290,7 @@ enter(
         (RESTITUTION,),
         notes="Damped while the bodies approach only: damped in both phases, as also found, it would give back 0.22 "
         "where 0.5 is asked for.  The paper's elastic force is linear: write `exponent: 1`.",
+        uses_onset=True,
     ),
     (ApproachHysteresis,),
     lambda joint: ApproachHysteresis(approach_only_factor(joint.contact.values["restitution"])),

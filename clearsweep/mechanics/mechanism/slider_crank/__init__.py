@@ -6,7 +6,7 @@ import numpy as np
 
 from ....catalogue import Channel, Field, JointSite, Keys, Mechanism, Order, Output
 from ..contract import Built, Ideal, IdealMotion, Open
-from . import motion  # noqa: F401 - enters the equations of motion
+from . import masses, motion  # noqa: F401 - enter the equations of motion
 from .ideal import reactions, slider
 from .pose import ROD, SLIDER, Links, SliderCrank, places
 

@@ -1,0 +1,111 @@
+"""The mass that takes part in an impact at a contact, told to the laws that ask for it."""
+
+from numba.extending import overload
+
+from ..compiled.dual import as_type_of
+from ..compiled.family import OPTIONS, family, inlined, map_joints
+from ..mechanism.contract import gaps, impact_masses, place
+from .contract import after_joint, after_number, first_place, form_of, touches, with_internal_state
+from .dry import Joint
+from .loss.contract import awaits_mass, with_mass
+
+
+@family
+def _awaits(joint, gap, place, state):
+    """Return whether the law of a joint needs the mass in a `state`: (state vector, modes)."""
+
+
+@_awaits.member(None)
+def _never(joint, gap, place, state):
+    return False
+
+
+@_awaits.member(Joint)
+def _law_awaits(joint, gap, place, state):
+    y, mode = state
+    return touches(mode[place.contact]) and awaits_mass(with_internal_state(joint.law, y, place.internal))
+
+
+@family
+def _tell(joint, mass, place, shared):
+    """Return the joint, its law told the mass (kg) of its contact."""
+
+
+@_tell.member(None)
+def _as_it_is(joint, mass, place, shared):
+    return joint
+
+
+@_tell.member(Joint)
+def _with_its_law(joint, mass, place, shared):
+    return Joint(
+        clearance=joint.clearance,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.journal_radius,
+        side=joint.side,
+        law=with_mass(joint.law, mass),
+        elastic=joint.elastic,
+        friction=joint.friction,
+        wear=joint.wear,
+    )
+
+
+@inlined
+def _asks(joint, gap, place, state):
+    return _awaits(joint, gap, place, state)
+
+
+@inlined
+def _told(joint, mass, place, shared):
+    return _tell(joint, mass, place, shared)
+
+
+@inlined
+def _zero(gap, _, place, shared):
+    return as_type_of(0.0, gap.x)
+
+
+_ask_all = map_joints(_asks, after_joint)
+_tell_all = map_joints(_told, after_number)
+_nothing = map_joints(_zero, after_number)
+
+
+@inlined
+def _joints_now(scene, pose, relative, y, mode):
+    asking = _ask_all(scene.joints, relative, first_place(scene.joints, 2 * len(scene.coordinates) + 1), (y, mode))
+    if True in asking:
+        return _tell_all(scene.joints, impact_masses(scene.mechanism, pose, relative), 0, 0)
+    return _tell_all(scene.joints, _nothing(relative, relative, 0, 0), 0, 0)
+
+
+@inlined
+def _joints_at_event(scene, y):
+    pose = place(scene.mechanism, y)
+    return _tell_all(scene.joints, impact_masses(scene.mechanism, pose, gaps(scene.mechanism, pose)), 0, 0)
+
+
+def joints_now(scene, pose, relative, y, mode):
+    """Return the joints of a scene; laws that need it at the state `y`, its pose and Gaps, are told their mass."""
+    return _joints_now(scene, pose, relative, y, mode)
+
+
+def joints_at_event(scene, y):
+    """Return the joints of a scene, all laws that can need it told the mass of their contact at the state `y`."""
+    return _joints_at_event(scene, y)
+
+
+def _asked(scene):
+    """Return whether a law of a scene, of the compiler's type of one, can need the mass of its contact."""
+    joints = scene.types[scene.fields.index("joints")]
+    laws = [joint.types[joint.fields.index("law")] for joint in joints if "law" in joint.fields]
+    return any(form_of(law) in with_mass.members for law in laws)
+
+
+@overload(joints_now, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _compiled_joints_now(scene, pose, relative, y, mode):
+    return _joints_now if _asked(scene) else lambda scene, pose, relative, y, mode: scene.joints
+
+
+@overload(joints_at_event, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _compiled_joints_at_event(scene, y):
+    return _joints_at_event if _asked(scene) else lambda scene, y: scene.joints

@@ -1,0 +1,105 @@
+"""A contact that forgets how it began once it has proved lasting: `contact.onset: renewed`.
+
+A law F = F_elastic (1 + chi rate / onset_rate) is made for an impact: the rate at which it began says how hard it is.
+A contact that stays has no such rate; kept all the same, that of the first touch decides for ever how much is lost.
+With the energy W of the elastic force and the mass m that takes part, let v = sqrt(2 W / m), the rate of the free,
+lossless impact that would come to a stop at this depth.  Then
+
+    impact     F_elastic (1 + chi rate / v0), from the onset on; where v passes 2 v0, which no free impact comes near,
+               with v / 2 for v0: something else than the impact presses
+    lasting    max(0, F_elastic (1 + 2 zeta rate / v)), from where the rate is zero, so that the force has no jump: the
+               deepest point of a contact that is pressed, else the first point from which it deepens anew
+
+sqrt(2 W) and sqrt(m) rate move, in a lasting contact that is left alone, like deflection and speed of a linear
+oscillator of damping ratio zeta (see `rebound`), so it loses per cycle what an impact of the same restitution does.
+"""
+
+from typing import NamedTuple
+
+from ...compiled import calculus as math
+from ..contract import (
+    ENTERED,
+    NEVER,
+    ONSET_FLOOR,
+    TOUCHING,
+    Guard,
+    InternalState,
+    guard_values,
+    guards,
+    internal_rates,
+    internal_state,
+    latched,
+)
+from ..elastic.contract import elastic_energy, elastic_force
+from ..rebound import damping_ratio
+from .contract import awaits_mass, contact_force, loss_form, with_mass
+
+PRESSED_ON, TURNED = 0, 1  # guards: v passes 2 v0; the rate passes zero
+
+
+class Renewed(NamedTuple):
+    """A law of an impact until the contact proves lasting, then a damper without memory."""
+
+    impact: tuple  # the law until then
+    elastic: tuple  # of the joint: its energy tells when
+    damping: float  # 2 zeta, 1
+    mass: float  # kg, that takes part as the bodies stand; told in every state
+    turning: float = 0.0  # J, > 0: energy at which v is 2 v0; < 0: it has passed that, its negative; 0: lasting
+
+
+def renewed(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
+    """Return the compiled form of an impact's law, which gives back `restitution`, for lasting contacts too."""
+    return Renewed(impact, elastic, 2.0 * damping_ratio(restitution), 0.0)
+
+
+@loss_form(Renewed, pulls=False, times_elastic=True)
+def _renewed(law, elastic, pen, rate, onset_rate):
+    if law.turning > 0.0:
+        return contact_force(law.impact, elastic, pen, rate, onset_rate)
+    energy = elastic_energy(elastic, pen)
+    if law.turning < 0.0:
+        return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(energy / -law.turning))
+    force = elastic_force(elastic, pen)
+    if energy > 0.0:
+        return force + force * law.damping / math.sqrt(2.0 * energy) * (rate * math.sqrt(law.mass)), force
+    return force, force
+
+
+@with_mass.member(Renewed)
+def _massive(law, mass):
+    return Renewed(law.impact, law.elastic, law.damping, mass, law.turning)
+
+
+@awaits_mass.member(Renewed)
+def _once_it_lasts(law):
+    return law.turning == 0.0
+
+
+@internal_state.member(Renewed)
+def _energy(law):  # changes at events alone
+    return (InternalState(1.0, False),)
+
+
+@internal_rates.member(Renewed)
+def _stays(law, contact):
+    return (0.0,)
+
+
+@guards.member(Renewed)
+def _proves_lasting(law):
+    return Guard(TOUCHING, of_state=True), Guard(TOUCHING)
+
+
+@guard_values.member(Renewed)
+def _beyond_an_impact(law, start, contact, root):
+    if law.turning > 0.0:
+        return elastic_energy(law.elastic, root * root) - law.turning, contact.rate if start.rate < 0.0 else NEVER
+    return NEVER, -contact.rate if law.turning < 0.0 else NEVER
+
+
+@latched.member(Renewed)
+def _phase(law, event, contact, root):
+    if event == ENTERED:
+        rate = max(contact.rate, ONSET_FLOOR)
+        return (2.0 * law.mass * rate * rate,)
+    return (-law.turning if event == PRESSED_ON else 0.0,)
