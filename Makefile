@@ -64,6 +64,7 @@ docs: $(DOCS)/.ready
 	$(DOCS)/bin/clearsweep schema --markdown >docs/grid.md
 	$(DOCS)/bin/python docs/tools/columns.py
 	$(DOCS)/bin/python docs/tools/rooms.py
+	$(DOCS)/bin/python docs/tools/onset.py
 	NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --quiet --strict
 
 $(DOCS)/.ready: pyproject.toml constraints.txt

@@ -1,4 +1,4 @@
-"""Remarks where cases leave what their laws are made for: yield, a law's range, forces that would pull."""
+"""Remarks where cases leave what their laws are made for: yield, a law's range, pulling forces, lasting contact."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -9,6 +9,7 @@ from .wording import joint_name
 #: Figure of a joint -> value above which there is a remark.
 THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0, "force_clips": 0.0}
 LAW_LIMIT = "law-limit: "  # what the message of a case begins with that went past its law's range
+ONSET_KEPT = "onset-kept: "  # and what is in it where a contact that never ends keeps the rate at which it began
 
 
 def columns(joints: Iterable[str]) -> list[str]:
@@ -22,6 +23,7 @@ class Remarks:
     def __init__(self, joints: Iterable[str]) -> None:
         self.joints = list(joints)
         self.cases = 0
+        self.lasting = 0  # cases whose message is of ONSET_KEPT
         self.counts = dict.fromkeys(THRESHOLDS, 0)
         self.worst: dict[str, tuple[float, str, Mapping]] = dict.fromkeys(
             THRESHOLDS, (-math.inf, "", {})
@@ -30,6 +32,7 @@ class Remarks:
     def add(self, row: Mapping) -> None:
         """Take in a finished case, a row of the summary with at least `columns`."""
         self.cases += 1
+        self.lasting += ONSET_KEPT in str(row["message"] or "")
         for figure, threshold in THRESHOLDS.items():
             value, joint = max((_number(row[f"{joint}_{figure}"]), joint) for joint in self.joints)
             if value > threshold:
@@ -40,7 +43,15 @@ class Remarks:
     def sentences(self) -> list[str]:
         """Return the remarks on all cases, one sentence or two for each kind."""
         sentence = {"onset_rate_max": self._fast, "law_limit_fraction": self._deep, "force_clips": self._clipped}
-        return [sentence[figure](*self.worst[figure]) for figure in THRESHOLDS if self.counts[figure]]
+        found = [sentence[figure](*self.worst[figure]) for figure in THRESHOLDS if self.counts[figure]]
+        return [*found, self._kept()] if self.lasting else found
+
+    def _kept(self) -> str:
+        return (
+            f"A contact never ends in {self._times(self.lasting)}, and with contact.onset: first its law keeps the "
+            "rate of the first touch for ever: the start of the run decides the forces. contact.onset: renewed does "
+            "not."
+        )
 
     def _fast(self, rate: float, joint: str, row: Mapping) -> str:
         return (
@@ -66,7 +77,10 @@ class Remarks:
         )
 
     def _share(self, figure: str) -> str:
-        return f"{self.counts[figure]:,} of {self.cases:,} case{'s' * (self.cases != 1)}"
+        return self._times(self.counts[figure])
+
+    def _times(self, count: int) -> str:
+        return f"{count:,} of {self.cases:,} case{'s' * (self.cases != 1)}"
 
 
 def past_limits(spent: Iterable[tuple[str, str, float, float]]) -> str:
@@ -77,6 +91,15 @@ def past_limits(spent: Iterable[tuple[str, str, float, float]]) -> str:
         if share > 0.0
     ]
     return LAW_LIMIT + "; ".join(excesses) if excesses else ""
+
+
+def kept_onsets(lasting: Iterable[tuple[str, float]]) -> str:
+    """Return the message of a finished case from (joint, onset rate in m/s) of contacts that keep it and never end."""
+    kept = [
+        f"{joint} never loses contact in the window, and its law keeps the {rate:.3g} m/s of the first touch"
+        for joint, rate in lasting
+    ]
+    return f"{ONSET_KEPT}{', '.join(kept)}; contact.onset: renewed forgets how it began" if kept else ""
 
 
 def _percent(share: float) -> str:

@@ -123,6 +123,13 @@ JOINT = (
         shown=(Shown("forces", "fastest onset", 8), Shown("case", "fastest onset", 8)),
     ),
     Figure(
+        "onset_rate",
+        "m/s",
+        "onset rate that the contact's law goes by at the end of the window; null: it is apart or goes by none",
+        of="joint",
+        value=lambda window, place: None if math.isnan(window.onset[place]) else window.onset[place],
+    ),
+    Figure(
         "penetration_max",
         "m",
         "largest penetration",

@@ -8,8 +8,18 @@ import numpy as np
 
 from ..mechanics.compiled.family import NO_ENTRY, flatten
 from ..mechanics.joint import registry
-from ..mechanics.joint.contract import ONSET_FLOOR, contact_modes, every_contact, every_internal_state
+from ..mechanics.joint.contract import (
+    ONSET_FLOOR,
+    after_joint,
+    contact_modes,
+    every_contact,
+    every_internal_state,
+    first_place,
+    touches,
+    with_internal_state,
+)
 from ..mechanics.joint.guards import guards_of
+from ..mechanics.joint.loss.contract import keeps_onset
 from ..mechanics.joint.wear.contract import ACCOUNT
 from ..mechanics.joint.wear.step import wear_of
 from ..mechanics.observe import histogram, observables
@@ -120,6 +130,18 @@ class Run:
         """Add what a run beside this one took."""
         self.counts += other.counts
         self.duration += other.duration
+
+
+def onset_rates(run: Run) -> np.ndarray:
+    """Return the onset rate (m/s) that the law of each joint goes by where its integration stands, nan where none."""
+    joints, work = run.value.joints, run.work
+    rates, place = np.full(len(joints), math.nan), first_place(joints, work.time + 1)
+    for j, joint in enumerate(joints):
+        law = with_internal_state(joint.law, work.end, place.internal)
+        if touches(int(work.mode[place.contact])) and keeps_onset(law):
+            rates[j] = work.onset[place.contact]
+        place = after_joint(place, joint)
+    return rates
 
 
 def _unit(scene: Scene) -> np.ndarray:

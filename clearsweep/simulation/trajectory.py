@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,12 +13,13 @@ from ..errors import InputError
 from ..layout import DIFFERENCE, Layout
 from ..mechanics.joint import registry
 from ..mechanics.observe.record import Record
+from ..mechanics.observe.tally import ONSETS
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
-from ..validity import past_limits
+from ..validity import kept_onsets, past_limits
 from .figures import COST, figures_of
-from .run import Run, call, control_of, integrate, integrated, period
+from .run import Run, call, control_of, integrate, integrated, onset_rates, period
 from .scene import Scene, build
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
@@ -174,12 +175,21 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
         )
         for joint in scene.case.joints
     )
+    message = "; ".join(filter(None, (message, kept_onsets(_lasting(scene, run)))))
     names = [channel.name for channel in scene.layout.channels]
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
     )
     log, wear = _events_of(scene.layout, run.events), wear_of(scene.layout, run.tally)
     return Trajectory(status, message, summary, histories, log, wear)
+
+
+def _lasting(scene: Scene, run: Run) -> Iterator[tuple[str, float]]:
+    """Yield joint and onset rate (m/s) of every contact that lasts throughout the window and keeps that rate."""
+    kept = onset_rates(run)
+    for j, joint in enumerate(scene.case.joints):
+        if joint.contact.onset == "first" and not math.isnan(kept[j]) and run.tally.joint[j, ONSETS] == 0.0:
+            yield joint.name, kept[j]
 
 
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
@@ -205,6 +215,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         seconds=run.duration,
         duration=end - settings.discard * period(scene) if turning else run.work.y[run.work.time],
         turns=settings.revolutions - settings.discard if turning else 1.0,
+        onset=onset_rates(run),
     )
 
 

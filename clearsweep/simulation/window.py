@@ -23,6 +23,7 @@ class Window(NamedTuple):
     seconds: float  # s, that integrating took
     duration: float  # s
     turns: float  # revolutions; 1 where nothing turns
+    onset: np.ndarray  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
 
 
 def wear_depths(layout: Layout, tally: Tally, place: int) -> tuple[np.ndarray, np.ndarray]:

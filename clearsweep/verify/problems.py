@@ -162,6 +162,7 @@ def _trajectory(name: str, entry: dict) -> Trajectory:
             "law": "lankarani-nikravesh",
             "stiffness": entry["stiffness"],
             "restitution": entry["restitution"],
+            "onset": "first",  # as the references were made
         },
     }
     if "friction" in entry:

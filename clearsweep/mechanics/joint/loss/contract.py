@@ -52,6 +52,21 @@ def _never_needs(law):
     return False
 
 
+@family
+def keeps_onset(law):
+    """Return whether the force of the law, which knows its internal state, depends on the rate of the onset."""
+
+
+@keeps_onset.member(None)
+def _knows_none(law):
+    return False
+
+
+def kept_always(law):
+    """Return True: a law depends on the rate of the onset to the end of the contact."""
+    return True
+
+
 FAMILIES = (contact_force, lowest_force, sign_beyond)  # a type of this kind is a member of each
 
 

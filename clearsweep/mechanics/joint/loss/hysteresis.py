@@ -11,7 +11,7 @@ from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
 from ..recipe import enter
-from .contract import ANY_RESTITUTION, RESTITUTION, loss_form
+from .contract import ANY_RESTITUTION, RESTITUTION, keeps_onset, kept_always, loss_form
 
 
 class Lossless(NamedTuple):
@@ -50,6 +50,7 @@ def _hysteresis(law, elastic, pen, rate, onset_rate):
     return force + force * (law.factor / onset_rate) * rate, force
 
 
+keeps_onset.member(Hysteresis)(kept_always)
 FACTOR = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
@@ -273,6 +274,9 @@ class ApproachHysteresis(NamedTuple):
 def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force + force * (law.factor / onset_rate) * max(rate, 0.0), force
+
+
+keeps_onset.member(ApproachHysteresis)(kept_always)
 
 
 def approach_only_factor(e: float) -> float:

@@ -19,7 +19,7 @@ from ..contract import (
 from ..elastic.contract import elastic_force
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import enter
-from .contract import RESTITUTION, loss_form
+from .contract import RESTITUTION, keeps_onset, kept_always, loss_form
 
 SHALLOW = 1e-12  # m, the least depth that a contact which yields remembers
 BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: not reached again by rounding
@@ -47,6 +47,9 @@ def _plastic(law, elastic, pen, rate, onset_rate):
     rest = (pen - (1.0 - share) * law.deepest) / share
     force = math.copysign(elastic_force(elastic, abs(rest)), rest)  # below 0 where the indentation is clear
     return force, max(force, 0.0)
+
+
+keeps_onset.member(Plastic)(kept_always)
 
 
 class YieldingSphere(NamedTuple):

@@ -32,7 +32,7 @@ from ..contract import (
 )
 from ..elastic.contract import elastic_energy, elastic_force
 from ..rebound import damping_ratio
-from .contract import awaits_mass, contact_force, loss_form, with_mass
+from .contract import awaits_mass, contact_force, keeps_onset, loss_form, with_mass
 
 PRESSED_ON, TURNED = 0, 1  # guards: v passes 2 v0; the rate passes zero
 
@@ -73,6 +73,11 @@ def _massive(law, mass):
 @awaits_mass.member(Renewed)
 def _once_it_lasts(law):
     return law.turning == 0.0
+
+
+@keeps_onset.member(Renewed)
+def _until_pressed_on(law):
+    return law.turning > 0.0
 
 
 @internal_state.member(Renewed)
