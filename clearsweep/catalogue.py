@@ -64,11 +64,11 @@ class Law(NamedTuple):
     formula: str
     source: str
     fields: tuple[Field, ...] = ()
-    uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
     uses_elastic: bool = True  # family 'law': False where the law brings its own stiffness and takes no `elastic`
     notes: str = ""  # pitfalls
     needs: tuple[str, ...] = ()  # 'length', 'material', 'modulus', 'hertz': what has to be there besides its fields
     ranges: tuple[Range, ...] = ()
+    uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
     orders: tuple[Order, ...] = ()
 
 

@@ -2,6 +2,7 @@
 
 import copy
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ from clearsweep.simulation.run import Run, control_of, onset_rates, period
 from clearsweep.simulation.trajectory import simulate
 
 ROOT = Path(__file__).parent.parent
+SITES = {"A": "ground-crank", "B": "crank-rod", "C": "rod-slider"}
 CONTACT = "joints.rod-slider.contact"
 MASS = 0.1  # kg
 KEEPING = [name for name in names("law") if RECIPES["law", name].law.uses_onset]
@@ -139,14 +141,10 @@ def mass_by_energy(mechanism, y, n, j):
     return 1.0 / (along @ np.linalg.solve(matrix, along))
 
 
-@pytest.mark.parametrize(
-    "opening",
-    ["ground-crank", "crank-rod", "rod-slider", "ground-crank crank-rod", "ground-crank rod-slider"]
-    + ["crank-rod rod-slider", "ground-crank crank-rod rod-slider"],
-)
+@pytest.mark.parametrize("opening", ["A", "B", "C", "AB", "AC", "BC", "ABC"])
 def test_masses_of_impacts_are_those_of_the_whole_mass_matrix(opening):
     changes = {"mechanism.rod.center": 0.05, "mechanism.crank.center": 0.02}
-    value = clearsweep.load_case(slider_crank(*opening.split(), changes=changes)).value
+    value = clearsweep.load_case(slider_crank(*map(SITES.get, opening), changes=changes)).value
     n = len(value.coordinates)
     y = np.random.default_rng(1).normal(scale=0.3, size=2 * n + 1)
     pose = place(value.mechanism, y)
@@ -170,8 +168,7 @@ def crank(onset="renewed", start="centred", **settings):
         f"{CONTACT}.onset": onset,
         f"{CONTACT}.stiffness": 1e10,
         f"{CONTACT}.restitution": 0.5,
-        "joints.rod-slider.clearance": 1e-4,
-        "drive.speed": "3000 rpm",
+        "joints.rod-slider.clearance": 5e-5,
         "simulate.start": start,
         "simulate.revolutions": 12,
         "simulate.discard": 8,
@@ -194,10 +191,8 @@ def test_a_free_impact_gives_back_what_the_law_does(asked):
 @pytest.mark.parametrize("contact", [{"exponent": 1.0, "stiffness": 1e8}, {}, {"exponent": 2.0, "stiffness": 1e13}])
 def test_free_impacts_of_all_laws_are_as_published(name, contact):
     for asked in (0.1, 0.3, 0.5, 0.7, 0.9, 0.95):
-        closed = RECIPES["law", name].returned(asked)
-        assert bounce("renewed", name, asked, **contact)["pair_restitution"] == pytest.approx(
-            closed, abs=1e-7, rel=1e-6
-        )
+        found = bounce("renewed", name, asked, **contact)["pair_restitution"]
+        assert found == pytest.approx(RECIPES["law", name].returned(asked), rel=1e-6)
 
 
 def test_the_start_is_forgotten_unless_the_first_touch_counts():
@@ -208,7 +203,7 @@ def test_the_start_is_forgotten_unless_the_first_touch_counts():
     centred, seated = figures("renewed")
     assert seated == pytest.approx(centred, rel=1e-3)
     centred, seated = figures("first")
-    assert abs(seated[1] / centred[1] - 1.0) > 0.1  # the memory
+    assert seated[1] > 1.5 * centred[1]
 
 
 def steps(run, control):
@@ -239,7 +234,7 @@ def test_the_error_follows_the_tolerance():
 
     truth = end(1e-13)
     errors = [np.abs(end(tolerance) - truth).max() for tolerance in (1e-5, 1e-7, 1e-9, 1e-11)]
-    assert all(later < 0.1 * earlier for earlier, later in zip(errors, errors[1:], strict=False)), errors
+    assert all(later < 0.1 * earlier for earlier, later in pairwise(errors)), errors
 
 
 @pytest.mark.slow
@@ -254,7 +249,7 @@ def test_the_implicit_method_agrees_with_the_explicit_one():
 
     truth = end("explicit", 1e-13)
     errors = [np.abs(end("implicit", tolerance) - truth).max() for tolerance in (1e-5, 1e-7, 1e-9)]
-    assert all(later < 0.2 * earlier for earlier, later in zip(errors, errors[1:], strict=False)), errors
+    assert all(later < 0.2 * earlier for earlier, later in pairwise(errors)), errors
 
 
 # ---------------------------------------------------------------------------------------------- what a user sees

@@ -152,9 +152,8 @@ def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
     energies, loads = [], []
     for part, written, joint in zip(made.layout.joints, made.case.joints, made.value.joints, strict=True):
         rate = summary[f"{part.name}_onset_rate_max"]
-        factor = getattr(getattr(joint.law, "impact", joint.law), "factor", 0.0) * min(
-            1.0, rate / ONSET_FLOOR
-        )  # laws divide by no less
+        impact = getattr(joint.law, "impact", joint.law)
+        factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws divide by no less
         energies.append(_damped_energy(_reduced_mass(made.case, part.name), rate, factor))
         loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []

@@ -23,6 +23,10 @@ REFERENCE = Joint(
     length=20e-3,
 )
 _REFERENCE_TEXT = "steel, 207 GPa, 0.3; bearing radius 10 mm, clearance 0.5 mm, length 20 mm"
+ONSET = (
+    "onset: first or renewed, how long the onset rate counts: to the end of the contact, or until it has proved "
+    "lasting; default renewed"
+)
 _KEYS = {
     "mechanism": "mechanism.type",
     "law": "contact.law",
@@ -63,7 +67,8 @@ def _described(law: Law) -> str:
     recipe = RECIPES.get((law.family, law.name))  # None of a mechanism
     blocks = [f"{_KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
     if law.fields or law.needs:
-        blocks.append("\n".join(["parameters", *map(_parameter, law.fields), *map(_needed, law.needs)]))
+        onset = [_wrapped("  ", ONSET)] if law.uses_onset else []
+        blocks.append("\n".join(["parameters", *map(_parameter, law.fields), *map(_needed, law.needs), *onset]))
     blocks += [_wrapped("", f"source: {law.source}")]
     if law.notes:
         blocks.append(_wrapped("", f"notes: {law.notes}"))

@@ -61,21 +61,28 @@ def _told(joint, mass, place, shared):
 
 
 @inlined
-def _zero(gap, _, place, shared):
+def _like(mass, gap, place, shared):
+    return as_type_of(mass, gap.x)
+
+
+@inlined
+def _none(gap, _, place, shared):
     return as_type_of(0.0, gap.x)
 
 
 _ask_all = map_joints(_asks, after_joint)
 _tell_all = map_joints(_told, after_number)
-_nothing = map_joints(_zero, after_number)
+_all_like = map_joints(_like, after_number)
+_none_known = map_joints(_none, after_number)
 
 
 @inlined
 def _joints_now(scene, pose, relative, y, mode):
     asking = _ask_all(scene.joints, relative, first_place(scene.joints, 2 * len(scene.coordinates) + 1), (y, mode))
     if True in asking:
-        return _tell_all(scene.joints, impact_masses(scene.mechanism, pose, relative), 0, 0)
-    return _tell_all(scene.joints, _nothing(relative, relative, 0, 0), 0, 0)
+        masses = impact_masses(scene.mechanism, pose, relative)
+        return _tell_all(scene.joints, _all_like(masses, relative, 0, 0), 0, 0)
+    return _tell_all(scene.joints, _none_known(relative, relative, 0, 0), 0, 0)
 
 
 @inlined

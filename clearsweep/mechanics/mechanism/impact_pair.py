@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...catalogue import Channel, Field, JointSite, Keys, Mechanism
-from ..compiled.dual import as_type_of
 from ..joint.dry import Gap
 from .contract import (
     Built,
@@ -84,7 +83,7 @@ def _accelerate(mechanism, pose, loads):
 
 @impact_masses.member(ImpactPair)
 def _impact_masses(mechanism, pose, relative):
-    return (as_type_of(mechanism.mass, pose.x),)
+    return (mechanism.mass,)
 
 
 @energy.member(ImpactPair)
