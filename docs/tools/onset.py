@@ -12,6 +12,7 @@ import clearsweep
 ROOT = Path(__file__).parents[2]
 PICTURE = ROOT / "docs/onset.svg"
 CASE = {
+    "drive.speed": "5000 rpm",
     "joints.rod-slider.clearance": "0.1 mm",
     "joints.rod-slider.contact.stiffness": 1e10,
     "joints.rod-slider.contact.restitution": 0.7,

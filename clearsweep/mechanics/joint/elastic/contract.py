@@ -6,6 +6,7 @@ twice the secant one, and along that tangent from there on: the force always gro
 
 from numpy.polynomial.legendre import leggauss
 
+from ...compiled.dual import as_type_of
 from ...compiled.family import family
 
 
@@ -34,6 +35,20 @@ def _by_quadrature(elastic, pen):
     for node, weight in NODES:
         total += weight * elastic_force(elastic, pen * (node * node))
     return pen * total
+
+
+@family
+def energy_stiffness(elastic, pen):
+    """Return F^2 / (2 W) at penetration `pen`, N/m: the stiffness of a linear spring of this force and energy.
+
+    A law need not be a member: it follows from the two.
+    """
+
+
+@energy_stiffness.member(None)
+def _of_force_and_energy(elastic, pen):
+    force, energy = elastic_force(elastic, pen), elastic_energy(elastic, pen)
+    return 0.5 * force * force / energy if energy > 0.0 else as_type_of(0.0, energy)
 
 
 #: Nodes x of Gauss-Legendre's rule on (0, 1), and its weights times 2 x: the integral over pen x^2.

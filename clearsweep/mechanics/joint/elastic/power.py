@@ -6,7 +6,7 @@ from ....catalogue import Field, Law
 from ...compiled import calculus as math
 from ..material import material_stiffness
 from ..recipe import enter
-from .contract import elastic_energy, elastic_form
+from .contract import elastic_energy, elastic_form, energy_stiffness
 
 
 class Power(NamedTuple):
@@ -42,6 +42,11 @@ def _energy_of_three_halves(elastic, pen):
     return 0.4 * elastic.stiffness * pen * pen * math.sqrt(pen)
 
 
+@energy_stiffness.member(PowerThreeHalves)
+def _linear_for_three_halves(elastic, pen):
+    return 1.25 * elastic.stiffness * math.sqrt(pen)
+
+
 class Linear(NamedTuple):
     """F = K pen."""
 
@@ -56,6 +61,11 @@ def _linear(elastic, pen):
 @elastic_energy.member(Linear)
 def _energy_of_linear(elastic, pen):
     return 0.5 * elastic.stiffness * pen * pen
+
+
+@energy_stiffness.member(Linear)
+def _linear_as_it_is(elastic, pen):
+    return elastic.stiffness
 
 
 POWERS = (Power, PowerThreeHalves, Linear)

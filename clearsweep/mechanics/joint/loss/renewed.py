@@ -11,7 +11,8 @@ lossless impact that would come to a stop at this depth.  Then
                deepest point of a contact that is pressed, else the first point from which it deepens anew
 
 sqrt(2 W) and sqrt(m) rate move, in a lasting contact that is left alone, like deflection and speed of a linear
-oscillator of damping ratio zeta (see `rebound`), so it loses per cycle what an impact of the same restitution does.
+oscillator of damping ratio zeta (see `rebound`), so it loses per cycle what an impact of the same restitution does: the
+force is F_elastic + 2 zeta sqrt(S m) rate with S = F_elastic^2 / (2 W), the stiffness of that oscillator.
 """
 
 from typing import NamedTuple
@@ -30,7 +31,7 @@ from ..contract import (
     internal_state,
     latched,
 )
-from ..elastic.contract import elastic_energy, elastic_force
+from ..elastic.contract import elastic_energy, elastic_force, energy_stiffness
 from ..rebound import damping_ratio
 from .contract import awaits_mass, contact_force, keeps_onset, loss_form, with_mass
 
@@ -56,13 +57,11 @@ def renewed(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
 def _renewed(law, elastic, pen, rate, onset_rate):
     if law.turning > 0.0:
         return contact_force(law.impact, elastic, pen, rate, onset_rate)
-    energy = elastic_energy(elastic, pen)
     if law.turning < 0.0:
-        return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(energy / -law.turning))
+        share = elastic_energy(elastic, pen) / -law.turning  # of the energy at which v / 2 was the onset rate
+        return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(share))
     force = elastic_force(elastic, pen)
-    if energy > 0.0:
-        return force + force * law.damping / math.sqrt(2.0 * energy) * (rate * math.sqrt(law.mass)), force
-    return force, force
+    return force + law.damping * math.sqrt(energy_stiffness(elastic, pen) * law.mass) * rate, force
 
 
 @with_mass.member(Renewed)
