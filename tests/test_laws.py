@@ -367,7 +367,7 @@ def test_all_laws_can_be_swept_in_one_grid():
     cases = grid.load(case, simulation.catalogue())
     kinds = {type(registry.contact_terms(cases.case(k).joints[0])[0]).__name__ for k in range(len(cases))}
     assert len(cases) > 10
-    assert kinds == {"Hysteresis", "ApproachHysteresis", "RootDamper", "ApproachRootDamper", "Plastic"}
+    assert kinds == {"Renewed", "RootDamper", "ApproachRootDamper", "Plastic"}
 
 
 def code_of(**contact):
