@@ -95,8 +95,9 @@ def test_figures_have_names_of_their_own_and_need_what_there_is():
 
 def test_every_figure_of_a_case_is_computed():
     path = clearsweep.simulate(clearsweep.load_case(source()))
-    missing = [name for name, value in path.summary.items() if value is None]
-    assert (path.status, missing) == ("ok", [])
+    missing = {name for name, value in path.summary.items() if value is None}
+    assert path.status == "ok"
+    assert missing <= {"rod_slider_onset_rate"}  # there is none in free flight
 
 
 def test_a_layout_is_read_from_run_json_as_it_was():

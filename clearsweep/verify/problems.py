@@ -199,7 +199,12 @@ def _pair() -> ImpactPair:
         "joints": {
             "pair": {
                 "clearance": 1e-3,
-                "contact": {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "restitution": 0.9},
+                "contact": {
+                    "law": "lankarani-nikravesh",
+                    "stiffness": 6.61e10,
+                    "restitution": 0.9,
+                    "onset": "first",  # which rivals know
+                },
             }
         },
         "simulate": {"impacts": 5},
