@@ -4,6 +4,7 @@ The numbers of a mechanism or a law are kept by the name of their key, since eac
 known reads it.  All else has a field.
 """
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -99,6 +100,7 @@ class Simulate(NamedTuple):
     method: str
     step_budget: int  # per revolution
     event_budget: int  # per revolution
+    time_budget: float = math.inf  # s of process time
     revolutions: float = 0.0  # `discard` included
     discard: float = 0.0
     start: str = "centred"

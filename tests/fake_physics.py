@@ -31,6 +31,7 @@ CATALOGUE = Catalogue(
         Law("law", "lankarani-nikravesh", "loss", "", "", _LOSS),
         Law("elastic", "power", "power law", "", "", _POWER),
         Law("wear", "archard", "wear", "", "", _WEAR),
+        Law("pressure", "mean", "even", "", ""),
         Law("pressure", "hertz-line", "line contact", "", "", needs=("modulus",)),
     ),
     mechanisms=(

@@ -38,7 +38,10 @@ CATALOGUE = simulation.catalogue()._replace(
             "friction", "ambrosio", COEFFICIENT, Field("v0", "m/s", "dead band"), Field("v1", "m/s", "full slip")
         )._replace(orders=(Order("v0", "v1", "friction grows from v0 to v1"),)),
         law("wear", "archard"),
-        law("pressure", "hertz-line")._replace(needs=("modulus",)),
+        law("pressure", "mean"),
+        law("pressure", "hertz-line", Field("pressure_modulus", "Pa", "E* of both bodies", optional=True))._replace(
+            needs=("modulus",)
+        ),
     )
 )
 TEXT = """\

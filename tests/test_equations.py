@@ -6,6 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from clearsweep.mechanics.joint.contract import PRESSED
+from clearsweep.mechanics.joint.dry import Gap, Joint, joint_load
+from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
+from clearsweep.mechanics.joint.friction.sliding import Tanh
+from clearsweep.mechanics.joint.loss.hysteresis import Lossless
 from clearsweep.mechanics.mechanism.contract import Ideal, Open, accelerate, gaps, place
 from clearsweep.mechanics.mechanism.slider_crank.pose import Links, SliderCrank
 
@@ -184,3 +189,21 @@ def test_the_gaps_are_those_of_the_page(opening):
             np.testing.assert_allclose([gap.x, gap.y, gap.vx, gap.vy], [*where, *rate], rtol=1e-11, atol=1e-11)
         else:
             np.testing.assert_allclose(where, 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_powers_on_both_bodies_add_up_and_leave_the_couple_of_two_contact_points(side):
+    """Also against the two bodies turning as one: what they slide at is the penetration times their rate."""
+    joint = Joint(5e-4, 0.01, 0.0095, side, Lossless(), PowerThreeHalves(1e9), Tanh(0.3, 1e-3), ())
+    pen, spin = 2e-5, (70.0, -20.0)
+    gap = Gap(3.12e-4, 4.16e-4, 0.2, -0.4, *spin)
+    one = joint_load(joint, gap, PRESSED, pen, 0.1)
+    (contact,) = one.contacts
+    power = one.fx * gap.vx + one.fy * gap.vy + one.moment_proximal * spin[0] + one.moment_distal * spin[1]
+    taken = -contact.normal * contact.rate + contact.tangential * contact.slip
+    assert power == pytest.approx(taken, rel=1e-12, abs=0.0)
+    couple = gap.x * one.fy - gap.y * one.fx + one.moment_proximal + one.moment_distal
+    assert couple == pytest.approx(pen * contact.tangential, rel=1e-9, abs=0.0)
+    rigid = gap._replace(vx=-50.0 * gap.y, vy=50.0 * gap.x, spin_proximal=50.0, spin_distal=50.0)
+    (contact,) = joint_load(joint, rigid, PRESSED, pen, 0.1).contacts
+    assert contact.slip == pytest.approx(50.0 * pen, rel=1e-9, abs=0.0)

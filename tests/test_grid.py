@@ -35,13 +35,13 @@ def test_a_case_is_in_si_with_every_default_filled_in(at):
     body = {"crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4, "center": 0.025}}
     body["rod"] = {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06}
     contact = {"law": "lankarani-nikravesh", "elastic": "power", "stiffness": 6.61e10, "exponent": 1.5}
-    wear = {"law": "archard", "bins": 360, "pressure": "hertz-line", "bearing_coefficient": 2e-14}
+    wear = {"law": "archard", "bins": 360, "pressure": "mean", "bearing_coefficient": 2e-14}
     joint = {"clearance": 5e-4, "bearing_radius": 0.01, "length": 0.02, "journal": "rod"}
     joint["contact"] = contact | {"restitution": 0.9}
     joint["friction"] = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
     joint["wear"] = wear | {"journal_coefficient": 2e-14}
     words = {"start": "centred", "method": "auto"}
-    budgets = {"step_budget": 1_000_000, "event_budget": 100_000}
+    budgets = {"step_budget": 1_000_000, "event_budget": 100_000, "time_budget": 600.0}
     assert demo.written_case(0) == {
         "mechanism": {"type": "slider-crank", **body, "slider": {"mass": 0.14}, "gravity": 0.0},
         "drive": {"speed": pytest.approx(5000 * math.pi / 30, rel=3e-16, abs=0.0)},
@@ -56,7 +56,7 @@ def test_an_impact_pair_has_two_masses_and_no_drive():
     case = pair.written_case(0)
     assert case["mechanism"] == {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0}
     assert set(case) == {"mechanism", "joints", "simulate", "save"}
-    assert set(case["simulate"]) == {"impacts", "tolerance", "step_budget", "event_budget", "method"}
+    assert set(case["simulate"]) == {"impacts", "tolerance", "step_budget", "event_budget", "time_budget", "method"}
     assert case["save"] == {"orbits": "last", "samples": 720}
     assert (pair.layout.mechanism, pair.layout.turns, pair.layout.output) == ("impact-pair", False, "")
     assert pair.layout.joints == (JointLayout("pair"),)
@@ -128,6 +128,7 @@ SAME = {
     "hertz": ("speed: 5000 rpm", "speed: 83.33333333333333333333 Hz"),
     "both": ("coefficient: 2e-14 m^2/N", "bearing_coefficient: 2e-14, journal_coefficient: 2e-14"),
     "left out": (", center: 60 mm", ""),
+    "patience": ("tolerance: 1e-8", "tolerance: 1e-8, time_budget: 5 s"),
     "quoted": ("restitution: 0.9", "restitution: '0.9'"),
 }
 
@@ -302,7 +303,7 @@ def test_the_frame_holds_what_is_not_swept(at):
     assert frame["save.samples"] == 720
     assert frame["mechanism.rod.center"] == 0.06
     assert "drive.speed" not in frame
-    assert "name" not in frame
+    assert not {"name", "simulate.time_budget"} & set(frame)
     assert (
         at(text.replace("[0.1 mm]", "[0.1 mm, 0.2 mm]").replace("clearance: 0.5 mm", "clearance: 0.4 mm")).frame()
         == frame

@@ -186,9 +186,14 @@ MISTAKES = {
         f"18:39: {JOINT}.wear.coefficient: found 2e-08 m^2/N, times the hardness 2000000000 Pa 40; allowed",
     ),
     "wear without modulus": (
-        "6.61e10 N/m^1.5",
-        "6.61e10 N/m^1.4\n      exponent: 1.4",
-        f"14:7: {CONTACT}.material: is missing; the pressure of wear needs Young's modulus",
+        "coefficient: 2e-14 m^2/N}",
+        "coefficient: 2e-14 m^2/N, pressure: hertz-line}",
+        f"18:62: {CONTACT}.material: is missing; the pressure 'hertz-line' of wear needs material",
+    ),
+    "endless": (
+        "revolutions: 10,",
+        "revolutions: 1e300,",
+        "19:25: simulate.revolutions: found 1e300, out of range; allowed: above 0 and at most 1000000000",
     ),
     "material and exponent": (
         "stiffness: 6.61e10 N/m^1.5",

@@ -193,12 +193,11 @@ def test_a_tighter_tolerance_converges_and_energies_balance():
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("friction", [{"viscous": 30.0}, {"static_coefficient": 0.05}], ids=["viscous", "rising"])
-def test_surfaces_that_let_go_are_not_caught_at_once(friction):
+def test_surfaces_that_let_go_are_not_caught_at_once():
     smooth = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
     steps = [
         clearsweep.simulate(crank("rod-slider", friction=law, simulate__method="explicit")).summary["steps"]
-        for law in (KARNOPP | friction, smooth)
+        for law in (KARNOPP | {"viscous": 30.0}, smooth)
     ]
     assert steps[0] < 1.1 * steps[1]
 

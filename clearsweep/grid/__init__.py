@@ -5,6 +5,7 @@ from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .json_schema import schema
 from .key_units import key_units
 from .reference import markdown
+from .room import check_disk, check_memory, history_bytes, largest_history, usual_history
 
 __all__ = [
     "SCHEMA_VERSION",
@@ -12,10 +13,15 @@ __all__ = [
     "Field",
     "Grid",
     "Law",
+    "check_disk",
+    "check_memory",
+    "history_bytes",
     "identity",
     "key_units",
+    "largest_history",
     "load",
     "markdown",
     "schema",
     "starter",
+    "usual_history",
 ]

@@ -6,6 +6,7 @@ from ..case import Materials
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
 from .draft import Draft
+from .key_table import moduli
 from .keys import Number, Section, value_key, word_key
 from .values import exponent_values
 
@@ -83,11 +84,6 @@ def _in_order(draft: Draft, section: str, law: Law) -> None:
         _below(draft, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
 
 
-def _there(draft: Draft, path: str) -> bool:
-    """Return whether a value or a section is written, or swept."""
-    return path in draft.written or path in draft.swept or path in draft.sections
-
-
 _EXAMPLES = {
     "length": "the joint's length along the pin, such as 20 mm",
     "bearing_radius": "the radius of the bearing, such as 10 mm",
@@ -100,7 +96,7 @@ def _material(draft: Draft, joint: str) -> None:
     material = f"{joint}.contact.material"
     if material not in draft.shape or not value_key(draft.shape, f"{material}.young").used(draft.names):
         return
-    shared = [key for key in ("young", "poisson") if _there(draft, f"{material}.{key}")]
+    shared = [key for key in ("young", "poisson") if draft.there(f"{material}.{key}")]
     own = [body for body in Materials._fields if f"{material}.{body}" in draft.shape]
     if own and shared:
         sentence = f"is written beside {' and '.join(own)}; write it within bearing and journal, or leave these out"
@@ -129,7 +125,7 @@ def _elastic(draft: Draft, joint: str, catalogue: Catalogue) -> None:
     tried = [each for path, laws in families.items() for each in laws if each.name in draft.names[path]]
     for chosen in sorted(tried, key=lambda law: law.name):
         for path in _needed(draft, joint, chosen):
-            if not _there(draft, f"{joint}.{path}"):
+            if not draft.there(f"{joint}.{path}"):
                 sentence = f"is missing; {chosen.family} '{chosen.name}' needs {_EXAMPLES[path]}"
                 draft.problems.add(draft.place(elastic), f"{joint}.{path}", sentence)
         if "hertz" in chosen.needs:
@@ -158,8 +154,8 @@ def _hertzian(draft: Draft, elastic: str, law: Law) -> None:
 def _needed(draft: Draft, joint: str, law: Law) -> tuple[str, ...]:
     """Return the paths within the joint of what a law of its contact needs besides its own fields."""
     needed = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
-    from_material = law.name == "power" and not _there(draft, f"{joint}.contact.stiffness")
-    sized = needed or (from_material and _there(draft, f"{joint}.contact.material"))
+    from_material = law.name == "power" and not draft.there(f"{joint}.contact.stiffness")
+    sized = needed or (from_material and draft.there(f"{joint}.contact.material"))
     radius = draft.shape[f"{joint}.bearing_radius"]
     optional = isinstance(radius, Number) and radius.uses[0].field.optional
     return ("bearing_radius", *needed) if sized and optional else needed
@@ -168,15 +164,11 @@ def _needed(draft: Draft, joint: str, law: Law) -> tuple[str, ...]:
 def _wear(draft: Draft, joint: str) -> None:
     """Check what wear needs of its joint, and that its coefficient is possible."""
     wear = f"{joint}.wear"
-
-    def there(path: str) -> bool:
-        return _there(draft, path)
-
-    if not there(f"{joint}.length"):
+    if not draft.there(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
         draft.problems.add(draft.place(wear), f"{joint}.length", sentence)
-    overridden = there(f"{wear}.bearing_coefficient") and there(f"{wear}.journal_coefficient")
-    if not there(f"{wear}.coefficient") and not overridden:
+    overridden = draft.there(f"{wear}.bearing_coefficient") and draft.there(f"{wear}.journal_coefficient")
+    if not draft.there(f"{wear}.coefficient") and not overridden:
         sentence = (
             "is missing; write such as 2e-14 m^2/N for both bodies, or bearing_coefficient and journal_coefficient"
         )
@@ -196,24 +188,12 @@ def _wear(draft: Draft, joint: str) -> None:
 
 
 def _pressure(draft: Draft, joint: str, catalogue: Catalogue) -> None:
-    """Check that Young's modulus, where the pressure of wear needs it, follows from the material or the stiffness."""
-    pressures = [law for law in catalogue.of("pressure") if law.name in draft.names[f"{joint}.wear.pressure"]]
-    if not any("modulus" in law.needs for law in pressures):
-        return
-    contact = f"{joint}.contact"
-    law, elastic = f"{contact}.law", f"{contact}.elastic"
-    if (
-        f"{contact}.material" in draft.shape
-        or elastic not in draft.shape
-        or not draft.unsure.isdisjoint((law, elastic))
-    ):
-        return
-    ((_, with_elastic),) = word_key(draft.shape, elastic).when
-    exponents = exponent_values(draft, f"{contact}.stiffness")
-    power = draft.names[law] <= with_elastic and draft.names[elastic] == {"power"}
-    if not power or any(not math.isclose(exponent, 1.5) for exponent in exponents):
+    """Check that a pressure of wear that needs a modulus has one."""
+    path, contact = f"{joint}.wear.pressure", f"{joint}.contact"
+    needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in draft.names[path]]
+    if needing and not any(map(draft.there, moduli(joint))):
         sentence = (
-            "is missing; the pressure of wear needs Young's modulus: write material: {young: 207 GPa, poisson: 0.3} "
-            "(the stiffness of a power law of exponent 1.5 also gives it)"
+            f"is missing; the pressure '{needing[0].name}' of wear needs material: {{young: 207 GPa, poisson: 0.3}} or "
+            "pressure_modulus beside it: it does not follow from a stiffness; without either write pressure: mean"
         )
-        draft.problems.add(draft.place(contact), f"{contact}.material", sentence)
+        draft.problems.add(draft.place(path), f"{contact}.material", sentence)

@@ -37,6 +37,10 @@ class Draft:
             path = path.rpartition(".")[0]
         return self.swept.get(path) or self.written.get(path) or self.sections[path]
 
+    def there(self, path: str) -> bool:
+        """Return whether a value or a section is written, or swept."""
+        return path in self.written or path in self.swept or path in self.sections
+
     def in_step(self, *paths: str) -> bool:
         """Return whether these paths take their values together, row by row."""
         ways = {self.way.get(path) for path in paths}

@@ -28,6 +28,7 @@ from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 3
+PATIENCE = "time_budget"  # of `simulate`: how long to wait for a case is no part of what it is
 MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 50 us each, 17 minutes
 
 Value = Any  # of a key: a number in SI, a word, True for a flag
@@ -174,7 +175,8 @@ class Grid:
 
     def frame(self) -> dict[str, Any]:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
-        return self._base | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
+        fixed = {path: value for path, value in self._base.items() if path != f"simulate.{PATIENCE}"}
+        return fixed | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
 
     def resolved(self) -> dict[str, Any]:
         """Return the grid in SI as a dict of the shape of its file, from which `load` gives the same cases."""
@@ -291,8 +293,9 @@ class Grid:
 
 
 def identity(case: Mapping[str, Any]) -> str:
-    """Return the name of a resolved case: 16 hexadecimal characters from all of it but `save`."""
-    content = {key: case[key] for key in ("mechanism", "drive", "joints", "simulate") if key in case}
+    """Return the name of a resolved case: 16 hexadecimal characters from all of it but `save` and time_budget."""
+    content = {key: case[key] for key in ("mechanism", "drive", "joints") if key in case}
+    content["simulate"] = {key: value for key, value in case["simulate"].items() if key != PATIENCE}
     text = json.dumps(
         content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False
     )

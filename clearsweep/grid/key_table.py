@@ -36,16 +36,44 @@ _TOLERANCE = Field(
     "tolerance", "1", "relative local tolerance", 1e-13, 1e-2, low_open=False, high_open=False, default=1e-8
 )
 _BUDGET = Field(
-    "step_budget", "1", "steps per revolution after which a case is given up", 1, low_open=False, whole=True
+    "step_budget",
+    "1",
+    "steps, rejected ones included, per revolution of the case after which it is given up",
+    1,
+    1e12,
+    low_open=False,
+    high_open=False,
+    whole=True,
 )
 _BUDGETS = (
     _BUDGET._replace(default=1_000_000),
     _BUDGET._replace(
-        name="event_budget", text="contact events per revolution after which a case is given up", default=100_000
+        name="event_budget",
+        text="contact events per revolution of the case after which it is given up",
+        default=100_000,
+    ),
+)
+_TIME_BUDGET = (
+    Field(
+        "time_budget",
+        "s",
+        "process time after which a case is given up, however long it is; no part of its identity",
+        0.0,
+        1e9,
+        high_open=False,
+        default=600.0,
     ),
 )
 _SIMULATE = (
-    Field("revolutions", "1", "crank revolutions, `discard` included; with `until` the fewest", default=10.0),
+    Field(
+        "revolutions",
+        "1",
+        "crank revolutions, `discard` included; with `until` the fewest",
+        0.0,
+        1e9,
+        high_open=False,
+        default=10.0,
+    ),
     Field(
         "discard",
         "1",
@@ -57,11 +85,21 @@ _SIMULATE = (
 )
 _UNTIL = (
     Field("relative_ci", "1", "half-width of the figure's 95 % interval over the figure", 0.0, 1.0, default=0.05),
-    Field("max_revolutions", "1", "revolutions after which the run ends in any case", default=500.0),
+    Field(
+        "max_revolutions",
+        "1",
+        "revolutions after which the run ends in any case",
+        0.0,
+        1e6,
+        high_open=False,
+        default=500.0,
+    ),
 )
 _HORIZON = Flag("find the Lyapunov exponent and how far ahead the motion can be foretold, by a second run beside it")
 _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store how far every figure differs")
-_IMPACTS = Field("impacts", "1", "impacts after which the run ends", 1, low_open=False, default=10, whole=True)
+_IMPACTS = Field(
+    "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
+)
 _SAMPLES = Field(
     "samples",
     "1",
@@ -119,6 +157,7 @@ def _revolutions(tree: Shape, judged: tuple[str, ...]) -> None:
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
     tree["simulate.method"] = _METHOD
     _numbers(tree, "simulate", _BUDGETS)
+    _numbers(tree, "simulate", _TIME_BUDGET, sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section("end a case when a figure has settled or its motion is periodic", "optional")
     tree["simulate.until.figure"] = Word(judged, "the column of the summary whose 95 % interval is judged")
@@ -131,6 +170,7 @@ def _impacts(tree: Shape, _judged: tuple[str, ...]) -> None:
     """Enter how long to run what does not turn, and what to save of it."""
     tree["simulate"] = Section("how long and how exactly", "implied")
     _numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
+    _numbers(tree, "simulate", _TIME_BUDGET, sweep=False)
     tree["simulate.method"] = _METHOD
     tree["simulate.error_check"] = _ERROR_CHECK
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
@@ -176,10 +216,20 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     _numbers(tree, wear, _WEAR)
     _numbers(tree, wear, (_BINS,), sweep=False)
     tree[f"{wear}.pressure"] = Word(
-        catalogue.names("pressure"), "the pressure over the contact arc", "hertz-line", sweep=True, noun="law"
+        catalogue.names("pressure"),
+        "the pressure over the contact arc; default hertz-line where there is a material or a pressure_modulus",
+        "mean",
+        sweep=True,
+        noun="law",
+        rather=("hertz-line", moduli(path)),
     )
     _laws(tree, wear, "law", catalogue.of("wear"))
     _laws(tree, wear, "pressure", catalogue.of("pressure"))
+
+
+def moduli(joint: str) -> tuple[str, ...]:
+    """Return the paths of a joint that give the modulus of its wear's pressure."""
+    return f"{joint}.contact.material", f"{joint}.wear.pressure_modulus"
 
 
 def _contact(tree: Shape, path: str, catalogue: Catalogue) -> None:

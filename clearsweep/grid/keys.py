@@ -45,6 +45,7 @@ class Word(NamedTuple):
     noun: str = "word"  # what it is called in messages
     when: tuple[Condition, ...] = ()
     idle: bool = False  # may be written where it is not in use
+    rather: tuple[str, tuple[str, ...]] = ("", ())  # another default, where one of these paths is written or swept
 
     def used(self, names: Names) -> bool:
         """Return whether the key is in use with the law names in play."""

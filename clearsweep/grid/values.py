@@ -147,7 +147,8 @@ def _word(draft: Draft, path: str, node: Word) -> None:
         value = read_word(draft.written[path])
         values = () if value is None else (value,)
     elif node.default is not None:
-        values = (node.default,)
+        word, paths = node.rather
+        values = (word if any(map(draft.there, paths)) else node.default,)
     if path in draft.swept:
         _enter_axis(draft, path, Reading(read_word, ""))
         values = draft.axes.get(path, ())

@@ -6,12 +6,14 @@ What sweeps and reports ask of mechanics is here, function by function.
 from ..case import Case
 from ..mechanics.joint.registry import elastic_choices, elastic_forces, penetration_limit, restitution
 from ..mechanics.joint.registry import text as laws_text
+from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from ..results import Trajectory
 from .scene import build, catalogue, derived, ideal_motion, load_case, signature, warnings
 from .trajectory import compile_for, simulate
 
 __all__ = [
+    "FINEST",
     "IdealMotion",
     "build",
     "catalogue",

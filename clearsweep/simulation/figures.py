@@ -12,11 +12,14 @@ import numpy as np
 
 from ..catalogue import Figure, Shown
 from ..layout import Layout
+from ..mechanics.joint.wear.contract import ARCS, FIRST_CLASS, NARROW, WIDE, class_width
 from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
 from .sums import DepthRate, ForceExceeded, Mean, PerRevolution, RootMean
 from .window import Window, wear_depths
+
+RESOLVED = 0.95  # of the worn volume, that is to come from arcs wide enough for the bins
 
 
 def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
@@ -42,8 +45,17 @@ def volume(window: Window, place: int) -> float:
 
 def narrow_arcs(window: Window, place: int) -> float:
     """Return the share of the wear steps whose arc was narrower than five bins."""
-    arcs, narrow = window.tally.account[place]
-    return narrow / arcs if arcs else 0.0
+    account = window.tally.account[place]
+    return float(account[NARROW] / account[ARCS]) if account[ARCS] else 0.0
+
+
+def bins_enough(window: Window, place: int) -> int:
+    """Return how many bins make all but 5 % of the worn volume that of arcs of five bins or more, 0 without wear."""
+    by_width = window.tally.account[place, FIRST_CLASS:]
+    if not by_width.any():
+        return 0
+    narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
+    return int(np.ceil(WIDE * 2.0 * math.pi / class_width(narrowest)))
 
 
 def restitution(window: Window, place: int) -> float | None:
@@ -205,6 +217,17 @@ JOINT = (
         needs=("wear",),
         value=narrow_arcs,
         shown=(Shown("wear", "narrow arcs", 70),),
+    ),
+    Figure(
+        "wear_bins_enough",
+        "1",
+        "wear bins with which all but 5 % of the worn volume come from contact arcs of at least five bins; 0: no wear",
+        of="joint",
+        needs=("wear",),
+        kind="int",
+        value=bins_enough,
+        differs=False,
+        shown=(Shown("wear", "bins enough", 71),),
     ),
     Figure(
         "restitution",

@@ -20,10 +20,11 @@ from ..mechanics.joint.contract import (
 )
 from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.loss.contract import keeps_onset
-from ..mechanics.joint.wear.contract import ACCOUNT
-from ..mechanics.joint.wear.step import wear_of
+from ..mechanics.joint.wear.contract import ACCOUNT, FINEST
+from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram, observables
 from ..mechanics.observe import tally as tallies
+from ..mechanics.observe.between import BETWEEN
 from ..mechanics.observe.record import Record
 from ..mechanics.rates import rates_of, samples_of, slopes_of
 from ..mechanics.solver import dop853, loop, newton
@@ -41,6 +42,9 @@ PLACE_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
 LONGEST = 0.02  # turns of the crank a step may span: keeps located maxima and histograms of slow motions sharp
 ROUNDING = 1e-15  # of the mechanism's size and speed: no tolerance below it
 
+TIME_BUDGET = -1  # a status besides those of the loop
+MOST = 2**62  # steps or events that may be counted
+
 _METHODS = {"auto": loop.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
 
 
@@ -54,12 +58,12 @@ class Run:
 
     def __init__(self, scene: Scene, times: np.ndarray):
         value, joints = scene.value, scene.value.joints
-        self.value = value
+        self.value, self.deadline = value, scene.deadline
         contacts, internal = every_contact(joints), every_internal_state(joints)
         n, many = scene.start.size, len(contacts)
         self.parameters = flatten(value)  # compiled code holds its address
         worn = any(part.wear_bins for part in scene.layout.joints)
-        bins = max(part.wear_bins for part in scene.layout.joints)
+        bins = min(max(part.wear_bins for part in scene.layout.joints), FINEST)
         self.tally = tallies.Tally(
             whole=np.zeros(tallies.WHOLE),
             joint=np.zeros((many, tallies.JOINT)),
@@ -67,6 +71,8 @@ class Run:
             ramp=np.zeros((many, histogram.BINS)),
             course=np.zeros((many, histogram.COURSES, histogram.PARTS + 1)),
             length=np.zeros(1),
+            between=np.zeros((BETWEEN, 2 * len(value.coordinates) + 1)),
+            room=np.zeros(room_of(len(joints)) if worn else 0),
             wear=np.zeros(2 * len(joints) * bins),
             account=np.zeros((len(joints), ACCOUNT)),
         )
@@ -117,14 +123,18 @@ class Run:
 
         What only a stiff motion needs is compiled when the motion turns out to be one.
         """
-        began = time.perf_counter()
-        status, log = loop.integrate(control, self.work)
-        self.duration += time.perf_counter() - began
-        if status != loop.TURNS_STIFF:
-            return status, log
-        self.work.slopes[:] = slopes_of(self.value, self.parameters)
-        status, more = self.go(control)
-        return status, np.concatenate([log, more])
+        logs: list[np.ndarray] = []
+        while True:
+            began = time.perf_counter()
+            status, log = loop.integrate(control, self.work)
+            self.duration += time.perf_counter() - began
+            logs.append(log)
+            if status == loop.TURNS_STIFF:
+                self.work.slopes[:] = slopes_of(self.value, self.parameters)
+            elif status == loop.PAUSED and time.process_time() >= self.deadline:
+                return TIME_BUDGET, np.concatenate(logs)
+            elif status != loop.PAUSED or self.work.y[self.work.time] >= control.pause:
+                return status, np.concatenate(logs)
 
     def spent(self, other: "Run") -> None:
         """Add what a run beside this one took."""
@@ -194,8 +204,8 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
         window=window,
         end=end,
         separations=0 if turning else int(settings.impacts),
-        step_budget=int(settings.step_budget * units),
-        event_budget=int(settings.event_budget * units),
+        step_budget=min(int(settings.step_budget * units), MOST),
+        event_budget=min(int(settings.event_budget * units), MOST),
         method=_METHODS[settings.method],
         keep_events=keep_events,
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import grid
-from ..case import Case
+from ..case import Case, Joint
 from ..catalogue import Catalogue, Mechanism
 from ..errors import InputError
 from ..layout import Layout
@@ -22,6 +22,7 @@ from ..mechanics.mechanism.contract import Built, IdealMotion
 from . import figures
 
 _WEAR_WARNING = 1e-2  # of coefficient times hardness
+_LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, it is beyond _WEAR_WARNING
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class Scene:
     layout: Layout
     start: np.ndarray  # (n,) initial state, see mechanics.rates
     in_contact: bool  # all joints begin in contact
+    deadline: float = math.inf  # s of this process's time, at which the case is given up
 
 
 def catalogue() -> Catalogue:
@@ -145,7 +147,10 @@ def warnings(case: Case) -> list[str]:
                 f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
                 "its normal force can be negative and is not clipped"
             )
-        if joint.wear is None or "hardness" not in joint.wear.values:
+        if joint.wear is None:
+            continue
+        if "hardness" not in joint.wear.values:
+            sentences += _unchecked_wear(joint)
             continue
         hardness = joint.wear.values["hardness"]
         for body in ("bearing", "journal"):
@@ -156,3 +161,15 @@ def warnings(case: Case) -> list[str]:
                     f"contacts that shed a particle and should be far below 1"
                 )
     return sentences
+
+
+def _unchecked_wear(joint: Joint) -> list[str]:
+    """Return a sentence where a joint's wear coefficient, not checked by a hardness, is larger than any of metals."""
+    assert joint.wear is not None  # asked of joints that wear
+    largest = max(joint.wear.values[f"{body}_coefficient"] for body in ("bearing", "journal"))
+    if largest <= _LARGEST_WEAR:
+        return []
+    return [
+        f"joints.{joint.name}.wear: the coefficient {largest:.2g} m^2/N is above {_LARGEST_WEAR:g}, which metals do "
+        "not reach; is it in mm^2/N? (1 mm^2/N is 1e-6 m^2/N); `hardness` lets it be checked"
+    ]

@@ -2,7 +2,8 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator, Sequence
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..case import Case
 from ..errors import InputError
+from ..grid import check_memory, history_bytes
 from ..layout import DIFFERENCE, Layout
 from ..mechanics.joint import registry
 from ..mechanics.observe.record import Record
@@ -17,9 +19,9 @@ from ..mechanics.observe.tally import ONSETS
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
-from ..validity import kept_onsets, past_limits
+from ..validity import Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
 from .figures import COST, figures_of
-from .run import Run, call, control_of, integrate, integrated, onset_rates, period
+from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, period
 from .scene import Scene, build
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
@@ -29,11 +31,17 @@ _STATUS = {
     loop.OK: ("ok", ""),
     loop.STEP_BUDGET: (
         "step-budget",
-        "took all {budget} steps it may, having got to {time:.6g} s{whole}; simulate.step_budget allows more",
+        "took {steps:,} steps and {rejected:,} that were rejected, all {budget:,} it may, having got to {time:.6g} s"
+        "{whole}; simulate.step_budget allows more",
     ),
     loop.EVENT_BUDGET: (
         "event-budget",
-        "met all {events} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
+        "met all {events:,} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
+    ),
+    TIME_BUDGET: (
+        "time-budget",
+        "took the {patience:.6g} s of process time that it may, having got to {time:.6g} s{whole} in {steps:,} steps; "
+        "simulate.time_budget allows more",
     ),
     loop.NOT_FINITE: (
         "not-finite",
@@ -58,6 +66,7 @@ def simulate(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Wa
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
+    scene = dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
     trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if scene.layout.error_check:
         _check_error(scene, trajectory)
@@ -76,6 +85,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
         last = integrated(scene, np.empty(0), end)
         reported = np.linspace(0.0, last.work.y[last.work.time], scene.case.save.samples + 1)
     else:
+        check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
         reported = sampling_times(scene.case, period(scene), end)
     return _trajectory(scene, integrated(scene, reported, end, watchers), end)
 
@@ -98,6 +108,7 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
     settled = _changed(scene, revolutions=watch.revolutions)
     end = watch.revolutions * turn
     if times is not None or orbits != "none":
+        check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, watch.revolutions))
         reported = sampling_times(settled.case, turn, end) if times is None else checked_times(times, end)
         _retrace(settled, run, reported, end, watch.starts)
     trajectory = _trajectory(settled, run, end)
@@ -112,7 +123,7 @@ def _retrace(scene: Scene, run: Run, times: np.ndarray, end: float, starts: Iter
     if before:
         go_to(before[-1], again.work)
     call(again, control_of(scene, end, keep_events=False), scene)
-    run.record = again.record
+    run.status, run.record = again.status, again.record
     run.spent(again)
 
 
@@ -157,7 +168,10 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     message = text.format(
         time=reached,
         whole=whole,
-        events=run.work.counts[events.EVENTS],
+        events=int(run.work.counts[events.EVENTS]),
+        steps=int(run.work.counts[events.STEPS]),
+        rejected=int(run.work.counts[events.REJECTED]),
+        patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
     )
     failed = run.status != loop.OK
@@ -166,7 +180,7 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     if failed:
         return Trajectory(status, message, summary)
     summary |= run.figures
-    message = past_limits(
+    limits = past_limits(
         (
             joint.name,
             joint.contact.elastic or "",
@@ -175,7 +189,7 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
         )
         for joint in scene.case.joints
     )
-    message = "; ".join(filter(None, (message, kept_onsets(_lasting(scene, run)))))
+    message = message_of(limits, kept_onsets(_lasting(scene, run)), *nonsense(scene, run, summary))
     names = [channel.name for channel in scene.layout.channels]
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
@@ -190,6 +204,24 @@ def _lasting(scene: Scene, run: Run) -> Iterator[tuple[str, float]]:
     for j, joint in enumerate(scene.case.joints):
         if joint.contact.onset == "first" and not math.isnan(kept[j]) and run.tally.joint[j, ONSETS] == 0.0:
             yield joint.name, kept[j]
+
+
+def nonsense(scene: Scene, run: Run, summary: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return remarks on figures of a finished case that cannot be meant, '' for each that can."""
+    joints = [
+        Reached(
+            joint.name,
+            summary[f"{joint.column}_penetration_max"],
+            summary.get(f"{joint.column}_wear_depth_max") or 0.0,
+            joint.clearance,
+            joint.bearing_radius,
+        )
+        for joint in scene.case.joints
+    ]
+    onsets = 0.5 * run.work.counts[events.EVENTS]
+    count = onsets + max(scene.case.simulate.revolutions, 1.0)
+    balance = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
+    return too_deep(joints), worn_through(joints), balance
 
 
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:

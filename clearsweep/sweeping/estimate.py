@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..grid import Grid
+from ..grid import Grid, check_memory, largest_history, usual_history
 from . import executors, signals, sweep
 from .shard import Shard
 from .simulator import SIMULATION
@@ -43,6 +43,7 @@ def estimate(
     """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
     part = None if shard is None else Shard.read(shard)
     grid = sweep.load(source, simulator)
+    check_memory(largest_history(grid))
     derived, warnings = sweep.facts(grid, simulator)
     directory = sweep.directory_of(grid, out, part)
     directory.check(grid)
@@ -91,7 +92,7 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[
 def _case_bytes(grid: Grid, events: float) -> float:
     """Return the bytes that one case takes in its batch and in the merged files together."""
     layout = grid.layout
-    history = sweep.case_bytes(grid)
+    history = usual_history(grid)
     wear = sum(2 * 8 * joint.wear_bins for joint in layout.joints)
     row = 8 * (len(layout.columns) + len(grid.axes)) + 32
     return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)

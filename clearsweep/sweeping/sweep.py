@@ -1,5 +1,6 @@
 """The order of work of a sweep: check, lock, see what is missing, compile once, fan out, merge."""
 
+import shutil
 import time
 from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, wait
@@ -116,6 +117,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
     check(options)
     _most(options.max_failures, 0)
     grid = load(source, simulator)
+    grids.check_memory(grids.largest_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
     ids = case_ids(grid)
     wanted = shard.ids(ids) if shard else np.unique(ids)
@@ -127,13 +129,14 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
         pending = missing(ids, wanted, directory.rows(), retry_failed=options.retry_failed)
         ran, case_seconds, ready = 0, 0.0, time.monotonic()
         if len(pending):
+            grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(directory.path).free)
             job = Job(directory.path.resolve(), grid, simulator, options.case_timeout)
             jobs = min(options.jobs or executors.cores(), len(pending))
             workers = executors.EXECUTORS[options.executor](jobs, options.scheduler, simulator.load)
             try:
                 warm(workers, grid, pending, simulator)
                 ready = time.monotonic()
-                batches = Batches(pending, ids, workers.jobs, case_bytes(grid))
+                batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
                 with progress.of(len(pending), wanted=options.show_progress) as display:
                     most_failures = _most(options.max_failures, len(pending))
                     driver = Driver(workers, directory, job, batches, most_failures, display)
@@ -220,17 +223,6 @@ def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_fail
     _, first = np.unique(ids, return_index=True)
     first.sort()
     return first[np.isin(ids[first], wanted) & ~np.isin(ids[first], rows["id"])]
-
-
-def case_bytes(grid: grids.Grid) -> float:
-    """Return the bytes of history that one case stores, without events."""
-    case = grid.case(0)
-    save, simulate = case.save, case.simulate
-    most = simulate.until.max_revolutions if simulate.until else simulate.revolutions
-    turns = {"none": 0.0, "last": save.revolutions, "all": most}[save.orbits]
-    if case.drive is None and save.orbits != "none":
-        turns = 1.0  # samples are counted in all
-    return float(8.0 * turns * save.samples * len(grid.layout.channels))
 
 
 def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:

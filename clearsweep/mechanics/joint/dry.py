@@ -1,8 +1,11 @@
 """A revolute joint with clearance: from the relative motion of two pins to the forces between the bodies.
 
 Bearing and journal are circles; the journal surface touches the bearing where the eccentricity exceeds the clearance.
-Forces act at the journal surface, so that moments about both centres and the sliding speed belong together and the
-power of friction is tangential force times sliding speed.
+Each body has a contact point of its own, as is usual (Flores, Ambrosio, Claro & Lankarani 2008): the bearing's at its
+radius, the journal's at its own, both along the normal, so that they lie the penetration apart.  Force, moments and
+sliding speed all belong to these points, and the powers of the forces on both bodies add up to tangential force times
+sliding speed.  Two things do not hold exactly: the tangential forces leave a couple of force times penetration, and a
+pair that turns as one slides at penetration times angular speed.
 """
 
 from typing import NamedTuple

@@ -11,6 +11,7 @@ from ..solver.dop853 import END, SCRATCH, WEIGHTS
 from ..solver.event import IMPLICIT, SAMPLES, STEPS
 from ..solver.radau import STAGE_WEIGHTS
 from ..solver.step import finish_dense
+from .between import look_between
 from .histogram import DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE, fill_ramp, follow, share_beyond
 from .observables import (
     ACCELERATION,
@@ -61,8 +62,10 @@ class Tally(NamedTuple):
     ramp: np.ndarray  # (contacts, BINS) s/N, changes of the time per force, from ramps that cross a whole bin
     course: np.ndarray  # (contacts, COURSES, PARTS + 1) force, dt/dtau, slip, depth at even places of the step
     length: np.ndarray  # (1,) its length
+    between: np.ndarray  # (BETWEEN, 2 coordinates + 1) the state within the step, where there is wear
+    room: np.ndarray  # for the wear of a step, see joint.wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
-    account: np.ndarray  # (contacts, 2) see joint.wear.contract
+    account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
 
 
 @kernel
@@ -158,6 +161,22 @@ def note_motion(at, h, dense):
 
 
 @kernel
+def note_wear(at, h):
+    """Enter the wear of the step of length `h`."""
+    work = at[0]
+    tally = work.tally
+    tally.length[0] = h
+    look_between(at, h, tally.between)
+    step = (work.y, work.end, tally.between, work.mode, tally.course, tally.length, tally.room)
+    invoke(
+        work.wear.code,
+        work.wear.parameters,
+        (*step, tally.wear, tally.account),
+        tally.wear.size // (2 * work.mode.size),
+    )
+
+
+@kernel
 def note_step(at, h, windowed, dense):
     """Take everything that is wanted from the step of length `h` just taken; `dense`: its dense output is made."""
     work = at[0]
@@ -165,7 +184,9 @@ def note_step(at, h, windowed, dense):
     duration = work.end[time] - work.y[time]
     work.counts[STEPS] += 1
     add_powers(at, h, windowed)
+    touching = False
     for j in range(work.mode.size):
+        touching = touching or touches(work.mode[j])
         if acts(work.mode[j]):
             dense = note_contact(at, h, j, windowed, dense)
             if windowed:
@@ -176,10 +197,8 @@ def note_step(at, h, windowed, dense):
             tally.joint[j, DEPTH_MAX] = max(tally.joint[j, DEPTH_MAX], observed(at, END, j).depth)
     if windowed:
         dense = note_motion(at, h, dense)
-        if work.wear.code != 0:
-            tally.length[0] = h
-            arrays = (work.y, work.end, work.mode, tally.course, tally.length, tally.wear, tally.account)
-            invoke(work.wear.code, work.wear.parameters, arrays, tally.wear.size // (2 * work.mode.size))
+        if work.wear.code != 0 and touching:
+            note_wear(at, h)
     i = work.counts[SAMPLES]
     if i < record.times.size and record.times[i] <= work.end[time]:
         if not dense:

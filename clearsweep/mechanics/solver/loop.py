@@ -58,6 +58,7 @@ class Control(NamedTuple):
     keep_events: bool
     method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
     pause: float = math.inf  # s, return PAUSED at the first step end from here on; called again, go on undisturbed
+    stretch: int = 1 << 16  # steps after which to return PAUSED, too, so that whoever called can look at the clock
 
 
 @kernel
@@ -196,9 +197,9 @@ def integrate(control, work):
     windowed = control.window <= work.y[time]
     stop = control.end if windowed else control.window
     h, grow, expected = begin(at, windowed)
-    tries, spent = 0, work.counts[EVALUATIONS]
+    tries, spent, rest = 0, work.counts[EVALUATIONS], work.counts[STEPS] + control.stretch
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
-        if work.y[time] >= control.pause:
+        if tries == 0 and (work.y[time] >= control.pause or work.counts[STEPS] >= rest):
             work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
             return PAUSED, events[: work.counts[EVENTS] - earlier]
         if work.method[0] == IMPLICIT and work.slopes[0] == 0:

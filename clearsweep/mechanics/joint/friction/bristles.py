@@ -162,6 +162,7 @@ enter(
         "steady load.  In use are sigma0 = 1e5 1/m, sigma1 = 316 s/m.  Friction settles within g / sigma0 of sliding: "
         "1 um, which is stiff.  What the bristles store counts as rubbed off until they give it back; as the force "
         "goes with the load, a load that changes can draw energy from bent bristles, up to g^2 / (2 sigma0) of it.",
+        orders=(KINETIC_FIRST,),
     ),
     (LuGre,),
     _with_damping_velocity(LuGre),

@@ -3,10 +3,10 @@
 import math
 from typing import NamedTuple
 
-from ....catalogue import Field, Law
+from ....catalogue import Field, Law, Order
 from ..contract import PRESSED, STUCK, Guard, guard_values, guards
 from ..recipe import enter
-from .contract import COEFFICIENT, STATIC, STRIBECK, friction_force, from_values, static_limit
+from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
 
 LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again
@@ -64,6 +64,10 @@ enter(
         notes="T in the band follows from the motion: it makes the sliding speed die away with the crank's rate, so "
         "what is left of it, less than band, is a creep of no meaning.  The edge of the band is located; T jumps "
         "there.  Static friction is bounded by the load alone, so surfaces let go when the load on them falls.",
+        orders=(
+            KINETIC_FIRST,
+            Order("band", "stribeck_velocity", "friction falls beyond what counts as sticking", equal=True),
+        ),
     ),
     (Karnopp,),
     from_values(Karnopp),

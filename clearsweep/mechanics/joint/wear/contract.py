@@ -1,42 +1,40 @@
-"""What a wear law and the pressure it acts on declare."""
+"""What a wear law and the pressure it acts on declare.
 
+A wear law is a member of `wear_rate` and has the fields `bins` (of each body), `length` (m, along the pin) and
+`pressure`, a member of `half_arc` and `share_before`.
+"""
+
+import math
 from typing import NamedTuple
 
-import numpy as np
+from ...compiled.family import family, kernel
 
-from ...compiled.family import family
-
-# Columns of the account of a joint's wear
-ARCS, NARROW, ACCOUNT = range(3)
+#: Bins that wear is summed up in, at most: finer ones are interpolated from these, see `clearsweep.simulation.window`.
+FINEST = 720
+WIDE = 5.0  # bins: an arc narrower than this is not resolved, and counted
+#: Columns of the account of a joint's wear: steps with wear, those with a narrow arc, then the volume per length (m^2)
+#: that arcs of each class of width wear off both bodies; from class to class the width falls by a factor of root two.
+ARCS, NARROW, FIRST_CLASS = range(3)
+CLASSES = 48
+ACCOUNT = FIRST_CLASS + CLASSES
 
 
 class Rubbing(NamedTuple):
-    """A share of a step: what presses where while it slides."""
+    """What presses while it slides."""
 
-    force: float  # N
+    line_load: float  # N/m
     depth: float  # m, penetration
-    distance: float  # m, of sliding
-    on_bearing: float  # rad, where the contact is on the bearing
-    on_journal: float  # rad
-
-
-class Bins(NamedTuple):
-    """Where the wear of a joint is entered."""
-
-    depths: np.ndarray  # (2 joints stride,) m, mean depth of each bin
-    first: int  # of the bearing's bins
-    stride: int  # from there to the first of the journal's
-    account: np.ndarray  # (ACCOUNT,) contact arcs worn, and how many of them were narrow
+    slip: float  # m/s, at least 0
 
 
 @family
-def wear_rate(law, joint, rubbing, bins):
-    """Enter the wear of a Rubbing into the Bins of a joint."""
+def wear_rate(law, rubbing):
+    """Return the area (m^2/s) that a Rubbing wears off the cross-sections of bearing and journal."""
 
 
 @family
-def half_arc(pressure, joint, line_load, depth):
-    """Return half the width (rad) of the contact arc under `line_load` (N/m) at penetration `depth` (m)."""
+def half_arc(pressure, joint, radius, rubbing):
+    """Return half the angle (rad) of the contact arc of a Rubbing, on the body of `radius` (m)."""
 
 
 @family
@@ -52,6 +50,12 @@ class NoWear(NamedTuple):
     """Nothing is worn and nothing computed."""
 
 
-@wear_rate.member(NoWear)
-def _no_wear(law, joint, rubbing, bins):
-    pass
+@kernel
+def width_class(width):
+    """Return the class of an arc of `width` (rad), 0 for the widest: column of the account less FIRST_CLASS."""
+    return min(max(int(2.0 * math.log2(2.0 * math.pi / max(width, 1e-300))), 0), CLASSES - 1)
+
+
+def class_width(place):
+    """Return the least width (rad) of an arc of class `place`."""
+    return 2.0 * math.pi * 2.0 ** (-0.5 * (place + 1))

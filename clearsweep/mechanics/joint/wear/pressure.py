@@ -3,40 +3,51 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
+
 from ....case import Joint
-from ....catalogue import Law
+from ....catalogue import Field, Law
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import enter
 from .contract import half_arc, share_before
 
 
 class HertzLine(NamedTuple):
-    """A Hertzian line contact: half-width a = sqrt(4 f R / (pi E*))."""
+    """A Hertzian line contact: half-width a = sqrt(4 f R / (pi E*)), seen from a body's centre at a over its radius."""
 
-    modulus: float  # Pa, E* of both bodies
-    radius: float  # m, R_b R_j / (R_b - R_j)
+    spread: float  # m (N/m)^-0.5, half-width over the root of the line load: sqrt(4 R / (pi E*))
 
 
 @half_arc.member(HertzLine)
-def _hertzian_arc(pressure, joint, line_load, depth):
-    half_width = math.sqrt(4.0 * line_load * pressure.radius / (math.pi * pressure.modulus))
-    return min(half_width / joint.bearing_radius, 0.5 * math.pi)
+def _hertzian_arc(pressure, joint, radius, rubbing):
+    return min(pressure.spread * math.sqrt(rubbing.line_load) / radius, 0.5 * math.pi)
+
+
+def _beyond(rest):
+    """Return the share of the load beyond 1 - rest, 0 < rest <= 1, over rest^(3/2), which is smooth."""
+    x = 1.0 - rest
+    return (0.5 - (x * np.sqrt(1.0 - x * x) + np.arcsin(x)) / math.pi) / rest**1.5
+
+
+#: Coefficients of that by powers of `rest`, to 1e-9: no arcsine in what is evaluated most.
+BEYOND = Chebyshev.interpolate(_beyond, 9, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
 
 
 @share_before.member(HertzLine)
 def _elliptic(pressure, x):
-    if x <= -1.0:
-        return 0.0
-    if x >= 1.0:
-        return 1.0
-    return 0.5 + (x * math.sqrt(1.0 - x * x) + math.asin(x)) / math.pi
+    rest = max(1.0 - abs(x), 0.0)
+    share = 0.0
+    for i in range(BEYOND.size - 1, -1, -1):
+        share = share * rest + BEYOND[i]
+    share *= rest * math.sqrt(rest)
+    return share if x < 0.0 else 1.0 - share
 
 
 def _make_hertz_line(joint: Joint) -> HertzLine:
-    contact, radius = joint.contact, relative_radius(joint)
-    if contact.material:
-        return HertzLine(plane_strain_modulus(contact.material), radius)
-    return HertzLine(3.0 * contact.values["stiffness"] / (4.0 * math.sqrt(radius)), radius)
+    modulus = joint.wear.values.get("pressure_modulus")
+    modulus = modulus or plane_strain_modulus(joint.contact.material)
+    return HertzLine(math.sqrt(4.0 * relative_radius(joint) / (math.pi * modulus)))
 
 
 enter(
@@ -46,8 +57,17 @@ enter(
         "Hertzian line contact",
         "half-width a = sqrt(4 f R / (pi E*)), f = F / length",
         "Johnson 1985, Contact Mechanics, section 4.2(c)",
+        (
+            Field(
+                "pressure_modulus",
+                "Pa",
+                "E* of both bodies, 1/E* = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j; left out: from `material`",
+                optional=True,
+            ),
+        ),
         needs=("modulus",),
-        notes="E* from `material`; without it from the stiffness of the power law, E* = 3 K / (4 sqrt(R)).",
+        notes="The pressure where `material` or `pressure_modulus` is given and none is named.  The arc is a / R_b on "
+        "the bearing and a / R_j on the journal.",
     ),
     (HertzLine,),
     _make_hertz_line,
@@ -59,8 +79,8 @@ class Mean(NamedTuple):
 
 
 @half_arc.member(Mean)
-def _geometric_arc(pressure, joint, line_load, depth):
-    pen = max(depth, 0.0)
+def _geometric_arc(pressure, joint, radius, rubbing):
+    pen = max(rubbing.depth, 0.0)
     return 2.0 * math.atan(math.sqrt(pen / (2.0 * joint.clearance + pen)))  # the arc's cosine, without cancellation
 
 
@@ -76,7 +96,8 @@ enter(
         "even over the contact arc",
         "p = f / (2 R theta0), cos theta0 = c / (c + pen), f = F / length, R the radius of the body",
         "geometry of rigid circles; that the pressure is even over their arc is an assumption",
-        notes="Needs no modulus.  The arc follows from the penetration alone.",
+        notes="The pressure where neither `material` nor `pressure_modulus` is given.  Needs no modulus: the arc "
+        "follows from the penetration alone.",
     ),
     (Mean,),
     lambda joint: Mean(),

@@ -6,25 +6,51 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from ...compiled.family import Entry, entry, kernel, map_joints, shaped
+from ...compiled.family import Entry, entry, family, kernel, map_joints, shaped
 from ...mechanism.contract import body_angles, gaps, place
-from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from ...observe.between import BETWEEN
+from ...observe.histogram import COURSES, FORCE, KAPPA_COURSE, PARTS
 from ..contract import after_joint, first_place, touches
-from .contract import ACCOUNT, Bins, Rubbing, wear_rate
+from .contract import ACCOUNT, ARCS, FINEST, FIRST_CLASS, NARROW, WIDE, NoWear, half_arc, wear_rate, width_class
+from .passage import (
+    DEGREE,
+    FIT,
+    ON_BEARING,
+    ON_JOURNAL,
+    POINT_ROWS,
+    POINTS,
+    ROWS,
+    Bins,
+    Passage,
+    enter_wear,
+    rubbing_at,
+    value,
+)
 
-SIMPSON = (1.0 / 12.0, 4.0 / 12.0, 2.0 / 12.0, 4.0 / 12.0, 1.0 / 12.0)  # at every second of the PARTS + 1 places
+_QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
+#: (DEGREE + 1, BETWEEN + 4): the coefficients of an angle's course from its values at the quarters and its end slopes.
+FROM_ANGLES = np.linalg.inv(
+    np.vstack(
+        [
+            np.vander(_QUARTERS, DEGREE + 1, increasing=True),
+            [[float(i == 1) for i in range(DEGREE + 1)], [float(i) for i in range(DEGREE + 1)]],
+        ]
+    )
+)
 
 
 class Step(NamedTuple):
-    """A step of the motion: its ends, and the courses of every joint in between."""
+    """A step of the motion."""
 
-    before: tuple  # a Gap per joint
-    after: tuple
-    angles_before: tuple  # rad, of the proximal and the distal body of every joint
-    angles_after: tuple
     course: np.ndarray  # (joints, COURSES, PARTS + 1) see observe.histogram
     length: float  # of the step
     mode: np.ndarray  # (joints,) int64, what each joint is doing
+    angles: (
+        np.ndarray
+    )  # (joints, 2, BETWEEN + 4) rad, of the contact on bearing and journal, and its slopes at the ends
+    polynomials: np.ndarray  # (ROWS, DEGREE + 1) room
+    points: np.ndarray  # (POINT_ROWS, POINTS) room
+    edges: np.ndarray  # (FINEST,) room
 
 
 class Worn(NamedTuple):
@@ -36,90 +62,155 @@ class Worn(NamedTuple):
 
 
 @kernel
-def course_of(a, b, slope_a, slope_b, x):
-    """Return the angle at the share `x` of a step between angles `a` and `b` with these slopes: a cubic, unwrapped."""
-    turns = 2.0 * math.pi
-    b += turns * math.floor((a + 0.5 * (slope_a + slope_b) - b) / turns + 0.5)
-    rest = 1.0 - x
-    return rest * rest * ((1.0 + 2.0 * x) * a + x * slope_a) + x * x * ((3.0 - 2.0 * x) * b - rest * slope_b)
-
-
-@kernel
 def turning(gap):
     """Return the rate (rad/s) at which the direction of a Gap turns."""
     return (gap.x * gap.vy - gap.y * gap.vx) / (gap.x * gap.x + gap.y * gap.y)
 
 
+class Moment(NamedTuple):
+    """Where the bodies are at one of the quarters of a step."""
+
+    gaps: tuple  # a Gap per joint
+    body_angles: tuple  # rad, of the proximal and the distal body of every joint
+    quarter: int
+    step: Step
+
+
 @kernel
-def wear_joint(joint, j, step, worn):
-    """Enter the wear of joint `j` over a Step."""
-    side, course, h = joint.side, step.course[j], step.length
-    before, after = step.before[j], step.after[j]
-    angles_before, angles_after = step.angles_before[j], step.angles_after[j]
-    a = math.atan2(side * before.y, side * before.x)
-    b = math.atan2(side * after.y, side * after.x)
-    turn_a, turn_b = turning(before), turning(after)
-    pace_a, pace_b = h * course[KAPPA_COURSE, 0], h * course[KAPPA_COURSE, PARTS]
-    bearing, journal = (0, 1) if side > 0.0 else (1, 0)
-    spin_a = (before.spin_proximal, before.spin_distal)
-    spin_b = (after.spin_proximal, after.spin_distal)
-    bins = Bins(worn.depths, 2 * j * worn.stride, worn.stride, worn.account[j])
-    for i in range(5):
-        place, x = i * PARTS // 4, 0.25 * i
-        force = max(course[FORCE, place], 0.0)
-        distance = SIMPSON[i] * h * course[KAPPA_COURSE, place] * abs(course[SLIP_COURSE, place])
-        if force * distance == 0.0:
-            continue
-        on_bearing = course_of(
-            a - angles_before[bearing],
-            b - angles_after[bearing],
-            pace_a * (turn_a - spin_a[bearing]),
-            pace_b * (turn_b - spin_b[bearing]),
-            x,
-        )
-        on_journal = course_of(
-            a - angles_before[journal],
-            b - angles_after[journal],
-            pace_a * (turn_a - spin_a[journal]),
-            pace_b * (turn_b - spin_b[journal]),
-            x,
-        )
-        wear_rate(
-            joint.wear, joint, Rubbing(force, course[DEPTH_COURSE, place], distance, on_bearing, on_journal), bins
-        )
+def _see(joint, gap, place, shared):
+    """Note where joint `place.contact` touches its bodies at a Moment."""
+    moment, j = shared, place.contact
+    step, i = moment.step, moment.quarter
+    if not touches(step.mode[j]):
+        return
+    side = joint.side
+    angle = math.atan2(side * gap.y, side * gap.x)
+    proximal, distal = moment.body_angles[j]
+    bearing, journal = (proximal, distal) if side > 0.0 else (distal, proximal)
+    step.angles[j, 0, i], step.angles[j, 1, i] = angle - bearing, angle - journal
+    if i in (0, BETWEEN + 1):
+        pace = step.length * step.course[j, KAPPA_COURSE, 0 if i == 0 else PARTS]
+        turn, end = turning(gap), BETWEEN + 2 + (i > 0)
+        on_proximal, on_distal = turn - gap.spin_proximal, turn - gap.spin_distal
+        step.angles[j, 0, end] = pace * (on_proximal if side > 0.0 else on_distal)
+        step.angles[j, 1, end] = pace * (on_distal if side > 0.0 else on_proximal)
+
+
+_see_each = map_joints(_see, after_joint)
+
+
+@kernel
+def fit_courses(step, j, length):
+    """Put the coefficients of the courses of joint `j`, of this length, and of its angles into `step.polynomials`."""
+    for row in range(COURSES):
+        scale = 1.0 / length if row == FORCE else 1.0
+        for i in range(DEGREE + 1):
+            total = 0.0
+            for k in range(PARTS + 1):
+                total += FIT[i, k] * step.course[j, row, k]
+            step.polynomials[row, i] = scale * total
+    for body in range(2):
+        angles, turn = step.angles[j, body], 2.0 * math.pi
+        for i in range(1, BETWEEN + 2):  # no leap by a turn from one to the next
+            angles[i] -= turn * math.floor((angles[i] - angles[i - 1]) / turn + 0.5)
+        for i in range(DEGREE + 1):
+            total = 0.0
+            for k in range(BETWEEN + 4):
+                total += FROM_ANGLES[i, k] * angles[k]
+            step.polynomials[ON_BEARING + body, i] = total
+
+
+@kernel
+def note_arc(joint, passage, account):
+    """Enter into a joint's account how wide the arc is in the middle of a step, and what it wears off."""
+    rubbing = rubbing_at(passage, 0.5)
+    bearing, journal = wear_rate(joint.wear, rubbing)
+    width = 2.0 * half_arc(joint.wear.pressure, joint, passage.radius, rubbing)
+    account[ARCS] += 1.0
+    if width < WIDE * 2.0 * math.pi / joint.wear.bins:
+        account[NARROW] += 1.0
+    pace = passage.length * value(passage.polynomials, KAPPA_COURSE, 0.5)
+    account[FIRST_CLASS + width_class(width)] += pace * (bearing + journal)
+
+
+@family
+def wear_contact(law, joint, j, shared):
+    """Enter the wear of joint `j`, which has this wear law, over a Step into Worn; shared : both."""
+
+
+@wear_contact.member(NoWear)
+def _nothing(law, joint, j, shared):
+    pass
+
+
+@wear_contact.member(None)
+def _both_bodies(law, joint, j, shared):
+    step, worn = shared
+    fit_courses(step, j, law.length)
+    count, first = int(law.bins), 2 * j * worn.stride
+    bearing = Passage(ON_BEARING, joint.bearing_radius, step.length, step.polynomials, step.points, step.edges)
+    journal = Passage(ON_JOURNAL, joint.journal_radius, step.length, step.polynomials, step.points, step.edges)
+    bins = Bins(worn.depths, first, count), Bins(worn.depths, first + worn.stride, count)
+    enter_wear(joint, (bearing, journal), step.course[j], bins)
+    note_arc(joint, bearing, worn.account[j])
 
 
 @kernel
 def _wear(joint, _, place, shared):
-    step, worn = shared
-    if touches(step.mode[place.contact]):
-        wear_joint(joint, place.contact, step, worn)
+    if touches(shared[0].mode[place.contact]):
+        wear_contact(joint.wear, joint, place.contact, shared)
 
 
 _wear_each = map_joints(_wear, after_joint)
 
 
-def wear_entry(scene, y, end, mode, course, length, depths, account, stride):
-    """Enter the wear of a step; `length` holds its length, bare pointers as in `rates.rates_entry`."""
+@kernel
+def _look(scene, y, quarter, step):
+    """Note where all joints touch their bodies at the state `y`, at a quarter of the step."""
+    pose = place(scene.mechanism, y)
+    moment = Moment(gaps(scene.mechanism, pose), body_angles(scene.mechanism, y), quarter, step)
+    _see_each(scene.joints, moment.gaps, first_place(scene.joints, 0), moment)
+
+
+def wear_entry(scene, y, end, between, mode, course, length, room, depths, account, stride):
+    """Enter the wear of a step; bare pointers as in `rates.rates_entry`.
+
+    between : (BETWEEN, 2 coordinates + 1) the state within the step; length : its length; room : (ROOM,) for the step's
+    polynomials and what follows from them.
+    """
     here = scene[0]
-    joints = len(here.joints)
-    n = 2 * len(here.coordinates) + 1 + joints
-    start, finish = shaped(y, (n,)), shaped(end, (n,))
-    before, after = place(here.mechanism, start), place(here.mechanism, finish)
+    joints, size = len(here.joints), 2 * len(here.coordinates) + 1
+    start, finish, within = shaped(y, (size,)), shaped(end, (size,)), shaped(between, (BETWEEN, size))
+    rooms = shaped(room, (room_of(joints),))
+    points = rooms[: POINT_ROWS * POINTS]
+    polynomials = rooms[points.size : points.size + ROWS * (DEGREE + 1)]
+    edges = rooms[points.size + polynomials.size : points.size + polynomials.size + FINEST]
+    angles = rooms[points.size + polynomials.size + FINEST :]
     step = Step(
-        gaps(here.mechanism, before),
-        gaps(here.mechanism, after),
-        body_angles(here.mechanism, start),
-        body_angles(here.mechanism, finish),
         shaped(course, (joints, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
         shaped(mode, (joints,)),
+        angles.reshape(joints, 2, BETWEEN + 4),
+        polynomials.reshape(ROWS, DEGREE + 1),
+        points.reshape(POINT_ROWS, POINTS),
+        edges,
     )
+    _look(here, start, 0, step)
+    for i in range(BETWEEN):
+        _look(here, within[i], 1 + i, step)
+    _look(here, finish, BETWEEN + 1, step)
     worn = Worn(shaped(depths, (2 * joints * stride,)), stride, shaped(account, (joints, ACCOUNT)))
     _wear_each(here.joints, here.joints, first_place(here.joints, 0), (step, worn))
+
+
+@kernel
+def room_of(joints):
+    """Return how many numbers of room the wear of so many joints takes."""
+    return POINT_ROWS * POINTS + ROWS * (DEGREE + 1) + FINEST + joints * 2 * (BETWEEN + 4)
 
 
 def wear_of(scene, parameters) -> Entry:
     """Return the Entry that computes the wear of `scene`."""
     number = types.float64
-    return entry(wear_entry, scene, (number, number, types.int64, number, number, number, number), parameters)
+    arrays = (number, number, number, types.int64, number, number, number, number, number)
+    return entry(wear_entry, scene, arrays, parameters)

@@ -1,0 +1,52 @@
+"""Whether the time histories of cases find room."""
+
+import os
+
+from ..case import Save
+from ..errors import InputError
+from ..layout import Layout
+from .grid import Grid
+
+COPIES = 2.0  # of a case's histories in memory: as they were recorded, and channel by channel
+
+
+def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
+    """Return the bytes of history that a case of so many revolutions stores, without events."""
+    turns = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
+    if not layout.turns and save.orbits != "none":
+        turns = 1.0  # samples are counted in all
+    return float(8.0 * turns * save.samples * len(layout.channels))
+
+
+def usual_history(grid: Grid) -> float:
+    """Return the bytes of history that the first case of a grid stores at most, without events."""
+    case = grid.case(0)
+    until = case.simulate.until
+    return history_bytes(grid.layout, case.save, until.max_revolutions if until else case.simulate.revolutions)
+
+
+def largest_history(grid: Grid) -> float:
+    """Return the bytes of history that the longest case of a grid stores at least, without events."""
+    case = grid.case(0)
+    longest = max(grid.axes.get("simulate.revolutions", (case.simulate.revolutions,)))
+    return history_bytes(grid.layout, case.save, longest)
+
+
+def check_memory(size: float) -> None:
+    """Raise InputError where the histories of a case, `size` bytes, do not fit into the memory of this machine."""
+    memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    if COPIES * size > memory:
+        raise InputError(
+            f"save.orbits: the time histories of one case take {size / 1e9:,.4g} GB and twice that while it runs; this "
+            f"machine has {memory / 1e9:,.4g} GB: save the last revolutions only (orbits: last), or fewer samples"
+        )
+
+
+def check_disk(size: float, free: float) -> None:
+    """Raise InputError where all histories, `size` bytes in batches and as much again merged, exceed `free` bytes."""
+    if COPIES * size > free:
+        raise InputError(
+            f"save.orbits: the time histories of all cases take {size / 1e9:,.4g} GB and as much again while they are "
+            f"merged; there the disk has {free / 1e9:,.4g} GB left: save fewer revolutions or samples, or none "
+            "(orbits: none)"
+        )

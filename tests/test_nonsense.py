@@ -1,0 +1,114 @@
+"""Figures that nobody can have meant are named, and a case that would never end is ended."""
+
+import math
+import re
+
+import pytest
+from fake_physics import Fake, grid
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep.grid import check_memory, largest_history, load
+from clearsweep.simulation import catalogue, scene
+from clearsweep.sweeping import sweep
+from clearsweep.validity import THRESHOLDS, Reached, Remarks, imbalance, message_of, too_deep, worn_through
+
+CONTACT = "joints.rod-slider.contact"
+WEAR = {"law": "archard", "coefficient": 2e-8}
+
+
+def run(**changes):
+    """Return the trajectory of a slider-crank over a revolution; `changes` has `__` for dots."""
+    changes = {path.replace("__", "."): value for path, value in changes.items()}
+    return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes)))
+
+
+@pytest.mark.compiled
+def test_a_case_that_would_not_end_is_ended_by_its_time():
+    path = run(simulate__revolutions=1e9, simulate__tolerance=1e-6, simulate__time_budget=1e-3)
+    assert path.status == "time-budget"
+    assert re.match(
+        r"took the 0\.001 s of process time that it may, having got to [\d.]+ s of 1\.2e\+07 s", path.message
+    )
+    assert path.summary["steps"] % 2**16 == 0
+    assert path.summary["rod_slider_force_peak"] is None
+
+
+@pytest.mark.compiled
+def test_a_step_budget_says_what_was_taken():
+    path = run(simulate__revolutions=3, simulate__step_budget=100)
+    assert path.status == "step-budget"
+    steps, rejected, budget = map(
+        int, re.match(r"took (\d+) steps and (\d+) that .* all (\d+) it", path.message).groups()
+    )
+    assert steps == path.summary["steps"]
+    assert steps + rejected == budget == 300
+
+
+@pytest.mark.compiled
+def test_a_contact_deeper_than_the_bearing_allows_is_named():
+    path = run(**{f"{CONTACT}.stiffness": 1e5}, simulate__revolutions=0.5)
+    assert path.status == "ok"
+    assert path.message.startswith("too-deep: rod-slider is penetrated by ")
+    assert path.summary["rod_slider_penetration_max"] > 0.5e-3
+
+
+@pytest.mark.compiled
+def test_wear_deeper_than_the_clearance_is_named():
+    wear = {"joints.rod-slider.wear": WEAR | {"coefficient": 1e-6}}
+    path = run(**wear, simulate__revolutions=0.5, simulate__tolerance=1e-6)
+    assert path.summary["rod_slider_wear_depth_max"] > 0.5e-3
+    assert "worn-through: rod-slider is worn " in path.message
+    assert "is the coefficient in mm^2/N?" in path.message
+
+
+@pytest.mark.parametrize(
+    ("penetration", "radius", "said"), [(0.4e-3, 0.01, 0), (0.6e-3, 0.01, 1), (0.3e-3, 0.002, 1), (0.4e-3, None, 0)]
+)
+def test_a_penetration_is_too_deep_beyond_the_clearance_or_a_tenth_of_the_radius(penetration, radius, said):
+    assert bool(too_deep([Reached("pair", penetration, 0.0, 0.5e-3, radius)])) == bool(said)
+
+
+def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
+    assert imbalance(9e-7, 1e-9, 100.0) == ""
+    assert "is 1.1e-06 where a tolerance of 1e-09 explains at most 1e-06" in imbalance(1.1e-6, 1e-9, 100.0)
+    assert imbalance(9e-10, 1e-13, 1.0) == ""  # rounding
+    assert "explains at most 0.01" in imbalance(0.024, 1e-3, 1e4)
+
+
+def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
+    told, nothing = Remarks(["pair"]), {f"pair_{figure}": 0.0 for figure in THRESHOLDS}
+    joint = Reached("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
+    message = message_of("", too_deep([joint]), worn_through([joint]), imbalance(0.024, 1e-8, 10.0))
+    told.add({"case_id": "a", "message": "", **nothing})
+    told.add({"case_id": "b", "message": message, **nothing})
+    deep, worn, unbalanced = told.sentences()
+    assert "tenth of its bearing's radius in 1 of 2 cases, such as case b: pair is penetrated by 0.6 mm" in deep
+    assert "in 1 of 2 cases, such as case b: pair is worn 0.7 mm deep" in worn
+    assert "in 1 of 2 cases, such as case b: the energy residual is 0.024" in unbalanced
+
+
+@pytest.mark.parametrize(("wear", "said"), [({}, True), ({"coefficient": 2e-14}, False), ({"hardness": 1e5}, False)])
+def test_a_wear_coefficient_that_no_hardness_checks_is_warned_of(wear, said):
+    case = load(slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR | wear}), catalogue()).case(0)
+    assert any("is it in mm^2/N?" in sentence for sentence in scene.warnings(case)) == said
+
+
+@pytest.mark.parametrize(
+    ("path", "value"), [("revolutions", 1e300), ("step_budget", 1e13), ("time_budget", 0.0), ("time_budget", math.inf)]
+)
+def test_what_would_never_end_is_refused(path, value):
+    with pytest.raises(clearsweep.InputError, match=f"simulate.{path}: .*out of range|expected a"):
+        load(slider_crank("rod-slider", changes={f"simulate.{path}": value}), catalogue())
+
+
+def test_histories_that_do_not_fit_are_refused_before_the_run_with_their_size(tmp_path):
+    source = grid(1, orbits="all", simulate={"revolutions": 1e9})
+    size = 8.0 * 1e9 * 20 * len(load(source, Fake.catalogue()).layout.channels)
+    assert largest_history(load(source, Fake.catalogue())) == size
+    with pytest.raises(
+        clearsweep.InputError, match=f"take {size / 1e9:,.4g} GB and twice that while it runs".replace("+", r"\\+")
+    ):
+        sweep.run_sweep(source, tmp_path / "out", sweep.Options(show_progress=False), Fake)
+    assert not (tmp_path / "out").exists()
+    check_memory(1e6)
