@@ -2,17 +2,17 @@
 
 import contextlib
 import json
-import os
 import sys
 import traceback
 from collections.abc import Iterator
-from io import TextIOWrapper
 from pathlib import Path
+from typing import Any
 
 import click
 
 import clearsweep
 
+from . import resources, streams
 from .errors import ClearsweepError, InputError, printable
 
 INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -20,12 +20,12 @@ RESULTS = Path("results")
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed,
-    130 interrupted, 143 terminated."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that lacks a sign gets a question mark, not a traceback
-    sys.exit(_exit_code(arguments))
+    """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed or
+    scheduler lost, 129 hung up, 130 interrupted, 143 terminated."""
+    streams.outlast()
+    code = _exit_code(arguments)
+    sys.stdout.flush()
+    sys.exit(code)
 
 
 def _exit_code(arguments: list[str] | None) -> int:
@@ -45,10 +45,10 @@ def _exit_code(arguments: list[str] | None) -> int:
     except ClearsweepError as error:
         print(printable(str(error)), file=sys.stderr)
         return error.exit_code
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader of stdout went away
-        return INTERNAL
-    except Exception:
+    except Exception as error:
+        if sentence := resources.remedy(error):
+            print(printable(sentence), file=sys.stderr)
+            return BAD_INPUT
         traceback.print_exc()
         print("internal error: this is a mistake in clearsweep, please report it with the lines above", file=sys.stderr)
         return INTERNAL
@@ -59,7 +59,22 @@ def _interrupted(error: BaseException | None) -> int:
     return int(getattr(error, "exit_code", INTERRUPTED))
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+class _Verb(click.Command):
+    """A verb that is refused at once where what it needs could not even be loaded."""
+
+    def invoke(self, context: click.Context) -> Any:
+        """Run the verb, its options read."""
+        resources.check_space()
+        return super().invoke(context)
+
+
+class _Verbs(click.Group):
+    """All verbs."""
+
+    command_class = _Verb
+
+
+@click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(clearsweep.__version__, prog_name="clearsweep")
 def verbs() -> None:
     """How much a mechanism shakes, wears and misplaces itself because its revolute joints have clearance."""

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from unicodedata import category
 
+LONGEST_LINE = 200  # characters of a message that others wrote
+
 
 class ClearsweepError(Exception):
     """Root of every error that clearsweep raises on purpose; `exit_code` is what the command line returns."""
@@ -38,6 +40,18 @@ class StorageError(ClearsweepError, OSError):
     """Writing results failed while a run was under way; what was committed before is unharmed."""
 
     exit_code = 4
+
+
+class SchedulerLostError(ClearsweepError, ConnectionError):
+    """The scheduler of a cluster does not answer any more; what was committed before is unharmed."""
+
+    exit_code = 4
+
+
+def brief(error: BaseException) -> str:
+    """Return what an error says as one short line, its kind first."""
+    first = (str(error).strip().splitlines() or [""])[0]
+    return f"{type(error).__name__}: {first if len(first) <= LONGEST_LINE else first[:LONGEST_LINE] + '...'}"
 
 
 def printable(text: str) -> str:

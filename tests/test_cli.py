@@ -15,7 +15,7 @@ from fake_physics import FAILS, GOOD, Fake, grid
 from ruamel.yaml import YAML
 
 from clearsweep import cli, simulation
-from clearsweep.errors import StorageError
+from clearsweep.errors import SchedulerLostError, StorageError
 from clearsweep.sweeping import estimate, sweep
 from clearsweep.sweeping.signals import Stopped
 
@@ -204,6 +204,8 @@ def test_a_missing_grid_file_is_exit_code_2(run_cli):
         (StorageError("disk full"), 4),
         (Stopped(2, "stopped"), 130),
         (Stopped(15, "stopped"), 143),
+        (Stopped(1, "stopped"), 129),
+        (SchedulerLostError("gone"), 4),
         (KeyboardInterrupt(), 130),
         (ZeroDivisionError("bug"), 1),
     ],

@@ -1,15 +1,20 @@
 """A dask cluster is one more place where cases run: same results, and the death of a worker costs nothing."""
 
+import http.server
 import os
 import signal
+import socket
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from fake_physics import DIES, GOOD, HANGS, grid
-from test_sweep import quiet, same_results
+from test_sweep import quiet, same_results, wait_for
 
-from clearsweep.errors import InputError
+from clearsweep.errors import InputError, SchedulerLostError
 from clearsweep.sweeping import executors
 
 pytestmark = pytest.mark.heavy
@@ -87,3 +92,72 @@ def test_a_scheduler_that_does_not_answer_is_refused_before_anything_is_written(
     with pytest.raises(InputError, match=f"scheduler: {address} does not answer"):
         quiet(grid(1), tmp_path / "run", executor="dask", scheduler=address)
     assert not (tmp_path / "run").exists()
+
+
+@pytest.fixture
+def silent():
+    """Return the address of a server that takes connections and never says a word."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+
+
+@pytest.fixture
+def talkative():
+    """Return the address of a server that speaks HTTP."""
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), http.server.SimpleHTTPRequestHandler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"tcp://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+@pytest.mark.parametrize("kind", ["silent", "talkative"])
+def test_a_server_that_is_no_scheduler_is_refused_within_one_deadline(tmp_path, monkeypatch, request, kind):
+    address = request.getfixturevalue(kind)
+    monkeypatch.setattr(executors, "PATIENCE", 0.5)
+    begin = time.monotonic()
+    with pytest.raises(InputError, match=f"scheduler: {address} does not answer"):
+        quiet(grid(1), tmp_path / "run", executor="dask", scheduler=address)
+    assert time.monotonic() - begin < 5.0
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.fixture
+def scheduler():
+    """Return a scheduler with one worker, a program each, and its address."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    options = ["--no-dashboard", "--host", "127.0.0.1"]
+    commands = (
+        ["distributed.cli.dask_scheduler", "--port", str(port), *options],
+        ["distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny", *options],
+    )
+    here = Path(__file__).parent
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parent)])}
+    quietly = {"env": environment, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    programs = [subprocess.Popen([sys.executable, "-m", *command], **quietly) for command in commands]
+    yield programs[0], address
+    for program in programs:
+        program.kill()
+        program.wait()
+
+
+@pytest.mark.parametrize(
+    "signum", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.slow)], ids=["killed", "silent"]
+)
+def test_a_scheduler_that_is_lost_ends_the_run_with_one_sentence(tmp_path, monkeypatch, scheduler, capfd, signum):
+    running, address = scheduler
+
+    def lose():
+        wait_for(lambda: len(list(tmp_path.glob("run/parts/*"))) >= 2)
+        monkeypatch.setattr(executors, "PATIENCE", 0.5)
+        running.send_signal(signum)
+
+    loser = threading.Thread(target=lose, daemon=True)
+    loser.start()
+    with pytest.raises(SchedulerLostError, match=r"was lost \(.*run the same command again to go on") as lost:
+        quiet(grid(200, (GOOD + 0.05,)), tmp_path / "run", executor="dask", scheduler=address)
+    loser.join()
+    assert lost.value.exit_code == 4
+    assert len(str(lost.value).splitlines()) == 1
+    assert not [line for line in capfd.readouterr().err.splitlines() if "compiling" not in line]

@@ -32,11 +32,18 @@ def quiet(source, out, **options):
     return sweep(source, out, show_progress=False, **options)
 
 
-def program(out, source, **options):
-    """Start the sweep as a program of its own."""
+def program(out, source, session=False, **options):
+    """Start the sweep as a program of its own, with its workers in a group of processes of its own if asked to."""
     arguments = [sys.executable, str(HERE / "sweep_made_up.py"), str(out), json.dumps(source), json.dumps(options)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent)])}
-    return subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    return subprocess.Popen(
+        arguments,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+        start_new_session=session,
+    )
 
 
 def facts_of(process):

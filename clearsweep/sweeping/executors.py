@@ -1,6 +1,7 @@
 """Executors: where batches run."""
 
 import contextlib
+import functools
 import logging
 import math
 import multiprocessing
@@ -8,17 +9,19 @@ import os
 import pickle
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import BrokenExecutor, Future
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from types import ModuleType
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
-from ..errors import ClearsweepError, InputError
+from .. import resources
+from ..errors import InputError, SchedulerLostError, brief
 from . import signals, worker
 
 THREAD_VARIABLES = (
@@ -31,13 +34,21 @@ THREAD_VARIABLES = (
 )
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 COUNTING = 2.0  # s between two looks at how many workers a cluster has
-PATIENCE = 10.0  # s a scheduler has to answer
+PATIENCE = 10.0  # s a scheduler has to answer, from the first knock to the last word of a greeting
+FILES = 24  # that a run has open at most, apart from its workers
+FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10}
+LOUD = ("asyncio", "distributed", "tornado")  # loggers that tell, with tracebacks, of deaths that are dealt with here
 CONSTS.channel_lock_timeout = 2.0  # s; a worker killed while it held the lock stalls the others twice as long
 
 
 def cores() -> int:
     """Return the number of cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def allow_files(executor: str, jobs: int) -> None:
+    """Allow this process the open files that a run with so many workers needs; raise InputError where it may not."""
+    resources.allow_files(FILES + FILES_OF_WORKER[executor] * jobs)
 
 
 def no_preparation() -> None:
@@ -97,11 +108,18 @@ class Local:
         self._pool = self._started()
 
     def _started(self) -> ProcessPool:
-        pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(), self._load), _Context())
         with signals.shielded():
-            if not pool.active:  # asking starts the workers
-                raise RuntimeError("the worker processes could not be started")
-        return pool
+            try:
+                pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(), self._load), _Context())
+                if pool.active:  # asking starts the workers
+                    return pool
+                reason = ""
+            except (OSError, BrokenExecutor) as error:
+                reason = f" ({brief(error.__cause__ or error)})"
+        raise InputError(
+            f"jobs: {self.jobs} worker processes could not be started{reason}; take fewer with --jobs, or allow more "
+            "(ulimit -a)"
+        )
 
     def submit(self, function: Callable, *args: Any) -> Future:
         """Run `function(*args)` in a worker; RuntimeError where the pool is broken."""
@@ -173,12 +191,20 @@ class Dask:
     def jobs(self) -> int:
         """Return the number of workers there are, at least 1; it is asked for now and then."""
         if time.monotonic() - self._counted > COUNTING:
-            self._jobs, self._counted = max(1, len(self._client.nthreads())), time.monotonic()
+            try:
+                self._jobs = max(1, len(_in_time(self._client.nthreads)))
+            except Exception as error:
+                raise self._lost(error) from None
+            self._counted = time.monotonic()
         return self._jobs
 
     def submit(self, function: Callable, *args: Any) -> Future:
-        """Run `function(*args)` on some worker."""
-        future: Future = self._executor.submit(worker.run_packed, pickle.dumps((function, args)))
+        """Run `function(*args)` on some worker; RuntimeError where the connection to the scheduler is lost."""
+        content = pickle.dumps((function, args))
+        try:
+            future: Future = self._executor.submit(worker.run_packed, content)
+        except Exception as error:  # a client that was closed has an error of its own
+            raise BrokenExecutor(brief(error)) from None
         return future
 
     def restart(self) -> None:
@@ -187,7 +213,14 @@ class Dask:
         try:
             self._start()
         except InputError as error:
-            raise ClearsweepError(f"{error}\nwhat was finished is kept; run the same command again to go on") from None
+            raise self._lost(error.__cause__) from None
+
+    def _lost(self, error: BaseException | None) -> SchedulerLostError:
+        """Return what to tell where the scheduler answers no more."""
+        return SchedulerLostError(
+            f"scheduler: {self._scheduler or 'the one of this run'} was lost ({error}); "
+            "what was finished is kept: run the same command again to go on"
+        )
 
     def close(self) -> None:
         """Take back what is not done; end the workers where they are our own."""
@@ -197,7 +230,8 @@ class Dask:
                 nanny.auto_restart = False
                 with contextlib.suppress(ProcessLookupError, TypeError):
                     os.kill(nanny.pid, signal.SIGKILL)  # a case may never end
-        self._client.close(timeout=PATIENCE)
+        with contextlib.suppress(Exception):  # a scheduler that is gone takes no leave
+            self._client.close(timeout=PATIENCE)
         if self._cluster is not None:
             self._cluster.close(timeout=PATIENCE)
 
@@ -209,9 +243,12 @@ def reach(scheduler: str | None) -> None:
         return
     client = _client(scheduler)
     try:
-        several = [address for address, threads in client.nthreads().items() if threads > 1]
+        several = [address for address, threads in _in_time(client.nthreads).items() if threads > 1]
+    except Exception as error:
+        raise _no_answer(scheduler, error) from None
     finally:
-        client.close(timeout=PATIENCE)
+        with contextlib.suppress(Exception):
+            client.close(timeout=PATIENCE)
     if several:
         raise InputError(
             f"scheduler: {len(several)} workers of {scheduler} have several threads ({several[0]}); start "
@@ -221,13 +258,42 @@ def reach(scheduler: str | None) -> None:
 
 def _client(address: Any) -> Any:
     """Return a client of the scheduler at `address`, or of a cluster."""
+    make = functools.partial(_distributed().Client, address, timeout=PATIENCE, set_as_default=False)
     try:
-        return _distributed().Client(address, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:  # ValueError: no address
-        raise InputError(
-            f"scheduler: {address} does not answer ({error}); expected the address that `dask scheduler` "
-            "prints, such as tcp://10.0.0.1:8786"
-        ) from None
+        return _in_time(make)
+    except Exception as error:  # of many kinds: no address, nobody there, or somebody who speaks another language
+        raise _no_answer(address, error) from error
+
+
+def _no_answer(address: Any, error: Exception) -> InputError:
+    """Return what to tell where nobody at `address` answers as a scheduler."""
+    return InputError(
+        f"scheduler: {address} does not answer ({brief(error)}); expected the address that "
+        "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
+    )
+
+
+T = TypeVar("T")
+
+
+def _in_time(function: Callable[[], T]) -> T:
+    """Return `function()`, or raise TimeoutError after PATIENCE; then its thread is left to itself.
+
+    A client waits for each word of a scheduler on its own, and once more where it takes leave.
+    """
+    answer: Future[T] = Future()
+
+    def ask() -> None:
+        try:
+            answer.set_result(function())
+        except BaseException as error:
+            answer.set_exception(error)
+
+    threading.Thread(target=ask, daemon=True).start()
+    try:
+        return answer.result(PATIENCE)
+    except TimeoutError:
+        raise TimeoutError(f"no answer within {PATIENCE:g} s") from None
 
 
 def _cluster(jobs: int) -> Any:
@@ -255,7 +321,9 @@ def _distributed() -> Any:
         import distributed
     except ImportError:
         raise InputError("executor: dask is not installed; `pip install clearsweep[dask]` installs it") from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it warns of deaths that the driver deals with
+    for name in {*LOUD, *logging.root.manager.loggerDict}:
+        if name.partition(".")[0] in LOUD:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     return distributed
 
 

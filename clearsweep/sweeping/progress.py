@@ -9,14 +9,15 @@ from ..errors import printable
 
 def of(total: int, *, wanted: bool) -> "Silent":
     """Return a context with `advance(done, failed)` for `total` cases."""
-    if not wanted:
+    if not wanted or sys.stderr is None:
         return Silent()
     return Bar(total) if sys.stderr.isatty() else Lines(total)
 
 
 def say(sentence: str) -> None:
     """Tell whoever watches something."""
-    print(printable(sentence), file=sys.stderr, flush=True)
+    if sys.stderr is not None:  # None would mean stdout
+        print(printable(sentence), file=sys.stderr, flush=True)
 
 
 class Silent(AbstractContextManager["Silent"]):

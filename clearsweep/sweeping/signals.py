@@ -1,13 +1,14 @@
-"""Ctrl-C and SIGTERM: at the first, a run finishes what is under way and stops; at the second it stops at once."""
+"""Ctrl-C, SIGTERM, SIGHUP: at the first, a run finishes what is under way and stops; at the second it stops at once."""
 
 import contextlib
 import os
 import signal
 import threading
 from collections.abc import Iterator
+from multiprocessing import resource_tracker
 from types import FrameType
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class _Request:
@@ -42,12 +43,17 @@ def patience() -> Iterator[None]:
 
 @contextlib.contextmanager
 def catching() -> Iterator[None]:
-    """Let SIGINT and SIGTERM raise Stopped inside, or be noted first where there is patience; for the main thread."""
+    """Let a signal raise Stopped inside, or be noted first where there is patience; for the main thread.
+
+    A SIGHUP that is ignored stays so: `nohup` asked for that.
+    """
     _Request.signum = 0
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread can catch signals
         return
-    before = {signum: signal.signal(signum, _in_parent) for signum in SIGNALS}
+    nohup = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    caught = [signum for signum in SIGNALS if signum != signal.SIGHUP or not nohup]
+    before = {signum: signal.signal(signum, _in_parent) for signum in caught}
     try:
         yield
     finally:
@@ -56,16 +62,20 @@ def catching() -> Iterator[None]:
 
 
 def in_worker() -> None:
-    """Make this process leave SIGINT to its parent, finish its case on SIGTERM, and go at once where it has none."""
+    """Make this process leave SIGINT and SIGHUP, which a terminal sends to all, to its parent, and finish its case on
+    SIGTERM; it goes at once where it has none."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _in_worker)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
 
 
 @contextlib.contextmanager
 def shielded() -> Iterator[None]:
-    """Block both signals for threads and processes born inside: a worker starting up is not torn by Ctrl-C."""
+    """Block all of them for threads and processes born inside: a worker starting up is not torn by Ctrl-C."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    resource_tracker.ensure_running()  # it would start with the first worker, and unblock two of them
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
     finally:

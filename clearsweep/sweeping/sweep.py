@@ -1,5 +1,6 @@
 """The order of work of a sweep: check, lock, see what is missing, compile once, fan out, merge."""
 
+import errno
 import shutil
 import time
 from collections.abc import Mapping
@@ -12,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import grid as grids
-from .. import store
+from .. import resources, store
 from ..case import Case
-from ..errors import InputError
+from ..errors import DirectoryError, InputError, brief
 from . import executors, progress, signals
 from .driver import Batches, Driver
 from .shard import Shard
@@ -23,6 +24,7 @@ from .worker import Job, Simulator, compile_all
 
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
 MOST_WARNINGS = 5
+LONGEST_FILE = f"parts/{'x' * 60}"  # no name below a run's directory is longer
 LONGEST_TIMEOUT = 1e8  # s, three years
 
 Source = str | PathLike | Mapping | grids.Grid  # a grid file, a dict of the same shape, or what it was read to
@@ -173,7 +175,13 @@ def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:
 def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard | None = None) -> store.RunDirectory:
     """Return the directory of the results of `grid`, or of one shard of it."""
     name = f"{grid.name}-shard-{shard.number}-of-{shard.of}" if shard else grid.name
-    return store.RunDirectory(Path(out) if out else Path("results") / name)
+    path = Path(out) if out else Path("results") / name
+    try:
+        (path / LONGEST_FILE).stat()
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise DirectoryError(f"{resources.too_long(str(path))} with --out") from None
+    return store.RunDirectory(path)
 
 
 def conclude(
@@ -249,7 +257,7 @@ def warm(workers: executors.Executor, grid: grids.Grid, pending: np.ndarray, sim
     except BrokenExecutor:
         workers.restart()
     except Exception as error:
-        progress.say(f"compiling ahead failed ({type(error).__name__}: {error}); the cases themselves will tell")
+        progress.say(f"compiling ahead failed ({brief(error)}); the cases themselves will tell")
 
 
 def check(options: Options) -> None:
@@ -268,6 +276,7 @@ def check(options: Options) -> None:
         raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
     if scheduler and executor != "dask":
         raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
+    executors.allow_files(executor, jobs or executors.cores())
     if executor == "dask":
         executors.reach(scheduler)
 

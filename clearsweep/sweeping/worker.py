@@ -13,10 +13,10 @@ from collections.abc import Callable, Hashable
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from .. import store
+from .. import resources, store
 from ..case import Case
 from ..catalogue import Catalogue
-from ..errors import ClearsweepError
+from ..errors import ClearsweepError, brief
 from ..grid import Grid
 from ..results import Trajectory
 from ..store import durable
@@ -188,7 +188,7 @@ def _solve(job: Job, case: Case, note: int) -> Trajectory:
     try:
         return job.simulator.solve(case)
     except Exception as error:
-        return failure("crashed", f"{type(error).__name__}: {error}")
+        return failure("crashed", resources.remedy(error) or brief(error))
     finally:
         if job.case_timeout:
             faulthandler.cancel_dump_traceback_later()

@@ -1,0 +1,56 @@
+"""What the operating system lets this process use: too little is refused at once, with the limit and the remedy."""
+
+import errno
+import resource
+
+from .errors import InputError
+
+LEAST_SPACE = 1_000_000_000  # bytes of address space: loading what a run needs and compiling a scene
+SPARE_SPACE = 4_000_000  # kB, as `ulimit -v` counts; what is advised
+SPARE_FILES = 256  # what is advised at least
+
+
+def check_space() -> None:
+    """Raise InputError where the address space is too small to load what every verb needs."""
+    space, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if space != resource.RLIM_INFINITY and space < LEAST_SPACE:
+        raise InputError(
+            f"memory: this process may use {space / 1e6:,.0f} MB of address space (ulimit -v), less than the "
+            f"{LEAST_SPACE / 1e6:,.0f} MB that clearsweep needs; raise the limit, as by `ulimit -v {SPARE_SPACE}`"
+        )
+
+
+def allow_files(count: int) -> None:
+    """Allow this process `count` open files where it may do so itself; raise InputError where it may not."""
+    now, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if now == resource.RLIM_INFINITY or count <= now:
+        return
+    if most != resource.RLIM_INFINITY and count > most:
+        raise InputError(
+            f"open files: this process may have {most:,} (ulimit -n), fewer than the {count:,} that its workers need; "
+            f"raise the limit, as by `ulimit -n {max(SPARE_FILES, count)}`, or take fewer workers with --jobs"
+        )
+    resource.setrlimit(resource.RLIMIT_NOFILE, (count, most))
+
+
+def remedy(error: BaseException) -> str | None:
+    """Return a sentence for an error that a limit of the surroundings caused, None for any other."""
+    number = getattr(error, "errno", None)
+    if isinstance(error, MemoryError) or number == errno.ENOMEM:
+        return (
+            f"memory: there is not enough ({str(error) or 'an allocation failed'}); run fewer cases at a time with "
+            "--jobs, save fewer histories with `save`, or allow more (ulimit -v)"
+        )
+    if number in (errno.EMFILE, errno.ENFILE):
+        return (
+            f"open files: there are as many as this process may have (ulimit -n); raise the limit, as by `ulimit -n "
+            f"{SPARE_FILES}`, or take fewer workers with --jobs"
+        )
+    if number == errno.ENAMETOOLONG:
+        return too_long(str(getattr(error, "filename", "")))
+    return None
+
+
+def too_long(name: str) -> str:
+    """Return what to tell of a path that the file system does not take."""
+    return f"{name[:60]}...: a path of {len(name)} characters is too long for the file system; choose a shorter one"

@@ -1,0 +1,240 @@
+"""Streams that are closed or full and limits of the operating system: a run goes on, or is refused with the remedy."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from fake_physics import FAILS, GOOD, Fake, grid
+from fake_sweeps import sweep
+from test_sweep import parts, program, wait_for
+
+from clearsweep import cli, errors, resources, streams
+from clearsweep.sweeping import executors, progress, signals
+
+pytestmark = pytest.mark.heavy
+
+HERE = Path(__file__).parent
+#: The command line with made-up mechanics; sweeps by this very process.
+MADE_UP = "import fake_sweeps; from clearsweep.sweeping import sweep; sweep.sweep = fake_sweeps.sweep; "
+MAIN = "from clearsweep import cli; cli.main()"
+
+
+def shell(script: str, cwd: Path, code: str = MADE_UP + MAIN) -> subprocess.CompletedProcess:
+    """Run a shell script in which `$cs` is the command line."""
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent)]),
+        "cs": f"{sys.executable} -c '{code}'",
+    }
+    command = ["bash", "-c", script.replace("clearsweep ", 'eval "$cs" ')]
+    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False, timeout=60)
+
+
+@pytest.fixture
+def grid_file(tmp_path):
+    (tmp_path / "g.json").write_text(json.dumps(grid(2, (GOOD, FAILS))), encoding="utf-8")
+    return tmp_path
+
+
+@pytest.mark.parametrize("streams_of_run", ["<&- >&- 2>&-", ">/dev/full 2>&1"], ids=["closed", "full"])
+def test_a_run_whose_streams_are_closed_or_full_goes_on_and_ends_with_its_code(grid_file, streams_of_run):
+    ended = shell(
+        f"clearsweep run g.json --out x --executor serial {streams_of_run}; echo ${{PIPESTATUS[0]}} >code", grid_file
+    )
+    assert (grid_file / "code").read_text().strip() == "3"
+    assert (grid_file / "x" / "summary.parquet").exists()
+    assert "Traceback" not in ended.stderr + (grid_file / "x" / "lock").read_text()
+
+
+@pytest.mark.parametrize(("stream", "told"), [(">&-", ""), ("2>&-", ""), (">/dev/full", "No space left"), ("| :", "")])
+def test_what_cannot_be_printed_is_dropped_and_a_full_stdout_is_told(tmp_path, stream, told):
+    ended = shell(f"clearsweep init {stream}; exit ${{PIPESTATUS[0]}}", tmp_path, MAIN)
+    assert ended.returncode == 0
+    assert (told in ended.stderr) if told else not ended.stderr
+
+
+def test_the_null_device_takes_the_place_of_a_stream_that_was_left(tmp_path):
+    reading, writing = os.pipe()
+    os.close(reading)
+    lasting = streams._Lasting(writing, "w")
+    assert lasting.write(b"12345") == 5
+    assert os.fstat(lasting.fileno()).st_rdev == os.stat(os.devnull).st_rdev
+    lasting.close()
+
+
+def test_a_program_without_stderr_sees_no_progress_in_its_stdout(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stderr", None)
+    progress.say("something")
+    with progress.of(3, wanted=True) as display:
+        display.advance(1, 0)
+    assert not capsys.readouterr().out
+
+
+def test_a_hang_up_of_the_terminal_ends_a_run_like_a_termination(tmp_path):
+    process = program(tmp_path / "run", grid(100, (GOOD + 0.05,)), jobs=2, show_progress=False, session=True)
+    wait_for(lambda: parts(tmp_path / "run") >= 1)
+    os.killpg(process.pid, signal.SIGHUP)  # a terminal tells all, the workers, too
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 129
+    assert int(err.split("stopped: ")[1].split(" of")[0]) > 0
+    assert "run the same command again" in err
+
+
+def test_a_hang_up_that_is_ignored_stays_so_while_a_run_catches_signals():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with signals.catching():
+            assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) != signal.SIG_DFL
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.slow
+def test_under_nohup_a_hang_up_is_ignored(tmp_path):
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # what a program is started with, it inherits
+    try:
+        process = program(tmp_path / "run", grid(20, (GOOD + 0.02,)), jobs=1, show_progress=False, session=True)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    wait_for(lambda: parts(tmp_path / "run") >= 1)
+    os.killpg(process.pid, signal.SIGHUP)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 0, err
+    assert json.loads(out)["ran"] == 20
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [
+        pytest.param("-n 8", "ulimit -n 256", marks=pytest.mark.slow),
+        ("-n 16", "ulimit -n 256"),
+        ("-v 500000", "ulimit -v 4000000"),
+    ],
+)
+def test_too_little_of_a_resource_is_refused_with_the_limit_and_the_remedy(grid_file, limit, said):
+    ended = shell(f"ulimit {limit}; clearsweep run g.json --out x", grid_file, MAIN)
+    assert ended.returncode == 2
+    assert len(ended.stderr.splitlines()) == 1
+    assert said in ended.stderr
+    assert not (grid_file / "x").exists()
+
+
+def test_open_files_are_allowed_as_far_as_the_system_lets_us(monkeypatch):
+    given = []
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (16, 1024))
+    monkeypatch.setattr(resource, "setrlimit", lambda _, limits: given.append(limits))
+    executors.allow_files("local", 8)
+    assert given == [(40, 1024)]
+    with pytest.raises(errors.InputError, match=r"1,024 .*2,024"):
+        executors.allow_files("local", 1000)
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    executors.allow_files("local", 10**6)
+    assert len(given) == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (MemoryError("Unable to allocate 7.45 GiB"), "7.45 GiB); run fewer cases at a time with --jobs"),
+        (OSError(12, "Cannot allocate memory"), "memory: there is not enough"),
+        (OSError(24, "Too many open files"), "ulimit -n"),
+        (OSError(36, "File name too long", "x" * 300), "x...: a path of 300 characters is too long"),
+    ],
+)
+def test_limits_that_are_met_on_the_way_are_told_with_their_remedy(monkeypatch, capsys, error, said):
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr(cli.verbs, "main", fail)
+    assert cli._exit_code(["laws"]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert len(told.splitlines()) == 1
+
+
+@pytest.mark.parametrize("verb", ["run g.json --out", "run g.json --dry-run --out", "init", "report", "report x --out"])
+def test_a_name_of_300_characters_is_bad_input(grid_file, monkeypatch, capsys, verb):
+    monkeypatch.chdir(grid_file)
+    with pytest.raises(SystemExit) as ended:
+        cli.main([*verb.split(), "y" * 300])
+    told = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert len(told.splitlines()) == 1
+    assert "yyy" in told or "x: holds no run" in told
+
+
+class Verbose(Fake):
+    """Mechanics whose compiler talks for hundreds of lines, or whose cases find no memory."""
+
+    error: Exception = TypeError("\n".join(f"line {number} {'1' * 400}" for number in range(300)))
+
+    @classmethod
+    def compile_for(cls, case):
+        """Fail."""
+        raise cls.error
+
+    @classmethod
+    def solve(cls, case):
+        """Fail in the same way."""
+        raise cls.error
+
+
+class Greedy(Verbose):
+    """Mechanics that find no memory."""
+
+    error = MemoryError("Unable to allocate 7.45 GiB for an array")
+
+
+@pytest.mark.parametrize(("mechanics", "said"), [(Verbose, "TypeError: line 0"), (Greedy, "with --jobs, save fewer")])
+def test_what_went_wrong_in_a_case_is_told_in_one_line(tmp_path, capsys, mechanics, said):
+    result = sweep(grid(1), tmp_path / "run", simulator=mechanics, executor="serial", show_progress=False)
+    (message,) = result.open().summary["message"]
+    assert said in message
+    assert len(message) < 300
+    told = capsys.readouterr().err
+    assert len(told.splitlines()) == 1
+    assert len(told) < 300
+
+
+def test_workers_that_cannot_be_started_are_told_with_the_reason(monkeypatch):
+    def refuse(*_, **__):
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(executors, "ProcessPool", refuse)
+    with pytest.raises(errors.InputError, match=r"jobs: 3 worker processes .*Resource temporarily unavailable"):
+        executors.Local(3)
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == set()
+
+
+def test_workers_leave_hang_ups_to_their_parent():
+    before = {signum: signal.getsignal(signum) for signum in signals.SIGNALS}
+    try:
+        signals.in_worker()
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        for signum, handler in before.items():
+            signal.signal(signum, handler)
+
+
+def test_nothing_is_left_of_threads_that_asked_in_vain(monkeypatch):
+    monkeypatch.setattr(executors, "PATIENCE", 0.05)
+    end = threading.Event()
+    with pytest.raises(TimeoutError, match="no answer within"):
+        executors._in_time(end.wait)
+    end.set()
+    with pytest.raises(ZeroDivisionError):
+        executors._in_time(lambda: 1 / 0)
+    assert executors._in_time(lambda: 5) == 5
+
+
+def test_errors_name_their_own_space_only(monkeypatch):
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    resources.check_space()
+    assert resources.remedy(ZeroDivisionError("bug")) is None
