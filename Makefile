@@ -72,8 +72,9 @@ $(DOCS)/.ready: pyproject.toml constraints.txt
 	$(DOCS)/bin/python -m pip install --quiet --constraint constraints.txt --editable ".[docs]"
 	touch $@
 
+# ARGS: --kills N, --grids N, --flips N, --attempts no, --seed N, --write (docs/reliability.md)
 torture: $(READY)
-	$(BIN)/python tests/torture.py
+	$(BIN)/python tests/reliability.py $(ARGS)
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

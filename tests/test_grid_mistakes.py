@@ -394,3 +394,9 @@ def test_a_slider_crank_without_any_clearance_is_refused(told, ending):
     problems = told(head + ending)
     assert len(problems) == 1
     assert "joints: no joint has clearance; name at least one of ground-crank, crank-rod, rod-slider" in problems[0]
+
+
+def test_a_swept_value_in_a_section_whose_name_is_wrong_is_a_mistake_like_others(told):
+    problems = told(TEXT.replace("contact:", "contactx:") + f"sweep: {{{CONTACT}.restitution: [0.5, 0.9]}}\n")
+    assert any(f"{CONTACT}: is missing" in problem for problem in problems)
+    assert any("'contactx'; did you mean 'contact'" in problem for problem in problems)

@@ -145,7 +145,10 @@ def test_open_files_are_allowed_as_far_as_the_system_lets_us(monkeypatch):
         (MemoryError("Unable to allocate 7.45 GiB"), "7.45 GiB); run fewer cases at a time with --jobs"),
         (OSError(12, "Cannot allocate memory"), "memory: there is not enough"),
         (OSError(24, "Too many open files"), "ulimit -n"),
-        (OSError(36, "File name too long", "x" * 300), "x...: a path of 300 characters is too long"),
+        (
+            OSError(36, "File name too long", "x" * 300),
+            "xxx...: File name too long for the file system (300 characters)",
+        ),
     ],
 )
 def test_limits_that_are_met_on_the_way_are_told_with_their_remedy(monkeypatch, capsys, error, said):

@@ -1,9 +1,5 @@
-"""Kills sweeps with -9 at random moments, lets them go on, and compares what is left with an undisturbed run.
+"""Kills: sweeps are killed with -9 at random moments, go on, and what is left is compared with an undisturbed run."""
 
-`python tests/torture.py [--kills N] [--seed N]` does so with real mechanics; it ends with 1 where anything was lost.
-"""
-
-import argparse
 import contextlib
 import json
 import os
@@ -11,7 +7,6 @@ import random
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
 from pathlib import Path
@@ -87,8 +82,8 @@ class Round:
         process.communicate()
         # a case that was at work in two killed workers is 'crashed' by rule, so it is asked for again
         last = self.start(self.out, retry_failed=True)
-        told = last.communicate(timeout=300)
-        assert last.returncode == 0, told
+        said = last.communicate(timeout=300)
+        assert last.returncode == 0, said
 
     def lost_batches(self) -> int:
         """Return how many batches were committed once and are there no longer."""
@@ -153,49 +148,22 @@ def same(found: dict[str, int]) -> bool:
     return not any(count for name, count in found.items() if name not in ("rows", "values"))
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Torture real mechanics and print what came of it."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--kills", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=random.randrange(10**6))
-    options = parser.parse_args(arguments)
-    print(f"seed {options.seed}: {options.kills} kills", flush=True)
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        (folder / "grid.yaml").write_text(json.dumps(GRID), encoding="utf-8")
+def starter(folder: Path):
+    """Write GRID into a folder and return a function that starts its run, by two workers, as a program."""
+    (folder / "grid.yaml").write_text(json.dumps(GRID), encoding="utf-8")
 
-        def start(out, retry_failed=False):
-            command = [sys.executable, "-m", "clearsweep", "run", folder / "grid.yaml", "--out", out, "-j", "2"]
-            environment = os.environ | {"PYTHONPATH": str(ROOT)}
-            return subprocess.Popen(
-                command + ["--retry-failed"] * retry_failed,
-                env=environment,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-            )
+    def start(out, retry_failed=False):
+        command = [sys.executable, "-m", "clearsweep", "run", folder / "grid.yaml", "--out", out, "-j", "2"]
+        return subprocess.Popen(
+            command + ["--retry-failed"] * retry_failed,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
 
-        assert start(folder / "undisturbed").wait() == 0
-        rounds = torture(start, folder, options.kills, options.seed, (0.1, 3.0))
-        good = True
-        for each in rounds:
-            found = differences(folder / "undisturbed", each.out) | {"batches lost": each.lost_batches()}
-            good = good and same(found)
-            print(
-                f"{each.out.name}: {each.kills.total()} kills ({_told(each.kills)}); {_told(found)}; "
-                f"longest pause between two commits {each.longest:.1f} s",
-                flush=True,
-            )
-    total = sum((each.kills for each in rounds), Counter())
-    print(
-        f"{total.total()} kills ({_told(total)}) of runs of {found['rows']} cases: "
-        + ("nothing was lost" if good else f"SOMETHING WAS LOST, try --seed {options.seed} again")
-    )
-    return 0 if good else 1
+    return start
 
 
-def _told(counts: dict[str, int]) -> str:
+def told(counts: dict[str, int]) -> str:
+    """Return counts as '3 parent, 2 all'."""
     return ", ".join(f"{count:,} {name}" for name, count in counts.items())
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -72,8 +72,8 @@ class Flag(NamedTuple):
 
 
 def _met(when: tuple[Condition, ...], names: Names) -> bool:
-    """Return whether every condition allows one of the names in play."""
-    return all(not wanted.isdisjoint(names[path]) for path, wanted in when)
+    """Return whether every condition allows one of the names in play; where a section is missing there are none."""
+    return all(not wanted.isdisjoint(names.get(path, ())) for path, wanted in when)
 
 
 class Section(NamedTuple):

@@ -1,0 +1,169 @@
+"""Tortures clearsweep and says what came of it: kills, mutated grids, flipped bits, and the list of an adversary.
+
+`python tests/reliability.py [--kills N] [--grids N] [--flips N] [--attempts no] [--seed N] [--write]` ends with 1 where
+anything fell short; with `--write` it writes docs/reliability.md.
+"""
+
+import argparse
+import datetime
+import platform
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import torture
+import torture_attempts
+import torture_flips
+import torture_grids
+
+import clearsweep
+from clearsweep.sweeping import sweep
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs" / "reliability.md"
+MARK = "<!-- below: written by `python tests/reliability.py --write` -->\n"
+GRIDS_TEXT = (
+    "Grids that work, their keys and values exchanged for others and for hostile ones, their bytes spoiled; each "
+    "has 5 s, 6 GB of address space, and two revolutions of its motion. Drawn by hypothesis from the seed."
+)
+FLIPS_TEXT = (
+    "One bit of one file of a finished run of 12 cases is changed. Then a reader reads everything, `status "
+    "--verify` looks, and the grid runs again: `named`, one of them named the file; `without meaning`, everything "
+    "was read as it was written and no checksum covers the bit; `silent`, something else was read; `restored`, "
+    "after the run all is as it was written, or the run refused the file by its name."
+)
+FLIPS_HEAD = ("file", "flips", "named", "without meaning", "unnamed", "silent", "traceback", "restored")
+ATTEMPTS_TEXT = "Each is a command line in `tests/torture_attempts.py`; exit code 2 is a refusal with what to do."
+ATTEMPTS_HEAD = ("attempt", "exit code", "took", "ended")
+KILLS_TEXT = (
+    "Sweeps of real mechanics are killed with -9 at random moments (the parent, one process, or all), and started "
+    "again; what is left is compared with an undisturbed run. Numbers of rows and values are sums over the runs."
+)
+
+
+def kills(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
+    """Kill real sweeps; return whether nothing was lost, and rows for the page."""
+    start = torture.starter(folder)
+    assert start(folder / "undisturbed").wait() == 0
+    rounds = torture.torture(start, folder, count, seed, (0.1, 3.0))
+    found = Counter()
+    for each in rounds:
+        found.update(torture.differences(folder / "undisturbed", each.out) | {"batches lost": each.lost_batches()})
+        print(f"{each.out.name}: {torture.told(each.kills)}", flush=True)
+    victims = sum((each.kills for each in rounds), Counter())
+    rows = [
+        ["kills", f"{victims.total():,}: {torture.told(victims)}"],
+        ["seed", str(seed)],
+        ["runs that were killed and went on to their end", f"{len(rounds):,}"],
+        ["longest pause between two commits", f"{max(each.longest for each in rounds):.1f} s"],
+        *([name, f"{number:,}"] for name, number in found.items()),
+    ]
+    return torture.same(found), rows
+
+
+def grids(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
+    """Run mutated grids; return whether none was at fault, and rows for the page."""
+    found = torture_grids.fuzz(count, seed, folder)
+    codes = found["codes"]
+    rows = [
+        ["mutated grids", f"{found['grids']:,}"],
+        ["seed", str(seed)],
+        ["refused with what is wrong (exit code 2)", f"{codes.get(2, 0):,}"],
+        ["ran, or had too many cases to run them here (0)", f"{codes.get(0, 0):,}"],
+        ["ran, and cases failed or were of a kind that is not compiled here (3)", f"{codes.get(3, 0):,}"],
+        ["longest", f"{found['longest']:.1f} s"],
+        ["tracebacks, other exit codes, files outside, beyond 5 s", f"{len(found['faults']):,}"],
+    ]
+    return not found["faults"], rows
+
+
+def flips(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
+    """Flip bits of a real run; return whether none passed in silence, and rows for the page."""
+    grid = torture.GRID | {"sweep": {"drive.speed": {"linspace": ["1000 rpm", "5000 rpm", 12]}}}
+
+    def run(directory):
+        sweep.sweep(grid, directory, executor="serial", show_progress=False)
+
+    run(folder / "finished")
+    found = torture_flips.flips(folder / "finished", count, seed, run)
+    bad = (torture_flips.UNNAMED, torture_flips.SILENT, torture_flips.FAULT)
+    outcomes = (torture_flips.NAMED, torture_flips.UNREAD, *bad, "restored")
+    rows = [
+        [f"`{kind}`", f"{sum(each.values()) - each['restored']:,}", *(f"{each[outcome]:,}" for outcome in outcomes)]
+        for kind, each in sorted(found.items())
+    ]
+    total = sum(found.values(), Counter())
+    rows.append(["all", f"{total.total() - total['restored']:,}", *(f"{total[outcome]:,}" for outcome in outcomes)])
+    good = not any(total[outcome] for outcome in bad) and total["restored"] == count
+    return good, rows
+
+
+def attempts(_count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
+    """Try the adversary's list; return whether all ended as they have to, and rows for the page."""
+    results = torture_attempts.try_all(folder)
+    rows = [
+        [
+            each.attempt.name,
+            "-" if each.code is None else str(each.code),
+            f"{each.seconds:.0f} s",
+            each.fault or "as it has to",
+        ]
+        for each in results
+    ]
+    return not any(each.fault for each in results), rows
+
+
+def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
+    """Return rows as a table of Markdown."""
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def page(command: str, tables: dict[str, tuple[str, str]]) -> str:
+    """Return docs/reliability.md with these tables in place of those that are there."""
+    before, mark, _ = PAGE.read_text(encoding="utf-8").partition(MARK)
+    surroundings = f"clearsweep {clearsweep.__version__}, Python {platform.python_version()}, {platform.system()}"
+    parts = [f"`{command}`, {datetime.datetime.now(datetime.UTC):%Y-%m-%d}; {surroundings}."]
+    for title, (text, rows) in tables.items():
+        parts += [f"### {title}", text, rows]
+    return f"{before}{mark}\n" + "\n\n".join(parts) + "\n"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Torture as the options say, print the tables, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--grids", type=int, default=500)
+    parser.add_argument("--flips", type=int, default=200)
+    parser.add_argument("--attempts", choices=("yes", "no"), default="yes")
+    parser.add_argument("--seed", type=int, default=random.randrange(10**6))
+    parser.add_argument("--write", action="store_true", help=f"write {PAGE.relative_to(ROOT)}")
+    options = parser.parse_args(arguments)
+    print(f"seed {options.seed}", flush=True)
+    good, tables = True, {}
+    with tempfile.TemporaryDirectory() as place:
+        for title, text, head, asked, work in (
+            ("Mutated grids", GRIDS_TEXT, ("", ""), options.grids, grids),
+            ("Flipped bits", FLIPS_TEXT, FLIPS_HEAD, options.flips, flips),
+            ("Attempts", ATTEMPTS_TEXT, ATTEMPTS_HEAD, int(options.attempts == "yes"), attempts),
+            ("Kills", KILLS_TEXT, ("", ""), options.kills, kills),
+        ):
+            if asked:
+                folder, begin = Path(place) / title.split()[-1], time.monotonic()
+                folder.mkdir()
+                well, rows = work(asked, options.seed, folder)
+                good = good and well
+                tables[title] = (text, table(head, rows))
+                print(f"\n{title}, {time.monotonic() - begin:.0f} s\n\n{tables[title][1]}\n", flush=True)
+    print("nothing fell short" if good else f"SOMETHING FELL SHORT, try --seed {options.seed} again")
+    if options.write:
+        seeded = f"python tests/reliability.py --kills {options.kills} --grids {options.grids} --flips {options.flips}"
+        PAGE.write_text(page(f"{seeded} --seed {options.seed} --write", tables), encoding="utf-8")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

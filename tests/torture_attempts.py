@@ -1,0 +1,273 @@
+"""What an adversary tried: command lines that must end in time, with a sentence, and leave what is not theirs alone.
+
+Each attempt is a script of the shell, in a folder of its own with a grid `g.yaml` and a finished run `ok` of it.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+SECONDS = 60.0  # that an attempt may take, `clearsweep` loaded and compiled
+TROUBLE = re.compile(r"Traceback|internal error|[\x00-\x08\x0b-\x1f\x7f]")
+
+#: A server on a free port that prints it and says no more; one that speaks HTTP.
+SILENT = (
+    "import socket,time; s=socket.create_server(('127.0.0.1',0)); print(s.getsockname()[1],flush=True); time.sleep(99)"
+)
+HTTP = (
+    "import http.server as h; s=h.ThreadingHTTPServer(('127.0.0.1',0),h.SimpleHTTPRequestHandler); "
+    "print(s.server_port,flush=True); s.serve_forever()"
+)
+SCHEDULER = (
+    'python -c "{server}" >port 2>/dev/null & s=$!; until [ -s port ]; do sleep 0.1; done; '
+    "clearsweep run g.yaml --out a --executor dask --scheduler tcp://127.0.0.1:$(cat port); c=$?; kill $s; exit $c"
+)
+THOUSAND = "{{linspace: [{low}, {high}, 1000]}}"
+AXES = {
+    "joints.rod-slider.clearance": ("0.1 mm", "0.5 mm"),
+    "drive.speed": ("1000 rpm", "5000 rpm"),
+    "mechanism.slider.mass": ("0.1 kg", "0.2 kg"),
+    "mechanism.rod.mass": ("0.1 kg", "0.2 kg"),
+    "mechanism.crank.mass": ("0.1 kg", "0.2 kg"),
+    "mechanism.rod.inertia": ("1e-4", "2e-4"),
+    "mechanism.crank.inertia": ("1e-4", "2e-4"),
+}
+GRID = """name: attempt
+mechanism:
+  type: slider-crank
+  crank: {length: 50 mm, mass: 0.3, inertia: 1e-4}
+  rod: {length: 120 mm, mass: 0.21, inertia: 2.5e-4}
+  slider: {mass: 0.14 kg}
+drive: {speed: 5000 rpm}
+joints:
+  rod-slider:
+    clearance: 0.5 mm
+    bearing_radius: 10 mm
+    length: 20 mm
+    contact: {law: lankarani-nikravesh, stiffness: 6.61e10 N/m^1.5, restitution: 0.9}
+simulate: {revolutions: 3, discard: 1}
+"""
+SWEEP = "sweep:\n  joints.rod-slider.clearance: {linspace: [0.1 mm, 0.5 mm, 6]}\n"
+
+
+class Attempt(NamedTuple):
+    """One attempt, and how it has to end."""
+
+    name: str
+    script: str
+    codes: tuple[int, ...] = (2,)
+    said: str = ""
+
+
+def edited(old: str, new: str, verb: str = "run g.yaml --out x") -> str:
+    """Return a script that runs the grid with a text exchanged, in which backslashes stand for what printf makes."""
+    return f"""python - <<'END'
+text = open("g.yaml").read()
+assert {old!r} in text
+open("g.yaml", "w").write(text.replace({old!r}, {new!r}, 1))
+END
+clearsweep {verb}"""
+
+
+def axes(count: int) -> str:
+    """Return a script that looks at a grid with so many axes of a thousand values."""
+    lines = [f"  {path}: {THOUSAND.format(low=low, high=high)}" for path, (low, high) in list(AXES.items())[:count]]
+    return edited(SWEEP, "sweep:\n" + "\n".join(lines) + "\n", "run g.yaml --dry-run")
+
+
+def spares(harm: str, check: str, verb: str = "run g.yaml --out ok") -> str:
+    """Return a script that harms the run, then runs its grid, then checks what may not have changed."""
+    return f"{harm}; clearsweep {verb}; c=$?; {check} || exit 99; exit $c"
+
+
+ATTEMPTS = (
+    Attempt("a tag on a section", edited("mechanism:\n", "mechanism: !!python/object:os.system\n"), said="tag"),
+    Attempt("1 mm^(10**10)", edited("0.5 mm", "1 mm^(10**10)")),
+    Attempt("1 mm^2^2^2^2^2^9", edited("0.5 mm", "1 mm^2^2^2^2^2^9")),
+    Attempt("an escape sequence in a unit", edited("0.5 mm", '"1 \\e]0;x\\a\\e[31mx"'), said="clearance"),
+    Attempt("an escape sequence in a key", edited("drive:", '"\\e[2Jkey": 1\ndrive:'), said="unknown key"),
+    Attempt("1e9 revolutions with all orbits", edited("3, discard: 1}", "1e9}\nsave: {orbits: all}")),
+    Attempt("1e300 revolutions", edited("revolutions: 3", "revolutions: 1e300")),
+    Attempt("/dev/zero as a grid", "clearsweep run /dev/zero --dry-run", said="regular file"),
+    Attempt("a pipe as a grid", "mkfifo p; clearsweep run p --dry-run", said="regular file"),
+    Attempt("a grid of 70 MB", "head -c 70000000 /dev/zero | tr '\\0' '#' >big; clearsweep run big", said="bytes"),
+    Attempt("/dev/zero as a table", "ln -s /dev/zero t.csv; " + edited(SWEEP, "cases: t.csv\n"), said="regular file"),
+    *(Attempt(f"{count} axes of 1,000 values", axes(count), said="at most") for count in (3, 7)),
+    Attempt(
+        "a lognormal cv of 1e300",
+        edited(
+            SWEEP,
+            "sample: {method: random, n: 4, seed: 1, over: {drive.speed: {lognormal: {mean: 5 rpm, cv: 1e300}}}}\n",
+        ),
+    ),
+    *(
+        Attempt(
+            f"--{option} {value}", f"clearsweep run g.yaml --out x --{option} {value}", said=option.replace("-", " ")
+        )
+        for option, value in (
+            *(("case-timeout", value) for value in ("nan", "inf", "-1")),
+            *(("max-failures", value) for value in ("nan", "inf", "1e999", "5%%")),
+        )
+    ),
+    Attempt(
+        "files of the user where a run would write",
+        "mkdir -p d/shards d/tmp; echo precious >d/shards/mine.h5; echo precious >d/tmp/mine; "
+        + spares("true", "grep -q precious d/shards/mine.h5 && grep -q precious d/tmp/mine", "run g.yaml --out d"),
+        (0, 2),
+    ),
+    *(
+        Attempt(
+            f"parts/{name} of the user",
+            spares(f"echo precious >ok/parts/{name}", f"grep -q precious ok/parts/{name}"),
+            (0,),
+        )
+        for name in ("notes.txt", ".DS_Store", "mine.parquet")
+    ),
+    Attempt(
+        "the lock is a link to a file",
+        spares("rm ok/lock; echo precious >v; ln -s ../v ok/lock", "grep -qx precious v"),
+        said="lock",
+    ),
+    Attempt("the lock is a pipe", "rm ok/lock; mkfifo ok/lock; clearsweep run g.yaml --out ok", said="lock"),
+    Attempt("tmp is a link", spares("mkdir v; rm -rf ok/tmp; ln -s ../v ok/tmp", '[ -z "$(ls -A v)" ]'), (0, 2)),
+    *(
+        Attempt(
+            f"a folder in {name}", spares(f"mkdir -p ok/{name}/sub.parquet", f"[ -d ok/{name}/sub.parquet ]"), (0, 2)
+        )
+        for name in ("parts", "shards")
+    ),
+    Attempt(
+        "a pipe in place of histories",
+        "s=$(ls ok/shards/* | head -1); rm $s; mkfifo $s; clearsweep run g.yaml --out ok",
+        said="pipe",
+    ),
+    Attempt(
+        "summary.parquet is a folder",
+        "rm ok/summary.parquet; mkdir ok/summary.parquet; clearsweep run g.yaml --out ok",
+        said="directory",
+    ),
+    *(
+        Attempt(
+            f"run.json is {name}",
+            f"{make} >ok/run.json; clearsweep report ok; [ $? = 2 ] || exit 99; clearsweep run g.yaml --out ok",
+            (0,),
+            "run.json",
+        )
+        for name, make in (
+            ("{}", "echo {}"),
+            ("[]", "echo []"),
+            ("nested deeply", "python -c \"print('['*100000+']'*100000)\""),
+        )
+    ),
+    Attempt("report --out: a pipe", spares("mkfifo p", "[ -p p ]", "report ok --out p"), said="pipe"),
+    Attempt("report --out: a folder", spares("mkdir f", '[ -z "$(ls -A f)" ]', "report ok --out f"), said="directory"),
+    Attempt("stdout closed", "clearsweep run g.yaml --out ok >&-", (0,)),
+    Attempt("stderr closed", "clearsweep run g.yaml --out ok 2>&-", (0,)),
+    Attempt("all streams closed", spares("true", "[ -e x/summary.parquet ]", "run g.yaml --out x <&- >&- 2>&-"), (0,)),
+    Attempt("a full stdout", "clearsweep run g.yaml --out ok >/dev/full", (0,), "stdout: cannot be written"),
+    Attempt("laws to a full stdout", "clearsweep laws >/dev/full", (0,), "stdout: cannot be written"),
+    Attempt(
+        "head -1 of a run",
+        'clearsweep run g.yaml --out x 2>&1 | head -1; [ -e x/summary.parquet ] || exit 99; exit "${PIPESTATUS[0]}"',
+        (0,),
+    ),
+    Attempt(
+        "a hang-up",
+        "clearsweep run long.yaml --out x & p=$!; until ls x/parts/* 2>/dev/null; do sleep 0.1; done; "
+        "kill -HUP $p; wait $p",
+        (129,),
+        "run the same command again",
+    ),
+    Attempt(
+        "a hang-up under nohup",
+        "nohup clearsweep run g.yaml --out x & p=$!; sleep 2; kill -HUP $p; wait $p; c=$?; cat nohup.out; exit $c",
+        (0,),
+        "6 ok",
+    ),
+    Attempt("--out of 300 characters", f"clearsweep run g.yaml --out {'y' * 300}", said="File name too long"),
+    *(
+        Attempt(f"ulimit {limit}", f"ulimit {limit}; clearsweep run g.yaml --out x", said="ulimit")
+        for limit in ("-n 8", "-n 16", "-v 500000")
+    ),
+    Attempt("a silent server as scheduler", SCHEDULER.format(server=SILENT), said="does not answer"),
+    Attempt("an HTTP server as scheduler", SCHEDULER.format(server=HTTP), said="does not answer"),
+)
+
+
+class Result(NamedTuple):
+    """How an attempt ended."""
+
+    attempt: Attempt
+    code: int | None  # None: it did not within SECONDS
+    seconds: float
+    said: str
+
+    @property
+    def fault(self) -> str:
+        """Return what is wrong with how it ended, '' where nothing is."""
+        if self.code is None:
+            return "did not end in time"
+        if trouble := TROUBLE.search(self.said):
+            return f"said {trouble.group()!r}"
+        if self.code not in self.attempt.codes:
+            return f"exit code {self.code}"
+        return "" if self.attempt.said in self.said else f"did not say {self.attempt.said!r}"
+
+
+def prepared(folder: Path) -> dict[str, str]:
+    """Make a folder with the grids, a finished run and the command; return the environment to try in."""
+    (folder / "bin").mkdir(parents=True)
+    program = f"#!{sys.executable}\nfrom clearsweep.cli import main\nmain()\n"  # no shell, which needs files of its own
+    (folder / "bin" / "clearsweep").write_text(program)
+    (folder / "bin" / "clearsweep").chmod(0o755)
+    root, python = Path(__file__).parent.parent, Path(sys.executable).parent
+    environment = os.environ | {
+        "PYTHONPATH": str(root),
+        "PATH": os.pathsep.join([str(folder / "bin"), str(python), os.environ["PATH"]]),
+    }
+    fresh = folder / "fresh"
+    fresh.mkdir()
+    (fresh / "g.yaml").write_text(GRID + SWEEP)
+    (fresh / "long.yaml").write_text(GRID.replace("revolutions: 3", "revolutions: 60") + SWEEP.replace("6]", "500]"))
+    subprocess.run(
+        ["clearsweep", "run", "g.yaml", "--out", "ok"], cwd=fresh, env=environment, check=True, capture_output=True
+    )
+    return environment
+
+
+def tried(attempt: Attempt, folder: Path, environment: dict[str, str]) -> Result:
+    """Return how an attempt ends, in a copy of the prepared folder."""
+    place = folder / "place"
+    shutil.rmtree(place, ignore_errors=True)
+    shutil.copytree(folder / "fresh", place)
+    begin = time.monotonic()
+    with subprocess.Popen(
+        ["bash", "-c", attempt.script],
+        cwd=place,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    ) as process:
+        try:
+            said, code = process.communicate(timeout=SECONDS)[0], process.returncode
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, 9)
+            said, code = process.communicate()[0], None
+    return Result(attempt, code, time.monotonic() - begin, said.decode("utf-8", "replace"))
+
+
+def try_all(folder: Path, tell=print) -> list[Result]:
+    """Try everything and return how it ended; say what fell short."""
+    environment = prepared(folder)
+    results = [tried(attempt, folder, environment) for attempt in ATTEMPTS]
+    for result in results:
+        if result.fault:
+            tell(f"{result.attempt.name}: {result.fault}: {result.said[-400:]}")
+    return results
