@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from fake_physics import DIES, GOOD, HANGS, grid
@@ -142,9 +143,8 @@ def scheduler():
         program.wait()
 
 
-@pytest.mark.parametrize(
-    "signum", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.slow)], ids=["killed", "silent"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("signum", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "silent"])
 def test_a_scheduler_that_is_lost_ends_the_run_with_one_sentence(tmp_path, monkeypatch, scheduler, capfd, signum):
     running, address = scheduler
 
@@ -161,3 +161,16 @@ def test_a_scheduler_that_is_lost_ends_the_run_with_one_sentence(tmp_path, monke
     assert lost.value.exit_code == 4
     assert len(str(lost.value).splitlines()) == 1
     assert not [line for line in capfd.readouterr().err.splitlines() if "compiling" not in line]
+
+
+@pytest.mark.parametrize("silence", [threading.Event().wait, lambda: 1 / 0], ids=["silent", "gone"])
+def test_a_scheduler_that_is_asked_in_vain_is_lost(monkeypatch, silence):
+    monkeypatch.setattr(executors, "PATIENCE", 0.1)
+    workers = executors.Dask.__new__(executors.Dask)
+    workers._scheduler, workers._counted = "tcp://there:1", 0.0
+    workers._client = SimpleNamespace(nthreads=silence)
+    with pytest.raises(
+        SchedulerLostError, match=r"scheduler: tcp://there:1 was lost .*run the same command again"
+    ) as lost:
+        assert workers.jobs
+    assert lost.value.exit_code == 4

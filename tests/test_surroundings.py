@@ -41,7 +41,11 @@ def grid_file(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize("streams_of_run", ["<&- >&- 2>&-", ">/dev/full 2>&1"], ids=["closed", "full"])
+@pytest.mark.parametrize(
+    "streams_of_run",
+    ["<&- >&- 2>&-", pytest.param(">/dev/full 2>&1", marks=pytest.mark.slow)],
+    ids=["closed", "full"],
+)
 def test_a_run_whose_streams_are_closed_or_full_goes_on_and_ends_with_its_code(grid_file, streams_of_run):
     ended = shell(
         f"clearsweep run g.json --out x --executor serial {streams_of_run}; echo ${{PIPESTATUS[0]}} >code", grid_file
@@ -75,6 +79,7 @@ def test_a_program_without_stderr_sees_no_progress_in_its_stdout(monkeypatch, ca
     assert not capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_hang_up_of_the_terminal_ends_a_run_like_a_termination(tmp_path):
     process = program(tmp_path / "run", grid(100, (GOOD + 0.05,)), jobs=2, show_progress=False, session=True)
     wait_for(lambda: parts(tmp_path / "run") >= 1)
@@ -83,6 +88,15 @@ def test_a_hang_up_of_the_terminal_ends_a_run_like_a_termination(tmp_path):
     assert process.returncode == 129
     assert int(err.split("stopped: ")[1].split(" of")[0]) > 0
     assert "run the same command again" in err
+
+
+def test_a_hang_up_stops_a_run_and_has_its_exit_code():
+    with pytest.raises(signals.Stopped) as stopped, signals.catching():
+        signal.raise_signal(signal.SIGHUP)
+    assert stopped.value.exit_code == 129
+    with signals.catching(), signals.patience():
+        signal.raise_signal(signal.SIGHUP)
+        assert signals.requested() == signal.SIGHUP
 
 
 def test_a_hang_up_that_is_ignored_stays_so_while_a_run_catches_signals():
@@ -114,7 +128,7 @@ def test_under_nohup_a_hang_up_is_ignored(tmp_path):
     ("limit", "said"),
     [
         pytest.param("-n 8", "ulimit -n 256", marks=pytest.mark.slow),
-        ("-n 16", "ulimit -n 256"),
+        pytest.param("-n 16", "ulimit -n 256", marks=pytest.mark.slow),
         ("-v 500000", "ulimit -v 4000000"),
     ],
 )
