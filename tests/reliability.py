@@ -123,13 +123,13 @@ def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
 
 
 def page(command: str, tables: dict[str, tuple[str, str]]) -> str:
-    """Return docs/reliability.md with these tables in place of those that are there."""
-    before, mark, _ = PAGE.read_text(encoding="utf-8").partition(MARK)
+    """Return docs/reliability.md with these tables in the place of those of the same titles."""
+    before, mark, rest = PAGE.read_text(encoding="utf-8").partition(MARK)
+    sections = dict(section.strip().split("\n\n", 1) for section in rest.split("### ")[1:])
     surroundings = f"clearsweep {clearsweep.__version__}, Python {platform.python_version()}, {platform.system()}"
-    parts = [f"`{command}`, {datetime.datetime.now(datetime.UTC):%Y-%m-%d}; {surroundings}."]
-    for title, (text, rows) in tables.items():
-        parts += [f"### {title}", text, rows]
-    return f"{before}{mark}\n" + "\n\n".join(parts) + "\n"
+    measured = f"`{command}`, {datetime.datetime.now(datetime.UTC):%Y-%m-%d}; {surroundings}."
+    sections |= {title: f"{text}\n\n{rows}\n\n{measured}" for title, (text, rows) in tables.items()}
+    return f"{before}{mark}\n" + "\n\n".join(f"### {title}\n\n{body}" for title, body in sections.items()) + "\n"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -140,7 +140,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--flips", type=int, default=200)
     parser.add_argument("--attempts", choices=("yes", "no"), default="yes")
     parser.add_argument("--seed", type=int, default=random.randrange(10**6))
-    parser.add_argument("--write", action="store_true", help=f"write {PAGE.relative_to(ROOT)}")
+    parser.add_argument("--write", action="store_true", help=f"write what was measured into {PAGE.relative_to(ROOT)}")
     options = parser.parse_args(arguments)
     print(f"seed {options.seed}", flush=True)
     good, tables = True, {}
@@ -160,8 +160,9 @@ def main(arguments: list[str] | None = None) -> int:
                 print(f"\n{title}, {time.monotonic() - begin:.0f} s\n\n{tables[title][1]}\n", flush=True)
     print("nothing fell short" if good else f"SOMETHING FELL SHORT, try --seed {options.seed} again")
     if options.write:
-        seeded = f"python tests/reliability.py --kills {options.kills} --grids {options.grids} --flips {options.flips}"
-        PAGE.write_text(page(f"{seeded} --seed {options.seed} --write", tables), encoding="utf-8")
+        asked = f"--kills {options.kills} --grids {options.grids} --flips {options.flips} --attempts {options.attempts}"
+        command = f"python tests/reliability.py {asked} --seed {options.seed} --write"
+        PAGE.write_text(page(command, tables), encoding="utf-8")
     return 0 if good else 1
 
 

@@ -104,9 +104,11 @@ def test_an_attempt_that_ends_otherwise_than_it_has_to_falls_short(code, said, f
     assert Result(Attempt("name", "true", (2,), "no such thing"), code, 0.1, said).fault == fault
 
 
-def test_names_of_attempts_differ_and_the_page_keeps_what_is_not_measured():
+def test_names_of_attempts_differ_and_the_page_keeps_what_is_not_measured(monkeypatch, tmp_path):
     names = [attempt.name for attempt in torture_attempts.ATTEMPTS]
     assert len(set(names)) == len(names) > 40
-    written = reliability.page("command", {"Title": ("text", "table")})
-    assert "Beside SQLite" in written
-    assert written.endswith("### Title\n\ntext\n\ntable\n")
+    monkeypatch.setattr(reliability, "PAGE", tmp_path / "page.md")
+    reliability.PAGE.write_text(f"Prose\n\n{reliability.MARK}\n### One\n\nold\n\n### Other\n\nkept\n\ntable\n")
+    written = reliability.page("command", {"One": ("text", "table")})
+    assert written.startswith(f"Prose\n\n{reliability.MARK}\n### One\n\ntext\n\ntable\n\n`command`, ")
+    assert written.endswith(".\n\n### Other\n\nkept\n\ntable\n")
