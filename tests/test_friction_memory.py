@@ -51,6 +51,7 @@ def crank(friction, *joints, **changes):
     """Return the scene of a slider-crank with this friction in the first of `joints`."""
     joints = joints or ("rod-slider",)
     written = {f"joints.{joints[0]}.friction": friction}
+    written |= {f"joints.{name}.contact.onset": "first" for name in joints}  # the friction alone has a memory
     return clearsweep.load_case(
         slider_crank(*joints, changes=written | {k.replace("__", "."): v for k, v in changes.items()})
     )

@@ -140,6 +140,7 @@ JOINT = (
         "onset rate that the contact's law goes by at the end of the window; null: it is apart or goes by none",
         of="joint",
         value=lambda window, place: None if math.isnan(window.onset[place]) else window.onset[place],
+        differs=False,
     ),
     Figure(
         "penetration_max",

@@ -1,6 +1,7 @@
 """How fast a disturbance grows: a second run beside the first, brought back whenever it has departed."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -28,8 +29,15 @@ class Perturbed:
 
     parts = PARTS
 
-    def __init__(self, control: loop.Control, run: Pausing, scale: np.ndarray, tolerance: float):
-        """Perturb the motion in `run`, unused so far; scale : (coordinates and rates,) what counts as 1."""
+    def __init__(
+        self, control: loop.Control, run: Pausing, scale: np.ndarray, tolerance: float, phases: Sequence[int] = ()
+    ):
+        """Perturb the motion in `run`, unused so far.
+
+        scale : (coordinates and rates,) what counts as 1; phases : places in the state of numbers whose sign says by
+        what rule a force goes: where they differ, the two motions wait as if one were in contact and the other not.
+        """
+        self.phases = list(phases)
         self.control = control._replace(keep_events=False, end=math.inf)
         self.run, self.work, self.scale, self.tolerance = run, run.work, scale, tolerance
         self.size = max(SIZE, min(OVER * tolerance, MOST))
@@ -56,6 +64,7 @@ class Perturbed:
         """Note how far the perturbed motion has departed from `base`, and bring it back."""
         work, n = self.work, self.scale.size
         alike = bool(np.all(work.mode == base.mode))
+        alike = alike and bool(np.all(np.sign(work.y[self.phases]) == np.sign(base.y[self.phases])))
         off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
         if not alike and off < SATURATED:
             return

@@ -14,12 +14,14 @@ from ..mechanics.joint.contract import (
     contact_modes,
     every_contact,
     every_internal_state,
+    every_part,
     first_place,
     touches,
+    width,
     with_internal_state,
 )
 from ..mechanics.joint.guards import guards_of
-from ..mechanics.joint.loss.contract import keeps_onset
+from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST
 from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram, observables
@@ -154,6 +156,17 @@ def onset_rates(run: Run) -> np.ndarray:
     return rates
 
 
+def _phases(scene: Scene) -> list[int]:
+    """Return where in the state the numbers are that say by what rule of its own a law goes."""
+    first = scene.start.size - len(every_internal_state(scene.value.joints))
+    found: list[int] = []
+    for _, law in every_part(scene.value.joints):
+        numbers = range(first, first + width(law))
+        found += numbers if type(law) in awaits_mass.members else ()
+        first += width(law)
+    return found
+
+
 def _unit(scene: Scene) -> np.ndarray:
     """Return a clearance as change of each coordinate, and a clearance times crank rate of each rate."""
     unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
@@ -187,7 +200,7 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
         call(run, control, scene, watchers)
         return
     beside = Run(scene, np.empty(0))
-    perturbed = Perturbed(control, beside, _unit(scene), scene.case.simulate.tolerance)
+    perturbed = Perturbed(control, beside, _unit(scene), scene.case.simulate.tolerance, _phases(scene))
     call(run, control, scene, (*watchers, perturbed))
     run.figures = perturbed.figures(period(scene))
     beside.counts += beside.work.counts
