@@ -1,7 +1,7 @@
 """Remarks where cases leave what their laws are made for, and where figures of a finished case cannot be meant.
 
-Yield, a law's range and forces that would pull are figures of their own.  The message of a case tells the rest, and the
-law's range besides: a list of remarks, each of which begins with a word.
+Yield and a law's range are figures of their own.  The message of a case tells the rest, and the law's range besides: a
+list of remarks, each of which begins with a word.
 """
 
 import math
@@ -12,7 +12,7 @@ from .results import ELASTIC_ONSET
 from .wording import joint_name
 
 #: Figure of a joint -> value above which there is a remark.
-THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0, "force_clips": 0.0}
+THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0}
 #: What remarks in the message of a case begin with: past its law's range, a contact that never ends and keeps the rate
 #: at which it began, and what nobody can have meant.
 LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
@@ -58,7 +58,7 @@ class Remarks:
 
     def sentences(self) -> list[str]:
         """Return the remarks on all cases, one sentence or two for each kind."""
-        sentence = {"onset_rate_max": self._fast, "law_limit_fraction": self._deep, "force_clips": self._clipped}
+        sentence = {"onset_rate_max": self._fast, "law_limit_fraction": self._deep}
         return [
             *(sentence[figure](*self.worst[figure]) for figure in THRESHOLDS if self.counts[figure]),
             *(
@@ -81,12 +81,6 @@ class Remarks:
             f"Contacts go deeper than their elastic law holds in {self._share('law_limit_fraction')}, longest in case "
             f"{row['case_id']}: {worst}"
             ". The notes of clearsweep laws NAME say how its force goes on."
-        )
-
-    def _clipped(self, times: float, joint: str, row: Mapping) -> str:
-        return (
-            f"A contact force that would have pulled was clipped at zero in {self._share('force_clips')}, most often "
-            f"in case {row['case_id']}: {times:,.0f} time{'s' * (times != 1)} in {joint}."
         )
 
     def _share(self, figure: str) -> str:

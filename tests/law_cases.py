@@ -46,13 +46,15 @@ def takes_restitution(family, name):
 
 
 def numbers(law):
-    """Return field -> a value in its range; of several fields with one unit, the later the larger."""
+    """Return field -> a value in its range; of fields with one unit the later the larger where the law lets it."""
     chosen, seen = {}, {}
     for field in law.fields:
         assert field.unit in SAMPLES, f"{law.name}: give the unit {field.unit} a sample"
         seen[field.unit] = seen.get(field.unit, 0) + 1
         chosen[field.name] = SAMPLES[field.unit] * seen[field.unit] if field.default is None else field.default
         assert field.holds(chosen[field.name])
+    for order in law.orders:
+        chosen[order.low], chosen[order.high] = sorted((chosen[order.low], chosen[order.high]))
     return chosen
 
 

@@ -36,17 +36,16 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
     told = Remarks(["crank_rod", "rod_slider"])
     zero = dict.fromkeys((f"{joint}_{figure}" for joint in told.joints for figure in THRESHOLDS), 0.0)
     told.add({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.05})
-    told.add({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.06, "rod_slider_force_clips": 1.0})
-    told.add({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 0.5, "crank_rod_force_clips": 7.0})
+    told.add({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.06})
+    told.add({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 0.5})
     message = past_limits([("crank-rod", "liu", np.inf, 0.0), ("rod-slider", "johnson", 2e-4, 0.125)])
     told.add({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125})
     told.add({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None})
-    fast, deep, clipped = told.sentences()
+    fast, deep = told.sentences()
     assert "in 2 of 5 cases: the fastest closes at 0.5 m/s, 10 times the 0.05 m/s" in fast
     assert "(case c, rod-slider)" in fast
     assert "in 1 of 5 cases, longest in case d: rod-slider is deeper than 0.2 mm, up to which johnson holds" in deep
     assert "for 12 % of the time." in deep
-    assert "in 2 of 5 cases, most often in case c: 7 times in crank-rod." in clipped
 
 
 def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():

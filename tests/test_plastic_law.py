@@ -189,6 +189,7 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     }
     changes = {
         "joints.crank-rod.friction": lugre,
+        "joints.crank-rod.contact.onset": "first",  # a law without a number of its own
         "joints.rod-slider.contact": CONTACT,
         "joints.rod-slider.friction": lugre,
         "simulate.revolutions": 0.2,
