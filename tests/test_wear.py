@@ -201,6 +201,7 @@ def test_every_bin_holds_the_mean_that_standing_arcs_at_a_hundred_thousand_momen
     """At a tolerance of 1e-8, to 1e-6 of the deepest bin, against samples of a motion at 1e-12."""
     changes = {"joints.rod-slider.wear": LINE_WEAR, "simulate.revolutions": 0.5, "simulate.tolerance": 1e-12}
     changes |= {"save.orbits": "all", "save.samples": 2, "save.revolutions": 0.5}
+    changes["joints.rod-slider.contact.onset"] = "first"  # no clip between an onset and its end
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
     moments = [*clearsweep.simulate(scene).events["t"], 0.006]
     u = (np.arange(10000) + 0.5) / 10000

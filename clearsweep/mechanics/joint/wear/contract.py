@@ -1,7 +1,7 @@
 """What a wear law and the pressure it acts on declare.
 
 A wear law is a member of `wear_rate` and has the fields `bins` (of each body), `length` (m, along the pin) and
-`pressure`, a member of `half_arc` and `share_before`.
+`pressure`, a member of `half_arc`, `share_before` and `smooth_within`.
 """
 
 import math
@@ -42,7 +42,12 @@ def share_before(pressure, x):
     """Return the share of the load that lies before `x` of the arc, whose ends are -1 and 1."""
 
 
-PRESSURE_FAMILIES = (half_arc, share_before)  # a type of pressure is a member of each
+@family
+def smooth_within(pressure):
+    """Return up to which x, on both sides of the arc's middle, `share_before` is smooth enough for a few nodes."""
+
+
+PRESSURE_FAMILIES = (half_arc, share_before, smooth_within)  # a type of pressure is a member of each
 WEAR_FAMILIES = (wear_rate,)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...compiled.family import inlined, kernel
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
-from .contract import Rubbing, half_arc, share_before, wear_rate
+from .contract import Rubbing, half_arc, share_before, smooth_within, wear_rate
 
 DEGREE = 6  # of the polynomials over the share of the step, as many as its stages give
 ON_BEARING, ON_JOURNAL, ROWS = COURSES, COURSES + 1, COURSES + 2  # angles, after the courses
@@ -27,12 +27,13 @@ _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 #: After x = u^2 (3 - 2 u), in which the load is smooth at the ends of the arc, where it goes with x^(3/2).
 SOFT_NODES, SOFT_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
 POINTS = NODES.size + 2
+#: (POINTS, POINTS): what gives the coefficients of a polynomial from its values at both ends and the NODES.
+FROM_POINTS = np.linalg.inv(np.vander(np.concatenate([[0.0], NODES, [1.0]]), increasing=True))
 #: Rows of what is known at both ends and the nodes between: of the joint, then of the body at hand; then the
-#: coefficients of what is worn off per share of the step.
-SHARE, LOAD, PEN, SLIDING, PACE, ANGLE, HALF, AREA, RATE, POINT_ROWS = range(10)
+#: coefficients over the share of the points' reach of what is worn off per such share, and of half the arc.
+SHARE, LOAD, PEN, SLIDING, PACE, ANGLE, HALF, AREA, RATE, COURSE_OF_HALF, POINT_ROWS = range(11)
 FAINT = 1e-300  # rad, for an arc without width
 MARGIN = 0.01  # of the angle that is swept: it may be a little more between two nodes
-NEAR = 0.8  # of half the arc: an edge farther from its middle than that at an end of the step is near the arc's end
 
 
 class Passage(NamedTuple):
@@ -71,12 +72,6 @@ def rubbing_at(passage, x):
 
 
 @inlined
-def half_at(joint, passage, x):
-    """Return half the arc (rad) at the share `x` of the step."""
-    return half_arc(joint.wear.pressure, joint, passage.radius, rubbing_at(passage, x))
-
-
-@inlined
 def worn_until(points, x):
     """Return what is worn off from the first to the share `x` of the step, m rad: the polynomial through the nodes."""
     reach = points[SHARE, POINTS - 1] - points[SHARE, 0]
@@ -96,6 +91,15 @@ def worn_at(points, u):
 
 
 @inlined
+def half_at(points, u):
+    """Return half the arc (rad) at the share `u` of the points' reach: the polynomial through all points."""
+    total = 0.0
+    for i in range(POINTS - 1, -1, -1):
+        total = total * u + points[COURSE_OF_HALF, i]
+    return max(total, FAINT)
+
+
+@inlined
 def side_of(offset, half):
     """Return -1 where an edge at the angle `offset` from the arc's middle lies before the arc, 1 behind it, 0 in it."""
     if offset <= -half:
@@ -104,7 +108,7 @@ def side_of(offset, half):
 
 
 @kernel
-def end_passes(joint, passage, edge, end, i):
+def end_passes(passage, edge, end, i):
     """Return the share of the step at which an end (-1, 1) of the arc is at `edge` (rad), between points `i - 1`, `i`.
 
     An error e of it changes the integral by e^(5/2): one step of regula falsi and a parabola through all three suffice.
@@ -116,7 +120,8 @@ def end_passes(joint, passage, edge, end, i):
     if a == b:
         return low
     x = (low * b - high * a) / (b - a)
-    c = edge - value(passage.polynomials, row, x) - end * half_at(joint, passage, x)
+    u = (x - points[SHARE, 0]) / (points[SHARE, POINTS - 1] - points[SHARE, 0])
+    c = edge - value(passage.polynomials, row, x) - end * half_at(points, u)
     if c in (a, b):
         return x
     x = low * b * c / ((a - b) * (a - c)) + high * a * c / ((b - a) * (b - c)) + x * a * b / ((c - a) * (c - b))
@@ -130,10 +135,9 @@ def before_edge(joint, passage, edge, low, high):
     inverse = 1.0 / (points[SHARE, POINTS - 1] - points[SHARE, 0])
     start, length = (low - points[SHARE, 0]) * inverse, (high - low) * inverse
     for i in range(SOFT_NODES.size):
-        x = low + (high - low) * SOFT_NODES[i]
+        x, u = low + (high - low) * SOFT_NODES[i], start + length * SOFT_NODES[i]
         offset = edge - value(passage.polynomials, passage.row, x)
-        part = share_before(pressure, offset / max(half_at(joint, passage, x), FAINT))
-        total += SOFT_WEIGHTS[i] * worn_at(points, start + length * SOFT_NODES[i]) * part
+        total += SOFT_WEIGHTS[i] * worn_at(points, u) * share_before(pressure, offset / half_at(points, u))
     return length * total
 
 
@@ -164,7 +168,7 @@ def worn_before(joint, passage, edge):
         now = side_of(edge - points[ANGLE, i], points[HALF, i])
         while side != now:
             end = side if side != 0 else now  # the end of the arc that passes the edge
-            x = max(low, end_passes(joint, passage, edge, end, i))
+            x = max(low, end_passes(passage, edge, end, i))
             total += piece(joint, passage, edge, side, low, x)
             low, side = x, (0 if side != 0 else now)
     return total + piece(joint, passage, edge, side, low, points[SHARE, POINTS - 1])
@@ -203,6 +207,10 @@ def see_body(joint, passage):
         points[RATE, i] = 0.0
         for k in range(NODES.size):
             points[RATE, i] += RATES[i, k] * points[AREA, k + 1]
+    for i in range(POINTS):
+        points[COURSE_OF_HALF, i] = 0.0
+        for k in range(POINTS):
+            points[COURSE_OF_HALF, i] += FROM_POINTS[i, k] * points[HALF, k]
     return total, start, stop
 
 
@@ -213,10 +221,10 @@ def enter_inner(joint, passage, width):
     What is integrated is smooth there, so that all of them share the nodes: a loop that the compiler can vectorise.
     """
     points, edges, pressure = passage.points, passage.edges, joint.wear.pressure
-    start, stop = -math.inf, math.inf
+    start, stop, within = -math.inf, math.inf, smooth_within(pressure)
     for i in range(POINTS):
-        start = max(start, points[ANGLE, i] - NEAR * points[HALF, i])
-        stop = min(stop, points[ANGLE, i] + NEAR * points[HALF, i])
+        start = max(start, points[ANGLE, i] - within * points[HALF, i])
+        stop = min(stop, points[ANGLE, i] + within * points[HALF, i])
     first, last = math.ceil(start / width), math.floor(stop / width)
     count = max(last - first + 1, 0)
     for k in range(count):

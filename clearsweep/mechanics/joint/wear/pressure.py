@@ -10,7 +10,7 @@ from ....case import Joint
 from ....catalogue import Field, Law
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import enter
-from .contract import half_arc, share_before
+from .contract import half_arc, share_before, smooth_within
 
 
 class HertzLine(NamedTuple):
@@ -42,6 +42,11 @@ def _elliptic(pressure, x):
         share = share * rest + BEYOND[i]
     share *= rest * math.sqrt(rest)
     return share if x < 0.0 else 1.0 - share
+
+
+@smooth_within.member(HertzLine)
+def _off_the_ends(pressure):
+    return 0.8  # at the ends it goes with the power 3/2
 
 
 def _make_hertz_line(joint: Joint) -> HertzLine:
@@ -87,6 +92,11 @@ def _geometric_arc(pressure, joint, radius, rubbing):
 @share_before.member(Mean)
 def _even(pressure, x):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
+
+
+@smooth_within.member(Mean)
+def _up_to_the_ends(pressure):
+    return 1.0
 
 
 enter(
