@@ -59,3 +59,11 @@ def test_of_several_contacts_the_first_is_found(onset):
 def test_a_journal_that_leaves_the_bearing_and_comes_back_touches_it_where_it_comes_back(onset):
     x = onset(lambda x: (x - 0.02) * (x - 0.6) * 1.0, lambda x: 2.0 * x - 0.62, 2.0)
     assert x == pytest.approx(0.6, abs=1e-8)
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.01, 0.3, 0.55])
+@pytest.mark.parametrize("wide", [0.02, 0.05])
+def test_a_journal_that_leaves_is_pressed_back_and_falls_between_two_looks_touches_the_bearing(onset, begin, wide):
+    path = np.poly1d([begin, begin + wide, begin + 2.0 * wide], r=True) * -1.0
+    x = onset(path, path.deriv(), 3.0)
+    assert x == pytest.approx(begin + wide, abs=1e-8)

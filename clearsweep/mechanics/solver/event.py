@@ -253,11 +253,31 @@ class Span(NamedTuple):
 
 
 @kernel
+def cubic(span):
+    """Return the coefficients of u^2 and u^3 of the cubic through the ends of a Span, u from 0 to 1."""
+    wide, rise = span.end - span.begin, span.depth_end - span.depth_begin
+    begin, end = wide * span.slope_begin, wide * span.slope_end
+    return 3.0 * rise - 2.0 * begin - end, begin + end - 2.0 * rise
+
+
+@kernel
+def fold(span):
+    """Return where that cubic bends the other way, if its slope, of one sign at both ends, has the other sign there.
+
+    Else the end.  What has just left can so be pressed back, and fall again, between two ends at which it falls.
+    """
+    lean, bend = cubic(span)
+    u = -lean / (3.0 * bend) if bend != 0.0 else 1.0
+    begin, there = span.slope_begin, (span.end - span.begin) * span.slope_begin + lean * u
+    return span.begin + u * (span.end - span.begin) if 0.0 < u < 1.0 and begin * there < 0.0 else span.end
+
+
+@kernel
 def cubic_onset(span):
     """Return where the cubic through the ends of a Span crosses zero, by a few steps of Newton's method."""
     a, b, sa = span.begin, span.end, span.slope_begin
     wide, rise = b - a, span.depth_end - span.depth_begin
-    bend, lean = wide * (sa + span.slope_end) - 2.0 * rise, 3.0 * rise - wide * (2.0 * sa + span.slope_end)
+    lean, bend = cubic(span)
     x = a - wide * span.depth_begin / rise if sa > 0.0 else b  # just left, the depth at `begin` is all but 0, too
     for _ in range(3):
         u = (x - a) / wide
@@ -303,8 +323,14 @@ def first_onset(at, j, h):
         return 0.0
     reach = MARGIN * h * fastest(at, j, END)
     while xa < 1.0:
-        xb = min(xa + max(-da / reach if reach > 0.0 else 1.0, 1.0 / SPANS), 1.0)
+        safe = -da / reach if reach > 0.0 else 1.0
+        xb = min(xa + max(safe, 1.0 / SPANS), 1.0)
         db, sb = approach(at, j, h, xb) if xb < 1.0 else approach_in_row(at, j, h, END)
+        if sa * sb > 0.0 and safe < xb - xa:
+            x = fold(Span(xa, da, sa, xb, db, sb))
+            if x < xb:
+                xb = x
+                db, sb = approach(at, j, h, xb)
         if da < 0.0 <= db:
             return onset_in(at, j, h, Span(xa, da, sa, xb, db, sb))
         if da >= 0.0 and db >= 0.0 and sa < 0.0 <= sb:  # leaves and comes back, or never quite left
