@@ -50,6 +50,7 @@ def run(tmp_path):
     return call
 
 
+@pytest.mark.heavy
 def test_code_is_kept_in_a_directory_of_the_user_alone(run):
     place, hits, told = run()
     assert (hits, told) == (0, "")
@@ -57,6 +58,7 @@ def test_code_is_kept_in_a_directory_of_the_user_alone(run):
     assert run() == (place, 1, "")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("ending", ["*.nbi", "*.nbc"])
 @pytest.mark.parametrize("harm", ["truncate", "empty", "flip"])
 def test_damaged_code_is_compiled_anew_once_with_a_line(run, ending, harm):
@@ -74,6 +76,7 @@ def test_damaged_code_is_compiled_anew_once_with_a_line(run, ending, harm):
     assert run() == (place, 1, "")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("trouble", ["shared", "linked", "of another", "read-only", "shared parent"])
 def test_code_is_not_taken_from_where_somebody_else_could_have_put_it(run, tmp_path, monkeypatch, trouble):
     place, _, _ = run()
@@ -98,6 +101,7 @@ def test_code_is_not_taken_from_where_somebody_else_could_have_put_it(run, tmp_p
     assert not used.exists()  # it went with the process
 
 
+@pytest.mark.heavy
 def test_a_predictable_directory_below_the_temporary_one_is_not_trusted(run, tmp_path):
     planted = tmp_path / "tmp" / f"clearsweep-{os.getuid()}" / cache.stamp()
     planted.mkdir(parents=True)

@@ -378,6 +378,7 @@ def code_of(**contact):
     return numba.cfunc(numba.types.void(*pointers, numba.types.int64))(rates.rates_entry).inspect_llvm()
 
 
+@pytest.mark.heavy
 @pytest.mark.compiled
 def test_a_scene_compiles_the_laws_it_uses_and_no_other():
     material = {"young": 207e9, "poisson": 0.3}

@@ -90,6 +90,7 @@ def test_what_has_nothing_to_show_is_left_out():
     assert section.filled(BLOCKS.values()) == list(BLOCKS.values())
 
 
+@pytest.mark.heavy
 def test_a_table_called_like_its_section_has_no_second_heading(tmp_path):
     page = Page(report.write(Run(failures=8), tmp_path / "page.html").read_text(encoding="utf-8"))
     assert page.text.count("Failed cases") == 1
