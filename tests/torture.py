@@ -74,7 +74,7 @@ class Round:
             self.kills[kind] += 1
             if process in victims:
                 process.communicate()
-                assert not psutil.wait_procs(family, timeout=5)[1], "workers outlived their parent"
+                assert not (left := outliving(family, 5.0)), f"workers outlived their parent: {left}"
                 self._look()
                 process = self.start(self.out)
         while self._goes_on(process, 60.0):
@@ -106,6 +106,16 @@ class Round:
                 before = now
             time.sleep(0.01)
         return process.poll() is None
+
+
+def outliving(family: list[psutil.Process], seconds: float) -> list[str]:
+    """Return, in words, which processes still run after a while; one that only waits to be reaped does not."""
+    left = []
+    for process in psutil.wait_procs(family, timeout=seconds)[1]:
+        with contextlib.suppress(psutil.NoSuchProcess):
+            if process.status() != psutil.STATUS_ZOMBIE:
+                left.append(f"{process.status()} {process.cpu_times().user:.1f} s {' '.join(process.cmdline())}")
+    return left
 
 
 def torture(start, folder: Path, kills: int, seed: int, pause: tuple[float, float]) -> list[Round]:
