@@ -184,7 +184,7 @@ def test_a_guard_of_a_law_runs_uncompiled():
     )
     compiled, plain = told_both_ways(program)
     assert compiled == pytest.approx(plain, rel=1e-8, abs=1e-12)
-    assert plain[8] == 1.0
+    assert plain[7] == 1.0
 
 
 # ---------------------------------------------------------------------------------------------- kinds of joints

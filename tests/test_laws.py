@@ -30,13 +30,13 @@ import clearsweep
 from clearsweep import InputError, simulation
 from clearsweep.mechanics import rates
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import internal_state, with_internal_state
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
+from clearsweep.mechanics.joint.places import with_internal_state
 from clearsweep.mechanics.mechanism import MECHANISMS
 
 LAWS = names("law")
-YIELDING = [name for name in LAWS if internal_state(RECIPES["law", name].make(joint(name)))]
+YIELDING = [name for name in LAWS if RECIPES["law", name].make(joint(name))._field_defaults]
 WITH_RESTITUTION = [name for name in LAWS if takes_restitution("law", name)]
 # chi and returned restitution over ASKED, computed from the phase curve of the free impact; four digits
 CHI = {

@@ -207,12 +207,12 @@ def test_the_start_is_forgotten_unless_the_first_touch_counts():
 
 
 def steps(run, control):
-    """Yield the law's state before and after every step of a run, which stands behind that step."""
+    """Yield the law's phase before and after every step of a run, which stands behind that step."""
     status, work = loop.PAUSED, run.work
     while status == loop.PAUSED:
-        before = work.y[-1]
+        before = work.latched[-1]
         status, _ = loop.integrate(control._replace(pause=np.nextafter(work.y[work.time], math.inf)), work)
-        yield before, work.y[-1]
+        yield before, work.latched[-1]
 
 
 def test_a_contact_turns_lasting_where_its_rate_is_zero():
@@ -270,7 +270,7 @@ def test_in_an_impact_it_is_that_of_the_impact():
     run = Run(made, np.empty(0))
     run.go(control_of(made, 1.0, keep_events=True)._replace(event_budget=1))
     assert keeps_onset(made.value.joints[0].law._replace(turning=1.0))
-    assert onset_rates(run)[0] == run.work.onset[0] > 0.1
+    assert onset_rates(run)[0] == run.work.latched[0] > 0.1
 
 
 def identity(**contact):

@@ -9,10 +9,10 @@ from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import every_internal_state, with_internal_state
+from clearsweep.mechanics.joint.contract import every_latched
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.mechanics.joint.loss.plastic import SHALLOW
+from clearsweep.mechanics.joint.places import with_internal_state
 from clearsweep.mechanics.observe import tally
 from clearsweep.results import ELASTIC_ONSET
 from clearsweep.simulation import trajectory as simulating
@@ -189,15 +189,15 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     }
     changes = {
         "joints.crank-rod.friction": lugre,
-        "joints.crank-rod.contact.onset": "first",  # a law without a number of its own
         "joints.rod-slider.contact": CONTACT,
         "joints.rod-slider.friction": lugre,
         "simulate.revolutions": 0.2,
     }
     scene = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=changes))
     run = integrated(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.reference_rate)
-    assert list(run.work.ended_by) == [0, 1, 1]
-    assert [state.scale for _, state, _ in every_internal_state(scene.value.joints)][1] == SHALLOW
+    assert list(run.work.ended_by) == [0, 1]  # of the bristles, which are integrated
+    assert [type(law).__name__ for law, _ in every_latched(scene.value.joints)] == ["Renewed", "Plastic"]
+    assert run.work.latched.size == 2 + 2
     assert simulating._trajectory(scene, run, 1.0).summary["energy_residual"] < 1e-9
 
 

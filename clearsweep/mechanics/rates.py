@@ -1,8 +1,8 @@
 """The right-hand side: rates of the state, and what the motion does on the way (observables).
 
 State, a vector of n numbers: coordinates q, their rates v, time t, one s per contact, the square root of the
-penetration while the surfaces touch, and the internal states of the joints' laws.  The independent variable is not time
-but tau, with
+penetration while the surfaces touch, and the internal states that have rates.  The independent variable is not time but
+tau, with
 
     dt/dtau = kappa,   1/kappa = sigma * sum over contacts that touch of 1/s,   kappa = 1 without contact,
 
@@ -19,9 +19,10 @@ from numba import types
 from ..catalogue import Channel
 from .compiled.dual import Seeded, as_dual, slope
 from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
-from .joint.contract import Present, after_joint, extent, first_place, touches
+from .joint.contract import Present, touches
 from .joint.impact_mass import joints_now
 from .joint.loads import loads_of, put_internal_rates
+from .joint.places import after_joint, extent, first_place
 from .joint.sticking import with_sticking_forces
 from .mechanism.contract import accelerate, describe, energy, gaps, output_error, place
 from .observe.observables import (
@@ -51,12 +52,13 @@ class Scene(NamedTuple):
 
 
 @inlined
-def look(scene, y, mode, onset):
+def look(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
     p = place(scene.mechanism, y)
     relative = gaps(scene.mechanism, p)
-    joints = joints_now(scene, p, relative, y, mode)
-    loads = loads_of(joints, relative, Present(y, mode, onset, 2 * len(scene.coordinates) + 1))
+    present = Present(y, mode, latched, 2 * len(scene.coordinates) + 1)
+    joints = joints_now(scene, p, relative, present)
+    loads = loads_of(joints, relative, present)
     loads = with_sticking_forces(scene, y, p, relative, loads, mode)
     return p, relative, loads, accelerate(scene.mechanism, p, loads)
 
@@ -126,15 +128,14 @@ _put_all_contacts = map_joints(_put_contacts, after_joint)
 
 
 @inlined
-def rates(scene, y, mode, onset, k, o, row):
+def rates(scene, y, mode, latched, k, o, row):
     """Put the rates of `y` with respect to tau into `k[row]` and the observables into `o[row]`.
 
-    y : (n,) state; k : (16, n); o : (16, columns); mode, onset : (contacts,) what each contact does and the rate (m/s)
-    at which it began.
+    y : (n,) state; k : (16, n); o : (16, columns); mode : (contacts,) what each contact does; latched : as in Present.
     """
     n = len(scene.coordinates)
     time = 2 * n
-    p, _, loads, motion = look(scene, y, mode, onset)
+    p, _, loads, motion = look(scene, y, mode, latched)
     kinetic, gravity_power = energy(scene.mechanism, p)
 
     kappa = clock(scene, y, mode)
@@ -150,7 +151,7 @@ def rates(scene, y, mode, onset, k, o, row):
     if row == 0 or row >= END:  # wanted where the state is accurate, at the ends of a step and on the interpolant
         o[row, KINETIC] = kinetic
         o[row, ERROR], o[row, ERROR_RATE] = output_error(scene.mechanism, p)
-    present = Present(y, mode, onset, time + 1)
+    present = Present(y, mode, latched, time + 1)
     rows = _Rows(scene, present, kappa, k, o, row)
     _put_all_contacts(scene.joints, loads, first_place(scene.joints, time + 1), rows)
     put_internal_rates(scene.joints, loads, present, kappa, k[row])
@@ -158,20 +159,20 @@ def rates(scene, y, mode, onset, k, o, row):
 
 @kernel
 def size_of(scene):
-    """Return how many contacts there are and how many numbers the state vector has."""
+    """Return how many contacts there are, and how many numbers are in the state vector and latched."""
     size = extent(scene.joints)
-    return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal
+    return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal, size.contact + size.latched
 
 
-def rates_entry(scene, y, mode, onset, k, o, row):
+def rates_entry(scene, y, mode, latched, k, o, row):
     """Evaluate `rates` with arrays from bare pointers; `scene` points at the Scene."""
     here = scene[0]
-    contacts, n = size_of(here)
+    contacts, n, latching = size_of(here)
     rates(
         here,
         shaped(y, (n,)),
         shaped(mode, (contacts,)),
-        shaped(onset, (contacts,)),
+        shaped(latched, (latching,)),
         shaped(k, (ROWS, n)),
         shaped(o, (ROWS, columns(contacts))),
         row,
@@ -202,31 +203,36 @@ _put_all_root_slopes = map_joints(_put_root_slopes, after_joint)
 
 
 @inlined
-def differentiate(scene, y, mode, onset, jacobian, place):
+def differentiate(scene, y, mode, latched, jacobian, place):
     """Put the derivatives of the `rates` at the state `y` into `jacobian[place]` (n, n): exact ones, by columns."""
     n = len(scene.coordinates)
-    _, size = size_of(scene)
+    _, size, _ = size_of(scene)
     for column in range(size):
         z = Seeded(y, column)
-        _, _, loads, motion = look(scene, z, mode, onset)
+        _, _, loads, motion = look(scene, z, mode, latched)
         kappa = as_dual(clock(scene, z, mode))
         for i in range(n):
             jacobian[place, i, column] = slope(kappa * z[n + i])
             jacobian[place, n + i, column] = slope(kappa * motion.accelerations[i])
         jacobian[place, 2 * n, column] = slope(kappa)
-        out, present = jacobian[place, :, column], Present(z, mode, onset, 2 * n + 1)
+        out, present = jacobian[place, :, column], Present(z, mode, latched, 2 * n + 1)
         _put_all_root_slopes(
             scene.joints, loads, first_place(scene.joints, 2 * n + 1), _Column(scene, present, kappa, out)
         )
         put_internal_rates(scene.joints, loads, present, kappa, out)
 
 
-def slopes_entry(scene, y, mode, onset, jacobian, place):
+def slopes_entry(scene, y, mode, latched, jacobian, place):
     """Evaluate `differentiate` with arrays from bare pointers, as in `rates_entry`."""
     here = scene[0]
-    contacts, n = size_of(here)
+    contacts, n, latching = size_of(here)
     differentiate(
-        here, shaped(y, (n,)), shaped(mode, (contacts,)), shaped(onset, (contacts,)), shaped(jacobian, (3, n, n)), place
+        here,
+        shaped(y, (n,)),
+        shaped(mode, (contacts,)),
+        shaped(latched, (latching,)),
+        shaped(jacobian, (3, n, n)),
+        place,
     )
 
 
@@ -241,13 +247,13 @@ JOINT_CHANNELS = (
 )
 
 
-def sample_entry(scene, y, mode, onset, side, out, channels):
+def sample_entry(scene, y, mode, latched, side, out, channels):
     """Put the time histories' values at the state `y` into `out`, in the order of the `channels`, so many."""
     here = scene[0]
-    contacts, n = size_of(here)
+    contacts, n, latching = size_of(here)
     values = shaped(out, (channels,))
     side, y = shaped(side, (contacts,)), shaped(y, (n,))
-    pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(onset, (contacts,)))
+    pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(latched, (latching,)))
     column = describe(here.mechanism, y, pose, motion, values)
     for j in range(len(here.joints)):
         gap, contact = relative[j], loads[j].contacts[0]
@@ -257,7 +263,7 @@ def sample_entry(scene, y, mode, onset, side, out, channels):
         column += 6
 
 
-_STATE = (types.float64, types.int64, types.float64)  # y, mode, onset
+_STATE = (types.float64, types.int64, types.float64)  # y, mode, latched
 RATES_ARRAYS = (*_STATE, types.float64, types.float64)
 
 

@@ -34,8 +34,8 @@ class Perturbed:
     ):
         """Perturb the motion in `run`, unused so far.
 
-        scale : (coordinates and rates,) what counts as 1; phases : places in the state of numbers whose sign says by
-        what rule a force goes: where they differ, the two motions wait as if one were in contact and the other not.
+        scale : (coordinates and rates,) what counts as 1; phases : places of latched numbers whose sign says by what
+        rule a force goes: where they differ, the two motions wait as if one were in contact and the other not.
         """
         self.phases = list(phases)
         self.control = control._replace(keep_events=False, end=math.inf)
@@ -64,23 +64,23 @@ class Perturbed:
         """Note how far the perturbed motion has departed from `base`, and bring it back."""
         work, n = self.work, self.scale.size
         alike = bool(np.all(work.mode == base.mode))
-        alike = alike and bool(np.all(np.sign(work.y[self.phases]) == np.sign(base.y[self.phases])))
+        alike = alike and bool(np.all(np.sign(work.latched[self.phases]) == np.sign(base.latched[self.phases])))
         off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
         if not alike and off < SATURATED:
             return
         self.times.append(float(base.y[base.time]))
         self.growths.append(self.growths[-1] + math.log(max(off, FAINTEST * self.size) / self.size))
         if alike and off > 0.0:
-            self._bring(base, (work.y - base.y) / off, (work.onset - base.onset) / off)
+            self._bring(base, (work.y - base.y) / off, (work.latched - base.latched) / off)
         else:
             self._bring(base, self.scale / math.sqrt(n), 0.0)
 
-    def _bring(self, base: Work, direction: np.ndarray, onset: np.ndarray | float) -> None:
-        """Put the perturbed motion beside `base`, off in (the first components of) the state and in onset."""
+    def _bring(self, base: Work, direction: np.ndarray, latched: np.ndarray | float) -> None:
+        """Put the perturbed motion beside `base`, off in (the first components of) the state and in what is latched."""
         work = self.work
         go_to(moment_of(base), work)
         work.y[: len(direction)] += self.size * direction
-        work.onset[:] += self.size * onset
+        work.latched[:] += self.size * latched
         roots = work.y[work.time + 1 : work.time + 1 + work.mode.size]
         roots[:] = np.where(touches(work.mode), np.maximum(roots, loop.SEED * work.sigma), 0.0)
 

@@ -10,18 +10,15 @@ from ..mechanics.compiled.family import NO_ENTRY, flatten
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import (
     ONSET_FLOOR,
-    after_joint,
     contact_modes,
     every_contact,
     every_internal_state,
-    every_part,
-    first_place,
+    every_latched,
     touches,
-    width,
-    with_internal_state,
 )
 from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
+from ..mechanics.joint.places import after_joint, as_it_is, first_place
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST
 from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram, observables
@@ -95,7 +92,7 @@ class Run:
             f=np.zeros((7, n)),
             scale=_scale(scene),
             mode=np.array([modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]),
-            onset=np.full(many, ONSET_FLOOR),
+            latched=np.array([ONSET_FLOOR] * many + [began for _, began in every_latched(joints)]),
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
             clearance=np.array([joint.clearance for joint, _ in contacts]),
@@ -149,22 +146,18 @@ def onset_rates(run: Run) -> np.ndarray:
     joints, work = run.value.joints, run.work
     rates, place = np.full(len(joints), math.nan), first_place(joints, work.time + 1)
     for j, joint in enumerate(joints):
-        law = with_internal_state(joint.law, work.end, place.internal)
+        law = as_it_is(joint.law, work.end, work.latched, place)
         if touches(int(work.mode[place.contact])) and keeps_onset(law):
-            rates[j] = work.onset[place.contact]
+            rates[j] = work.latched[place.contact]
         place = after_joint(place, joint)
     return rates
 
 
 def _phases(scene: Scene) -> list[int]:
-    """Return where in the state the numbers are that say by what rule of its own a law goes."""
-    first = scene.start.size - len(every_internal_state(scene.value.joints))
-    found: list[int] = []
-    for _, law in every_part(scene.value.joints):
-        numbers = range(first, first + width(law))
-        found += numbers if type(law) in awaits_mass.members else ()
-        first += width(law)
-    return found
+    """Return where those of the latched numbers are that say by what rule of its own a law goes."""
+    joints = scene.value.joints
+    listed = enumerate(every_latched(joints), start=len(every_contact(joints)))
+    return [place for place, (law, _) in listed if type(law) in awaits_mass.members]
 
 
 def _unit(scene: Scene) -> np.ndarray:

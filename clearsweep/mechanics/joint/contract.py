@@ -4,10 +4,11 @@ A joint has *contacts*, places where its two surfaces can touch: a revolute join
 that the loop and the figures deal with is per contact, numbered through all joints: a mode, the rate at which the
 present contact began, a root of penetration in the state vector, and the observables.
 
-A joint is made of *parts*, its laws, each acting at one contact.  A part may have an internal state, numbers in the
-state vector behind the roots of penetration, and guards, functions of the motion that grow through zero where
-something changes: the loop locates that moment on the dense output, changes the mode as the guard says and lets the
-part latch new values of its internal state.
+A joint is made of *parts*, its laws, each acting at one contact.  A part may have an internal state and guards,
+functions of the motion that grow through zero where something changes: the loop locates that moment on the dense
+output, changes the mode as the guard says and lets the part latch new values of its internal state.  An internal state
+that has rates is integrated, in the state vector behind the roots of penetration; one without changes at events alone
+and stands, out of the integration, behind the onset rates of the contacts.
 
 A new kind of joint is one file, and its choice in `registry.joint_term`: a NamedTuple with the fields `clearance` and
 `side`, and members of the families
@@ -23,6 +24,9 @@ and a new law is one file: a NamedTuple with members of the families of its forc
     guards(law), guard_values(...)         what may happen in which mode, and where
     latched(law, event, contact, root)     what it keeps of an event
 
+The last fields of a law that have a default are its internal state, the default being where it begins.  A member of
+`internal_state` and `internal_rates` has it integrated; one of `latched` alone has it changed there and nowhere else.
+
 The clock, 1/kappa, and what is summed, counted and maximised (`observe.tally`) follow from modes and Contacts alone: a
 contact that touches has its share in the one, a contact that acts in the other.
 
@@ -37,9 +41,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import overload
 
-from ..compiled.family import OPTIONS, family, kernel, map_joints
+from ..compiled.family import family, kernel
 
 # A mode is a number below 63 whose bits say what the loop has to know; from LAWS_OWN on they tell a kind's own apart.
 # ACTS: there is a force.  MEETS: surfaces are apart, an onset is looked for.  TOUCHES: they touch, a separation is.
@@ -61,6 +64,7 @@ class Place(NamedTuple):
 
     contact: int  # its first contact
     internal: int  # its first number of internal state in the state vector
+    latched: int  # its first number of those that are latched
     guard: int  # its first guard
 
 
@@ -69,7 +73,7 @@ class Present(NamedTuple):
 
     y: np.ndarray  # (n,) the state vector
     mode: np.ndarray  # (contacts,) int64
-    onset: np.ndarray  # (contacts,) m/s, closing rate at which the present contact began
+    latched: np.ndarray  # (contacts + l,) what changes at events alone: closing rate (m/s) of each onset; of laws
     roots: int  # where in `y` the roots of penetration begin
 
 
@@ -150,10 +154,7 @@ def load(joint, gap, place, present):
 
 @family
 def internal_state(law):
-    """Return one InternalState per number of the law's internal state.
-
-    These numbers are the last fields of the law and have a default each: where they begin.
-    """
+    """Return one InternalState per number of the law's internal state, which is integrated."""
 
 
 @family
@@ -178,8 +179,8 @@ def guard_values(law, start, contact, root):
 def latched(law, event, contact, root):
     """Return the law's internal state after an event: ENTERED, LEFT or the number of its guard.
 
-    contact : Observed, where the event is; root : m^0.5, of the penetration.  It need not see to what a separation
-    ends.
+    contact : Observed, where the event is; root : m^0.5, of the penetration.  What is integrated begins anew after a
+    separation as `internal_state` says, whatever this returns.
     """
 
 
@@ -212,8 +213,16 @@ def undeclared(form):
     for first, second in TOGETHER:
         if (form in first.members) != (form in second.members):
             yield f"declares one of {first.__name__} and {second.__name__}; a law has both or neither"
-    if (form in internal_state.members) != bool(form._field_defaults):
-        yield "has to declare an internal_state if fields have defaults, and only then: these fields are the state"
+    if (integrated(form) or form in latched.members) != bool(form._field_defaults):
+        yield (
+            "has to declare an internal_state with rates, or what is latched, if fields have defaults, and only then: "
+            "these fields are the state"
+        )
+
+
+def integrated(form):
+    """Return whether the internal state of a type of law is integrated, not latched at events alone."""
+    return form in internal_state.members
 
 
 # ---------------------------------------------------------------------------------------------- modes
@@ -237,136 +246,6 @@ def touches(mode):
     return mode & TOUCHES != 0
 
 
-# ---------------------------------------------------------------------------------------------- places
-#
-# How much room a joint takes follows from its type and is worked out where code is compiled: the compiler would take
-# longer over it than over the forces.
-
-
-class _Fields:
-    """The fields of a tuple or, of the compiler's type of one, their types."""
-
-    def __init__(self, named):
-        self._named = named
-
-    def __getattr__(self, name):
-        named = self._named
-        return named.types[named.fields.index(name)] if hasattr(named, "instance_class") else getattr(named, name)
-
-
-def form_of(value):
-    """Return the class of a tuple or, of the compiler's type of one, the class that it stands for."""
-    return getattr(value, "instance_class", type(value))
-
-
-def room_of_part(part):
-    """Return how many numbers of internal state and guards a Part, or the compiler's type of one, has: a Place."""
-    form = form_of(_Fields(part).law)
-    return Place(0, len(form._field_defaults), len(guards.body_for(form)(None)))
-
-
-def room_of(joint):
-    """Return how many contacts, numbers of internal state and guards a joint, or the compiler's type of one, has."""
-    form = form_of(joint)
-    rooms = [room_of_part(part) for part in parts.body_for(form)(_Fields(joint))]
-    return Place(
-        len(contact_modes.body_for(form)(None)), sum(room.internal for room in rooms), sum(room.guard for room in rooms)
-    )
-
-
-def room_of_all(joints):
-    """Return the sum of what `room_of` returns of each of the joints."""
-    return Place(*map(sum, zip(*map(room_of, joints), strict=True)))
-
-
-@kernel
-def after_number(place, number):
-    """Return the place after a number."""
-    return place + 1
-
-
-def after_part(place, part):
-    """Return the Place after a Part."""
-    room = room_of_part(part)
-    return Place(place.contact, place.internal + room.internal, place.guard + room.guard)
-
-
-@overload(after_part, strict=False, jit_options=dict(OPTIONS))
-def _after_part(place, part):
-    _, internal, guarded = room_of_part(part)
-    return lambda place, part: Place(place.contact, place.internal + internal, place.guard + guarded)
-
-
-def after_joint(place, joint):
-    """Return the Place after a joint."""
-    room = room_of(joint)
-    return Place(place.contact + room.contact, place.internal + room.internal, place.guard + room.guard)
-
-
-@overload(after_joint, strict=False, jit_options=dict(OPTIONS))
-def _after_joint(place, joint):
-    contacts, internal, guarded = room_of(joint)
-    return lambda place, joint: Place(place.contact + contacts, place.internal + internal, place.guard + guarded)
-
-
-def extent(joints):
-    """Return how many contacts, numbers of internal state and guards the joints have, as a Place."""
-    return room_of_all(joints)
-
-
-@overload(extent, strict=False, jit_options=dict(OPTIONS))
-def _extent(joints):
-    contacts, internal, guarded = room_of_all(joints)
-    return lambda joints: Place(contacts, internal, guarded)
-
-
-@kernel
-def first_place(joints, roots):
-    """Return the Place of the first joint, the roots of penetration beginning at `roots` in the state vector."""
-    return Place(0, roots + extent(joints).contact, 0)
-
-
-# ---------------------------------------------------------------------------------------------- internal states
-
-
-def width(law):
-    """Return how many numbers of internal state a law has."""
-    return len(law._field_defaults)
-
-
-@overload(width, strict=False, jit_options=dict(OPTIONS))
-def _width(law):
-    count = len(law.instance_class._field_defaults)
-    return lambda law: count
-
-
-@kernel
-def _number(old, _, place, y):
-    return y[place]
-
-
-_numbers = map_joints(_number, after_number)
-
-
-def with_internal_state(law, y, place):
-    """Return the law with its internal state, which stands in the state vector `y` from `place` on."""
-    cls, own = type(law), len(law) - len(law._field_defaults)
-    return cls(*law[:own], *_numbers(law[own:], law[own:], place, y))
-
-
-@overload(with_internal_state, strict=False, jit_options=dict(OPTIONS))
-def _with_internal_state(law, y, place):
-    cls = law.instance_class
-    own = len(law) - len(cls._field_defaults)
-    if own == len(law):
-        return lambda law, y, place: law
-
-    def compiled(law, y, place):
-        return cls(*(law[:own] + _numbers(law[own:], law[own:], place, y)))
-
-    return compiled
-
-
 # ---------------------------------------------------------------------------------------------- tables of a scene
 
 
@@ -385,11 +264,21 @@ def every_contact(joints):
 
 
 def every_internal_state(joints):
-    """Return (number of its contact, InternalState, where it begins) of every number of internal state."""
+    """Return (number of its contact, InternalState, where it begins) of every number that is integrated."""
     return [
         (contact, declared, began)
         for contact, law in every_part(joints)
         for declared, began in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
+    ]
+
+
+def every_latched(joints):
+    """Return (law, where it begins) of every number of internal state that is latched."""
+    return [
+        (law, began)
+        for _, law in every_part(joints)
+        for began in law[len(law) - len(law._field_defaults) :]
+        if not integrated(type(law))
     ]
 
 

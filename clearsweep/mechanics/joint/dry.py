@@ -28,11 +28,10 @@ from .contract import (
     guards,
     load,
     parts,
-    width,
-    with_internal_state,
 )
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
+from .places import after_law, as_it_is
 
 
 class Joint(NamedTuple):
@@ -86,8 +85,8 @@ def _clip_and_laws(joint):
 @load.member(Joint)
 def _load_at_the_root(joint, gap, place, present):
     root = present.y[present.roots + place.contact]
-    law = with_internal_state(joint.law, present.y, place.internal)
-    friction = with_internal_state(joint.friction, present.y, place.internal + width(joint.law))
+    law = as_it_is(joint.law, present.y, present.latched, place)
+    friction = as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law))
     remembering = Joint(
         clearance=joint.clearance,
         bearing_radius=joint.bearing_radius,
@@ -98,7 +97,7 @@ def _load_at_the_root(joint, gap, place, present):
         friction=friction,
         wear=joint.wear,
     )
-    return joint_load(remembering, gap, present.mode[place.contact], root * abs(root), present.onset[place.contact])
+    return joint_load(remembering, gap, present.mode[place.contact], root * abs(root), present.latched[place.contact])
 
 
 @kernel

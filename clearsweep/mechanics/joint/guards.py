@@ -12,23 +12,19 @@ from numba.extending import overload
 from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, kernel, map_joints, shaped
 from ..observe.observables import columns, observed_in
 from ..solver.dop853 import END, ROWS
-from .contract import (
+from .contract import every_guard, every_part, guard_values, guards, latched, parts
+from .impact_mass import joints_at_event
+from .places import (
     after_joint,
     after_number,
     after_part,
-    every_guard,
-    every_part,
+    as_it_is,
     extent,
     first_place,
     form_of,
-    guard_values,
-    guards,
-    latched,
-    parts,
     room_of_part,
-    with_internal_state,
+    where_internal,
 )
-from .impact_mass import joints_at_event
 
 EARLIEST = 5  # of the rows of stages that guards are looked for at: before, they are inaccurate and close to the start
 
@@ -57,6 +53,7 @@ class _Values(NamedTuple):
     """What the values of guards are made of."""
 
     y: np.ndarray  # (n,) state
+    latched: np.ndarray  # (contacts + l,)
     o: np.ndarray  # (ROWS, columns) observables
     row: int  # the row of `o` at the state
     roots: int  # where the roots of penetration begin in `y`
@@ -90,9 +87,9 @@ def _at_stages(law):
 
 
 def _evaluate_part(part, _, place, shared):
-    y, o, row, roots, value = shared
+    y, latched, o, row, roots, value = shared
     contact, staged = place.contact + part.contact, at_stages(part.law)
-    law, root = with_internal_state(part.law, y, place.internal), y[roots + contact]
+    law, root = as_it_is(part.law, y, latched, place), y[roots + contact]
     start = observed_in(o, 0, contact)
     _put_each(guard_values(law, start, observed_in(o, row, contact), root), staged, place.guard, value)
     if row == END and True in staged:
@@ -117,7 +114,7 @@ def _evaluate_joint(joint, _, place, shared):
 _evaluate_joints = map_joints(_evaluate_joint, after_joint)
 
 
-def guards_entry(scene, y, o, value, row):
+def guards_entry(scene, y, latched, o, value, row):
     """Put the values of all guards at the state `y`, whose observables are in row `row` of `o`, into `value`.
 
     Arrays are bare pointers; `scene` points at the Scene.
@@ -126,6 +123,7 @@ def guards_entry(scene, y, o, value, row):
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     shared = _Values(
         shaped(y, (roots + size.contact + size.internal,)),
+        shaped(latched, (size.contact + size.latched,)),
         shaped(o, (ROWS, columns(size.contact))),
         row,
         roots,
@@ -141,6 +139,7 @@ class _Event(NamedTuple):
     """An event at which laws latch."""
 
     y: np.ndarray  # (n,) state, changed
+    latched: np.ndarray  # (contacts + l,) changed
     o: np.ndarray  # (ROWS, columns) observables
     row: int  # the row of `o` at the state
     roots: int
@@ -149,21 +148,22 @@ class _Event(NamedTuple):
 
 
 @kernel
-def _set(value, _, place, y):
-    y[place] = value
+def _set(value, _, place, numbers):
+    numbers[place] = value
 
 
 _set_each = map_joints(_set, after_number)
 
 
 def _latch_part(part, _, place, shared):
-    y, o, row, roots, contact, guard = shared
+    y, numbers, o, row, roots, contact, guard = shared
     mine = 0 <= guard - place.guard < after_part(place, part).guard - place.guard
     if place.contact + part.contact == contact and (guard < 0 or mine):
-        law = with_internal_state(part.law, y, place.internal)
+        law = as_it_is(part.law, y, numbers, place)
         kind = guard - place.guard if mine else guard
         values = latched(law, kind, observed_in(o, row, contact), y[roots + contact])
-        _set_each(values, values, place.internal, y)
+        where, first = where_internal(part.law, y, numbers, place)
+        _set_each(values, values, first, where)
 
 
 @overload(_latch_part, strict=False, jit_options=dict(OPTIONS))
@@ -183,8 +183,8 @@ def _latch_joint(joint, _, place, shared):
 _latch_joints = map_joints(_latch_joint, after_joint)
 
 
-def latch_entry(scene, y, o, event, row):
-    """Let the laws latch what they keep of an event, from and into the state `y`; observables in row `row` of `o`.
+def latch_entry(scene, y, latched, o, event, row):
+    """Let the laws latch what they keep of an event, from and into `y` and `latched`; observables in row `row` of `o`.
 
     event : (2,) int64, the contact and ENTERED, LEFT or the number of the guard.
     """
@@ -193,6 +193,7 @@ def latch_entry(scene, y, o, event, row):
     which = shaped(event, (2,))
     shared = _Event(
         shaped(y, (roots + size.contact + size.internal,)),
+        shaped(latched, (size.contact + size.latched,)),
         shaped(o, (ROWS, columns(size.contact))),
         row,
         roots,
@@ -213,8 +214,8 @@ def guards_of(scene, parameters) -> Guards:
     each = [guard for _, guard in listed]
     latching = any(type(law) in latched.members for _, law in every_part(joints))
     return Guards(
-        evaluate=entry(guards_entry, scene, (number, number, number), parameters) if each else NO_ENTRY,
-        latch=entry(latch_entry, scene, (number, number, types.int64), parameters) if latching else NO_ENTRY,
+        evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if each else NO_ENTRY,
+        latch=entry(latch_entry, scene, (number, number, number, types.int64), parameters) if latching else NO_ENTRY,
         contact=np.array([contact for contact, _ in listed], dtype=np.int64),
         modes=np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),
         leads_to=np.array([guard.leads_to for guard in each], dtype=np.int64),

@@ -5,25 +5,26 @@ from numba.extending import overload
 from ..compiled.dual import as_type_of
 from ..compiled.family import OPTIONS, family, inlined, map_joints
 from ..mechanism.contract import gaps, impact_masses, place
-from .contract import after_joint, after_number, first_place, form_of, touches, with_internal_state
+from .contract import touches
 from .dry import Joint
 from .loss.contract import awaits_mass, with_mass
+from .places import after_joint, after_number, as_it_is, first_place, form_of
 
 
 @family
-def _awaits(joint, gap, place, state):
-    """Return whether the law of a joint needs the mass in a `state`: (state vector, modes)."""
+def _awaits(joint, gap, place, present):
+    """Return whether the law of a joint needs the mass as things are."""
 
 
 @_awaits.member(None)
-def _never(joint, gap, place, state):
+def _never(joint, gap, place, present):
     return False
 
 
 @_awaits.member(Joint)
-def _law_awaits(joint, gap, place, state):
-    y, mode = state
-    return touches(mode[place.contact]) and awaits_mass(with_internal_state(joint.law, y, place.internal))
+def _law_awaits(joint, gap, place, present):
+    law = as_it_is(joint.law, present.y, present.latched, place)
+    return touches(present.mode[place.contact]) and awaits_mass(law)
 
 
 @family
@@ -51,8 +52,8 @@ def _with_its_law(joint, mass, place, shared):
 
 
 @inlined
-def _asks(joint, gap, place, state):
-    return _awaits(joint, gap, place, state)
+def _asks(joint, gap, place, present):
+    return _awaits(joint, gap, place, present)
 
 
 @inlined
@@ -77,8 +78,8 @@ _none_known = map_joints(_none, after_number)
 
 
 @inlined
-def _joints_now(scene, pose, relative, y, mode):
-    asking = _ask_all(scene.joints, relative, first_place(scene.joints, 2 * len(scene.coordinates) + 1), (y, mode))
+def _joints_now(scene, pose, relative, present):
+    asking = _ask_all(scene.joints, relative, first_place(scene.joints, present.roots), present)
     if True in asking:
         masses = impact_masses(scene.mechanism, pose, relative)
         return _tell_all(scene.joints, _all_like(masses, relative, 0, 0), 0, 0)
@@ -91,9 +92,9 @@ def _joints_at_event(scene, y):
     return _tell_all(scene.joints, impact_masses(scene.mechanism, pose, gaps(scene.mechanism, pose)), 0, 0)
 
 
-def joints_now(scene, pose, relative, y, mode):
-    """Return the joints of a scene; laws that need it at the state `y`, its pose and Gaps, are told their mass."""
-    return _joints_now(scene, pose, relative, y, mode)
+def joints_now(scene, pose, relative, present):
+    """Return the joints of a scene; laws that need it in the Present, its pose and Gaps, are told their mass."""
+    return _joints_now(scene, pose, relative, present)
 
 
 def joints_at_event(scene, y):
@@ -109,8 +110,8 @@ def _asked(scene):
 
 
 @overload(joints_now, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _compiled_joints_now(scene, pose, relative, y, mode):
-    return _joints_now if _asked(scene) else lambda scene, pose, relative, y, mode: scene.joints
+def _compiled_joints_now(scene, pose, relative, present):
+    return _joints_now if _asked(scene) else lambda scene, pose, relative, present: scene.joints
 
 
 @overload(joints_at_event, strict=False, jit_options=dict(OPTIONS, forceinline=True))

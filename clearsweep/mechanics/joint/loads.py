@@ -7,21 +7,8 @@ from numba.extending import overload
 
 from ..compiled.dual import as_type_of, rate_or_slope
 from ..compiled.family import OPTIONS, inlined, kernel, map_joints
-from .contract import (
-    Load,
-    after_joint,
-    after_number,
-    after_part,
-    first_place,
-    internal_rates,
-    internal_state,
-    load,
-    parts,
-    room_of_all,
-    room_of_part,
-    touches,
-    with_internal_state,
-)
+from .contract import Load, internal_rates, internal_state, load, parts, touches
+from .places import after_joint, after_number, after_part, as_it_is, first_place, room_of_all, room_of_part
 
 
 @kernel
@@ -80,7 +67,7 @@ _put_each, _rest_each, _kept_each = (map_joints(function, after_number) for func
 def _put_part(part, _, place, shared):
     declared, touching = internal_state(part.law), touches(shared.present.mode[place.contact + part.contact])
     if touching or True in _kept_each(declared, declared, 0, 0):
-        law = with_internal_state(part.law, shared.present.y, place.internal)
+        law = as_it_is(part.law, shared.present.y, shared.present.latched, place)
         rates = internal_rates(law, shared.load.contacts[part.contact])
         _put_each(rates, declared, place.internal, _Rate(touching, shared.kappa, shared.out))
     else:

@@ -13,9 +13,10 @@ from numba.extending import overload
 from ..compiled.dual import as_type_of
 from ..compiled.family import OPTIONS, family, kernel, map_joints
 from ..mechanism.contract import accelerate, gap_accelerations
-from .contract import STUCK, Contact, Load, after_joint, after_number, first_place
+from .contract import STUCK, Contact, Load
 from .dry import Joint
 from .friction.contract import static_limit
+from .places import after_joint, after_number, first_place
 
 SWEEPS = 100  # over the joints that stick; joints share little, so a dozen do
 SETTLED = 1e-15  # of the largest force that the surfaces hold

@@ -23,7 +23,7 @@ from ...catalogue import Mechanism
 from ..compiled.dual import as_type_of, slope
 from ..compiled.family import family, inlined, kernel, map_joints
 from ..compiled.moving import Moving
-from ..joint.contract import after_number
+from ..joint.places import after_number
 
 
 class IdealMotion(NamedTuple):

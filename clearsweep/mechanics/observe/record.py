@@ -43,7 +43,7 @@ def share_at(at, time, moment):
 def write_sample(at, y, out):
     """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
     work = at[0]
-    invoke(work.sample.code, work.sample.parameters, (y, work.mode, work.onset, work.side, out), out.size)
+    invoke(work.sample.code, work.sample.parameters, (y, work.mode, work.latched, work.side, out), out.size)
 
 
 @kernel

@@ -26,7 +26,7 @@ STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = r
 
 
 class Work(NamedTuple):
-    """The arrays and constants of one integration; n numbers in the state, c contacts, m numbers of internal state.
+    """The arrays and constants of one integration: n numbers in the state, m of them of laws, l latched; c contacts.
 
     Functions get it as `at`, a pointer: handed over by value, its arrays would cost more than what is done with them.
     """
@@ -47,7 +47,7 @@ class Work(NamedTuple):
     f: np.ndarray  # (7, n) dense output
     scale: np.ndarray  # (n,) allowed error
     mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
-    onset: np.ndarray  # (c,) m/s, closing rate at which the present contact began, floored
+    latched: np.ndarray  # (c + l,) what changes at events alone: closing rate (m/s) of each onset, floored; of laws
     apart: np.ndarray  # (c,) int64, the mode to which a separation leads
     pressed: np.ndarray  # (c,) int64, the mode to which an onset leads
     clearance: np.ndarray  # (c,) m
@@ -70,7 +70,7 @@ class Work(NamedTuple):
 def evaluate_guards(at, y, row):
     """Put the values of all guards at the state `y`, whose observables are in row `row`, into `work.guards.value`."""
     work, guards = at[0], at[0].guards
-    invoke(guards.evaluate.code, guards.evaluate.parameters, (y, work.o, guards.value), row)
+    invoke(guards.evaluate.code, guards.evaluate.parameters, (y, work.latched, work.o, guards.value), row)
 
 
 @kernel
@@ -143,7 +143,7 @@ def evaluate(at, y, row):
     """Put the rates of the state `y` into row `row` of `work.k` and its observables into that of `work.o`."""
     work = at[0]
     work.counts[EVALUATIONS] += 1
-    invoke(work.rates.code, work.rates.parameters, (y, work.mode, work.onset, work.k, work.o), row)
+    invoke(work.rates.code, work.rates.parameters, (y, work.mode, work.latched, work.k, work.o), row)
 
 
 @kernel

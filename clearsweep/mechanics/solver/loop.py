@@ -68,7 +68,7 @@ def begin_contact(at, j, windowed):
     tally, seen = work.tally, observed(at, END, j)
     rate = max(seen.rate, 0.0)
     work.mode[j] = work.pressed[j]
-    work.onset[j] = max(rate, ONSET_FLOOR)
+    work.latched[j] = max(rate, ONSET_FLOOR)
     depth = max(seen.depth, 0.0)
     work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
     latch(at, work.end, j, ENTERED, END)

@@ -129,7 +129,7 @@ def differentiate(at, y, place):
     """Put the derivatives of the rates at `y` into a Jacobian; each column costs and counts as an evaluation."""
     work = at[0]
     work.counts[EVALUATIONS] += y.size
-    invoke(work.slopes[0], work.slopes[1], (y, work.mode, work.onset, work.implicit.jacobian), place)
+    invoke(work.slopes[0], work.slopes[1], (y, work.mode, work.latched, work.implicit.jacobian), place)
 
 
 @kernel

@@ -27,7 +27,7 @@ def latch(at, y, contact, guard, row):
     work, guards = at[0], at[0].guards
     if guards.latch.code != 0:
         guards.event[0], guards.event[1] = contact, guard
-        invoke(guards.latch.code, guards.latch.parameters, (y, work.o, guards.event), row)
+        invoke(guards.latch.code, guards.latch.parameters, (y, work.latched, work.o, guards.event), row)
 
 
 @kernel

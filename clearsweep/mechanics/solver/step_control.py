@@ -35,7 +35,7 @@ def first_length(at, proposals, pattern):
     length = 0.01 / work.reference_rate
     for j in range(work.mode.size):
         if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
-            length = min(length, 0.2 * work.sigma * math.sqrt(work.clearance[j]) / work.onset[j])
+            length = min(length, 0.2 * work.sigma * math.sqrt(work.clearance[j]) / work.latched[j])
     return length
 
 

@@ -4,16 +4,14 @@ from typing import NamedTuple
 
 from ....catalogue import Field, Law
 from ...compiled import calculus as math
+from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..contract import (
     NEVER,
     TOUCHING,
     Guard,
-    InternalState,
     guard_values,
     guards,
-    internal_rates,
-    internal_state,
     latched,
 )
 from ..elastic.contract import elastic_force
@@ -93,7 +91,7 @@ def widening(x):
 @loss_form(YieldingSphere, pulls=False, times_elastic=True)
 def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     deepens = law.deepest < SHALLOW
-    deepest = pen if deepens else law.deepest
+    deepest = pen if deepens else as_type_of(law.deepest, pen)
     x = max(deepest / law.yield_depth, 1.0)
     share, fall = softening(law, x)
     area, growth = widening(x)
@@ -107,18 +105,6 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     rest = (pen - (1.0 - returned) * deepest) / returned
     force = share * math.copysign(elastic_force(elastic, abs(rest)), rest)  # below 0 where the indentation is clear
     return force, max(force, 0.0)
-
-
-@internal_state.member(YieldingSphere)
-@internal_state.member(Plastic)
-def _depth(law):  # changes at events alone; below what the law tells apart, so that no derivative spans the change
-    return (InternalState(SHALLOW, False),)
-
-
-@internal_rates.member(YieldingSphere)
-@internal_rates.member(Plastic)
-def _stays(law, contact):
-    return (0.0,)
 
 
 @guards.member(YieldingSphere)

@@ -24,11 +24,8 @@ from ..contract import (
     ONSET_FLOOR,
     TOUCHING,
     Guard,
-    InternalState,
     guard_values,
     guards,
-    internal_rates,
-    internal_state,
     latched,
 )
 from ..elastic.contract import elastic_energy, elastic_force, energy_stiffness
@@ -77,16 +74,6 @@ def _once_it_lasts(law):
 @keeps_onset.member(Renewed)
 def _until_pressed_on(law):
     return law.turning > 0.0
-
-
-@internal_state.member(Renewed)
-def _energy(law):  # changes at events alone
-    return (InternalState(1.0, False),)
-
-
-@internal_rates.member(Renewed)
-def _stays(law, contact):
-    return (0.0,)
 
 
 @guards.member(Renewed)

@@ -10,7 +10,8 @@ from ...compiled.family import Entry, entry, family, kernel, map_joints, shaped
 from ...mechanism.contract import body_angles, gaps, place
 from ...observe.between import BETWEEN
 from ...observe.histogram import COURSES, FORCE, KAPPA_COURSE, PARTS
-from ..contract import after_joint, first_place, touches
+from ..contract import touches
+from ..places import after_joint, first_place
 from .contract import ACCOUNT, ARCS, FINEST, FIRST_CLASS, NARROW, WIDE, NoWear, half_arc, wear_rate, width_class
 from .passage import (
     DEGREE,

@@ -7,7 +7,7 @@ of a force as long as the gap g, g^T J M^-1 J^T g (m^2/kg), is called its yield.
 
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel, map_joints
-from ...joint.contract import after_number
+from ...joint.places import after_number
 from ..contract import Ideal, Open, impact_masses
 from .pose import SliderCrank
 

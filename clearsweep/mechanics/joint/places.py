@@ -1,0 +1,147 @@
+"""Where the numbers of joints and laws stand, and laws with their internal state from there.
+
+How much room a joint takes follows from its type and is worked out where code is compiled: the compiler would take
+longer over it than over the forces.
+"""
+
+from numba.extending import overload
+
+from ..compiled.family import OPTIONS, kernel, map_joints
+from .contract import Place, contact_modes, guards, integrated, parts
+
+
+class _Fields:
+    """The fields of a tuple or, of the compiler's type of one, their types."""
+
+    def __init__(self, named):
+        self._named = named
+
+    def __getattr__(self, name):
+        named = self._named
+        return named.types[named.fields.index(name)] if hasattr(named, "instance_class") else getattr(named, name)
+
+
+def form_of(value):
+    """Return the class of a tuple or, of the compiler's type of one, the class that it stands for."""
+    return getattr(value, "instance_class", type(value))
+
+
+def _room_of_law(law):
+    """Return how many numbers of internal state and guards a law, or the compiler's type of one, has: a Place."""
+    form = form_of(law)
+    numbers = len(form._field_defaults)
+    internal = numbers if integrated(form) else 0
+    return Place(0, internal, numbers - internal, len(guards.body_for(form)(None)))
+
+
+def room_of_part(part):
+    """Return the same of a Part, or of the compiler's type of one."""
+    return _room_of_law(_Fields(part).law)
+
+
+def room_of(joint):
+    """Return how many contacts, numbers of internal state and guards a joint, or the compiler's type of one, has."""
+    form = form_of(joint)
+    contacts = Place(len(contact_modes.body_for(form)(None)), 0, 0, 0)
+    return _sum([contacts, *map(room_of_part, parts.body_for(form)(_Fields(joint)))])
+
+
+def room_of_all(joints):
+    """Return the sum of what `room_of` returns of each of the joints."""
+    return _sum(map(room_of, joints))
+
+
+def _sum(places):
+    return Place(*map(sum, zip(*places, strict=True)))
+
+
+@kernel
+def after_number(place, number):
+    """Return the place after a number."""
+    return place + 1
+
+
+def _after(room_of_one):
+    """Return a function that returns the Place after a Place and what takes the room that `room_of_one` tells."""
+
+    def after(place, one):
+        return _sum((place, room_of_one(one)))
+
+    @overload(after, strict=False, jit_options=dict(OPTIONS))
+    def _compiled_after(place, one):
+        contacts, internal, latching, guarded = room_of_one(one)
+        return lambda place, one: Place(
+            place.contact + contacts, place.internal + internal, place.latched + latching, place.guard + guarded
+        )
+
+    return after
+
+
+after_law, after_part, after_joint = _after(_room_of_law), _after(room_of_part), _after(room_of)
+
+
+def extent(joints):
+    """Return how many contacts, numbers of internal state and guards the joints have, as a Place."""
+    return room_of_all(joints)
+
+
+@overload(extent, strict=False, jit_options=dict(OPTIONS))
+def _extent(joints):
+    contacts, internal, latching, guarded = room_of_all(joints)
+    return lambda joints: Place(contacts, internal, latching, guarded)
+
+
+@kernel
+def first_place(joints, roots):
+    """Return the Place of the first joint, the roots of penetration beginning at `roots` in the state vector."""
+    contacts = extent(joints).contact
+    return Place(0, roots + contacts, contacts, 0)
+
+
+# ---------------------------------------------------------------------------------------------- internal states
+
+
+@kernel
+def _number(old, _, place, numbers):
+    return numbers[place]
+
+
+_numbers = map_joints(_number, after_number)
+
+
+def with_internal_state(law, numbers, first):
+    """Return the law with its internal state, which stands in `numbers` from `first` on."""
+    cls, own = type(law), len(law) - len(law._field_defaults)
+    return cls(*law[:own], *_numbers(law[own:], law[own:], first, numbers))
+
+
+@overload(with_internal_state, strict=False, jit_options=dict(OPTIONS))
+def _with_internal_state(law, numbers, first):
+    cls = law.instance_class
+    own = len(law) - len(cls._field_defaults)
+    if own == len(law):
+        return lambda law, numbers, first: law
+
+    def compiled(law, numbers, first):
+        return cls(*(law[:own] + _numbers(law[own:], law[own:], first, numbers)))
+
+    return compiled
+
+
+def where_internal(law, y, latched, place):
+    """Return the array in which the internal state of a law stands, and where: the state vector or what is latched."""
+    return (y, place.internal) if integrated(type(law)) else (latched, place.latched)
+
+
+@overload(where_internal, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _where_internal(law, y, latched, place):
+    if integrated(form_of(law)):
+        return lambda law, y, latched, place: (y, place.internal)
+    return lambda law, y, latched, place: (latched, place.latched)
+
+
+@kernel
+def as_it_is(law, y, latched, place):
+    """Return the law, which has its Place, with its internal state."""
+    numbers, first = where_internal(law, y, latched, place)
+    return with_internal_state(law, numbers, first)
