@@ -80,10 +80,10 @@ _none_known = map_joints(_none, after_number)
 @inlined
 def _joints_now(scene, pose, relative, present):
     asking = _ask_all(scene.joints, relative, first_place(scene.joints, present.roots), present)
+    masses = _none_known(relative, relative, 0, 0)
     if True in asking:
-        masses = impact_masses(scene.mechanism, pose, relative)
-        return _tell_all(scene.joints, _all_like(masses, relative, 0, 0), 0, 0)
-    return _tell_all(scene.joints, _none_known(relative, relative, 0, 0), 0, 0)
+        masses = _all_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0)
+    return _tell_all(scene.joints, masses, 0, 0)
 
 
 @inlined

@@ -58,7 +58,8 @@ def _renewed(law, elastic, pen, rate, onset_rate):
         share = elastic_energy(elastic, pen) / -law.turning  # of the energy at which v / 2 was the onset rate
         return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(share))
     force = elastic_force(elastic, pen)
-    return force + law.damping * math.sqrt(energy_stiffness(elastic, pen) * law.mass) * rate, force
+    damping = law.damping * law.damping * energy_stiffness(elastic, pen)  # the mass is known last
+    return force + math.sqrt(damping * law.mass) * rate, force
 
 
 @with_mass.member(Renewed)

@@ -40,12 +40,18 @@ def _across(p, gap):
 @kernel
 def _rod_on_slider(links, p, gap, hung):
     """Return the yield at the crank pin of a rod hinged to the slider, a mass `hung` (kg) moving along."""
-    length, arm, x = links.rod_length, links.rod_length - links.rod_center, gap.x
-    turned = length * _across(p, gap)
+    length, arm = links.rod_length, links.rod_length - links.rod_center
+    swing = links.rod_mass * arm + hung * length
     m11 = links.rod_inertia + links.rod_mass * arm * arm + hung * length * length
-    m12 = (links.rod_mass * arm + hung * length) * p.s2
+    m12 = swing * p.s2
     m22 = links.rod_mass + links.slider_mass + hung
-    return (m22 * turned * turned + 2.0 * m12 * turned * x + m11 * x * x) / (m11 * m22 - m12 * m12)
+    inverse = 1.0 / (m11 * m22 - m12 * m12)
+    # m22 turned^2 + 2 m12 turned x + m11 x^2 with turned = length * _across(p, gap), so that little waits for the gap
+    reach = m22 * length
+    xx = m11 + length * (reach - 2.0 * swing) * (p.s2 * p.s2)
+    xy = 2.0 * length * (swing - reach) * (p.c2 * p.s2)
+    yy = length * reach * (p.c2 * p.c2)
+    return (gap.x * (xx * gap.x + xy * gap.y) + yy * gap.y * gap.y) * inverse
 
 
 @kernel
