@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -69,6 +70,15 @@ def test_a_penetration_bound_is_reached_by_a_free_impact_and_by_nothing_less():
     for case in TABLE:
         if case.group == "pair":
             assert stability.run(case)["share_of_bound"] == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_what_is_beyond_the_bound_fails_and_is_compared_with_a_tighter_tolerance():
+    row = stability.run(next(case for case in TABLE if case.name == "mixed/10 AB"))
+    assert row["share_of_bound"] > 1.5
+    off, left = map(float, re.findall(r"\d\.\de[+-]\d+", row["failure"]))
+    assert 0.0 < off < 1e-3
+    assert 0.0 < left < 1e-3
 
 
 def test_a_contact_that_the_log_lacks_is_seen():
