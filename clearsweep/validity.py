@@ -17,6 +17,7 @@ THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0}
 #: at which it began, and what nobody can have meant.
 LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
+UNCHECKED = "unchecked: "  # its error check came to nothing
 BETWEEN = " | "  # remarks in a message
 DEEP = 0.1  # of the bearing's radius: a deeper contact is no small deformation
 #: Energy residual that a tolerance explains, per onset and revolution.  Of 1,300 random cases at tolerances from 1e-12
@@ -72,7 +73,7 @@ class Remarks:
         return (
             f"Impacts leave the elastic range in {self._share('onset_rate_max')}: the fastest closes at {rate:.3g} "
             f"m/s, {rate / ELASTIC_ONSET:.2g} times the {ELASTIC_ONSET:g} m/s from about which steel may yield (case "
-            f"{row['case_id']}, {joint}); elastic laws then overstate forces and understate losses."
+            f"{row['case_id']}, {joint}); a law that does not yield then overstates forces and understates losses."
         )
 
     def _deep(self, share: float, joint: str, row: Mapping) -> str:
@@ -93,6 +94,7 @@ _TOLD = {
     TOO_DEEP: "A contact is deeper than its clearance or a tenth of its bearing's radius",
     WORN_THROUGH: "Wear is deeper than the clearance",
     IMBALANCE: "The energies do not add up as closely as the tolerance promises",
+    UNCHECKED: "The error check came to nothing",
 }
 
 

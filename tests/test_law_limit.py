@@ -44,6 +44,7 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
     fast, deep = told.sentences()
     assert "in 2 of 5 cases: the fastest closes at 0.5 m/s, 10 times the 0.05 m/s" in fast
     assert "(case c, rod-slider)" in fast
+    assert "a law that does not yield then overstates forces" in fast  # which law it is the row does not say
     assert "in 1 of 5 cases, longest in case d: rod-slider is deeper than 0.2 mm, up to which johnson holds" in deep
     assert "for 12 % of the time." in deep
 

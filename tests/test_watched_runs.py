@@ -14,6 +14,7 @@ from clearsweep.layout import settling
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
 from clearsweep.simulation.sums import half_width
+from clearsweep.simulation.trajectory import window_of
 from clearsweep.simulation.until import period_of
 from clearsweep.verify.problems import problems
 
@@ -318,6 +319,24 @@ def test_the_error_check_of_a_run_that_found_its_length_is_as_long():
 def test_an_impact_pair_can_be_checked():
     found = clearsweep.simulate(clearsweep.load_case(changed(PAIR, {"simulate.error_check": True}))).summary
     assert found["pair_restitution_difference"] < 1e-9
+
+
+def test_an_error_check_that_fails_says_so():
+    asked = {"simulate.tolerance": 1e-8}
+    plain = clearsweep.simulate(clearsweep.load_case(changed(PAIR, asked))).summary
+    budget = math.ceil(1.05 * (plain["steps"] + plain["steps_rejected"]) / PAIR["simulate"]["impacts"])
+    asked |= {"simulate.error_check": True, "simulate.step_budget": budget}
+    found = clearsweep.simulate(clearsweep.load_case(changed(PAIR, asked)))
+    assert found.status == "ok"
+    assert found.summary["pair_restitution_difference"] is None
+    assert found.message.startswith("unchecked: the run at a tenth of the tolerance has the status step-budget: ")
+
+
+def test_the_window_of_an_impact_pair_ends_with_its_last_separation():
+    scene = clearsweep.load_case(changed(PAIR, {"save.orbits": "all", "save.samples": 10}))
+    run = running.integrated(scene, np.empty(0), np.inf)
+    assert window_of(scene, run, np.inf).duration == run.events[-1, 0]
+    assert clearsweep.simulate(scene).t[-1] == run.events[-1, 0]
 
 
 # ---------------------------------------------------------------------------------------------- grids and stores

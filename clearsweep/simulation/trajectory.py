@@ -19,7 +19,7 @@ from ..mechanics.observe.tally import ONSETS
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
-from ..validity import Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
+from ..validity import UNCHECKED, Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
 from .figures import COST, figures_of
 from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, period
 from .scene import Scene, build
@@ -68,9 +68,7 @@ def simulate(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Wa
     """
     scene = dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
     trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
-    if scene.layout.error_check:
-        _check_error(scene, trajectory)
-    return trajectory
+    return _error_checked(scene, trajectory) if scene.layout.error_check else trajectory
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
@@ -83,7 +81,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
         reported = np.empty(0)
     elif not turning:  # its duration is known afterwards
         last = integrated(scene, np.empty(0), end)
-        reported = np.linspace(0.0, last.work.y[last.work.time], scene.case.save.samples + 1)
+        reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
         reported = sampling_times(scene.case, period(scene), end)
@@ -133,14 +131,19 @@ def _changed(scene: Scene, **settings: Any) -> Scene:
     return dataclasses.replace(scene, case=scene.case._replace(simulate=simulate))
 
 
-def _check_error(scene: Scene, trajectory: Trajectory) -> None:
-    """Enter into the summary how far every figure differs from that of a run at a tenth of the tolerance."""
+def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory with the difference of every figure from a run at a tenth of the tolerance in its summary."""
     if trajectory.status != "ok":
-        return
+        return trajectory
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter["revolutions"] = trajectory.summary["revolutions_run"]
-    _differ(trajectory.summary, _simulate(_changed(scene, **tighter), np.empty(0)).summary)
+    other = _simulate(_changed(scene, **tighter), np.empty(0))
+    _differ(trajectory.summary, other.summary)
+    if other.status == "ok":
+        return trajectory
+    failure = f"{UNCHECKED}the run at a tenth of the tolerance has the status {other.status}: {other.message}"
+    return dataclasses.replace(trajectory, message=message_of(trajectory.message, failure))
 
 
 def _differ(summary: dict, tighter: dict) -> None:
@@ -245,7 +248,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         tally=run.tally,
         counts=run.counts,
         seconds=run.duration,
-        duration=end - settings.discard * period(scene) if turning else run.work.y[run.work.time],
+        duration=end - settings.discard * period(scene) if turning else run.work.end[run.work.time],
         turns=settings.revolutions - settings.discard if turning else 1.0,
         onset=onset_rates(run),
     )
