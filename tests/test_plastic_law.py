@@ -158,13 +158,12 @@ def test_a_mechanism_follows_the_loop_through_every_reloading():
 @pytest.mark.compiled
 def test_energies_balance_and_a_tighter_tolerance_converges():
     exact = crank(simulate__revolutions=0.3, simulate__tolerance=1e-12).summary
-    errors = []
-    for tolerance in (1e-6, 1e-8, 1e-10):
+    shares = []
+    for tolerance in (1e-6, 1e-8, 1e-9, 1e-10):
         summary = crank(simulate__revolutions=0.3, simulate__tolerance=tolerance).summary
         assert summary["energy_residual"] < 0.1 * tolerance
-        errors.append(abs(summary["rod_slider_force_rms"] / exact["rod_slider_force_rms"] - 1.0))
-    assert errors[0] > errors[2]
-    assert errors[2] < 1e-9
+        shares.append(abs(summary["rod_slider_force_rms"] / exact["rod_slider_force_rms"] - 1.0) / tolerance)
+    assert np.exp(np.mean(np.log(shares))) < 10.0  # at one tolerance alone luck decides
 
 
 @pytest.mark.compiled
