@@ -44,7 +44,7 @@ def share_before(pressure, x):
 
 @family
 def smooth_within(pressure):
-    """Return up to which x, on both sides of the arc's middle, `share_before` is smooth enough for a few nodes."""
+    """Return up to which x, on both sides of the arc's middle, `share_before` is smooth enough for a few points."""
 
 
 PRESSURE_FAMILIES = (half_arc, share_before, smooth_within)  # a type of pressure is a member of each

@@ -3,6 +3,9 @@
 The load of the arc that lies before the edge of a bin is integrated over the step for every edge that the arc meets.
 What a bin is worn by is the difference between its edges, so it is the mean over the bin whatever its width.  An edge
 that an end of the arc passes has its integral cut there, as the pressure is not smooth at the ends of the arc.
+
+All that is known at the points of a step lies in one array, point beside point, at places that the compiler knows: so
+it works on several points at once.
 """
 
 import math
@@ -15,36 +18,45 @@ from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PAR
 from .contract import Rubbing, half_arc, share_before, smooth_within, wear_rate
 
 DEGREE = 6  # of the polynomials over the share of the step, as many as its stages give
+POINTS = 8  # as many as vectors hold, and enough for the DEGREE
 ON_BEARING, ON_JOURNAL, ROWS = COURSES, COURSES + 1, COURSES + 2  # angles, after the courses
-#: (DEGREE + 1, PARTS + 1): what gives the coefficients from values at even places of the step.
-FIT = np.linalg.pinv(np.vander(np.arange(PARTS + 1) / PARTS, DEGREE + 1, increasing=True))
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(7)
-NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS  # of Gauss's rule on 0 to 1
-#: What gives the coefficients of a polynomial from its values at the NODES times the WEIGHTS.
-RATES = np.linalg.inv(np.vander(NODES, increasing=True)) / WEIGHTS
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+#: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it;
+#: coefficients over the place of what is worn off per place, of the arc's middle, of half the arc and of the end at hand;
+#: places at which that passes edges, and what is worn before these; terms of sums.
+AREA, HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(8)
+END, PER_WAY, END_COURSE, END_SLOPE, PASSING, WORN, TERM = range(8, 15)
+BLOCK = 4  # edges that are worked on together, each with a row of terms
+BODY = (TERM + BLOCK) * POINTS
+FIRST = ROWS * POINTS  # of the room of the bearing
+ROOM = FIRST + 2 * BODY  # the coefficients over the share of the step, then the room of bearing and journal
+
+
+def _lobatto(count):
+    """Return places from -1 to 1, both included, and weights of the Lobatto rule of so many points."""
+    last = np.polynomial.legendre.Legendre.basis(count - 1)
+    places = np.concatenate([[-1.0], np.sort(last.deriv().roots().real), [1.0]])
+    return places, 2.0 / (count * (count - 1) * last(places) ** 2)
+
+
+PLACES, WEIGHTS = _lobatto(POINTS)
+PER_WEIGHT, EVENLY = 1.0 / WEIGHTS, np.ones(POINTS)
+#: (PARTS + 1, POINTS): what gives the coefficients over the share of the step from values at even places of it.
+FIT = np.zeros((PARTS + 1, POINTS))
+FIT[:, : DEGREE + 1] = np.linalg.pinv(np.vander(np.arange(PARTS + 1) / PARTS, DEGREE + 1, increasing=True)).T
+PAIRS = POINTS // 2  # of points as far from the middle
+_FROM_POINTS = np.linalg.inv(np.vander(PLACES, increasing=True))
+#: (PAIRS, PAIRS): what gives the coefficients over the place, even and odd, from sums and differences of pairs' values.
+EVEN, ODD = np.ascontiguousarray(_FROM_POINTS[::2, PAIRS:]), np.ascontiguousarray(_FROM_POINTS[1::2, PAIRS:])
+#: Nodes and weights of Gauss's rule on 0 to 1 after x = u^2 (3 - 2 u), in which the load is smooth at the ends of the
+#: arc, where it goes with x^(3/2).
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
-#: After x = u^2 (3 - 2 u), in which the load is smooth at the ends of the arc, where it goes with x^(3/2).
 SOFT_NODES, SOFT_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
-POINTS = NODES.size + 2
-#: (POINTS, POINTS): what gives the coefficients of a polynomial from its values at both ends and the NODES.
-FROM_POINTS = np.linalg.inv(np.vander(np.concatenate([[0.0], NODES, [1.0]]), increasing=True))
-#: Rows of what is known at both ends and the nodes between: of the joint, then of the body at hand; then the
-#: coefficients over the share of the points' reach of what is worn off per such share, and of half the arc.
-SHARE, LOAD, PEN, SLIDING, PACE, ANGLE, HALF, AREA, RATE, COURSE_OF_HALF, POINT_ROWS = range(11)
+#: The same after x = u^2, in which the load is smooth at the one end where it begins.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+ROOT_NODES, ROOT_WEIGHTS = _NODES**2, 2.0 * _NODES * _WEIGHTS
 FAINT = 1e-300  # rad, for an arc without width
-MARGIN = 0.01  # of the angle that is swept: it may be a little more between two nodes
-
-
-class Passage(NamedTuple):
-    """A step in which one body is worn."""
-
-    row: int  # ON_BEARING or ON_JOURNAL
-    radius: float  # m, of the body
-    length: float  # of the step, in the unit of kappa
-    polynomials: np.ndarray  # (ROWS, DEGREE + 1) coefficients over the share of the step; FORCE per length of the joint
-    points: np.ndarray  # (POINT_ROWS, POINTS) room
-    edges: np.ndarray  # (FINEST,) room, m rad, what is worn before edges that stay well within the arc
 
 
 class Bins(NamedTuple):
@@ -56,72 +68,174 @@ class Bins(NamedTuple):
 
 
 @inlined
-def value(polynomials, row, x):
-    """Return the polynomial of a row at the share `x` of the step."""
-    total = polynomials[row, DEGREE]
-    for i in range(DEGREE - 1, -1, -1):
-        total = total * x + polynomials[row, i]
+def value(room, row, x):
+    """Return the polynomial of a row of coefficients at `x`."""
+    total = room[row * POINTS + POINTS - 1]
+    for i in range(POINTS - 2, -1, -1):
+        total = total * x + room[row * POINTS + i]
     return total
 
 
 @inlined
-def rubbing_at(passage, x):
+def summed(room, row):
+    """Return the sum of a row, in an order that leaves few additions to wait for each other."""
+    a = room[row * POINTS] + room[row * POINTS + 1]
+    b = room[row * POINTS + 2] + room[row * POINTS + 3]
+    c = room[row * POINTS + 4] + room[row * POINTS + 5]
+    d = room[row * POINTS + 6] + room[row * POINTS + 7]
+    return (a + b) + (c + d)
+
+
+@inlined
+def rubbing_at(room, x):
     """Return the Rubbing at the share `x` of the step."""
-    p = passage.polynomials
-    return Rubbing(max(value(p, FORCE, x), 0.0), value(p, DEPTH_COURSE, x), abs(value(p, SLIP_COURSE, x)))
+    return Rubbing(max(value(room, FORCE, x), 0.0), value(room, DEPTH_COURSE, x), abs(value(room, SLIP_COURSE, x)))
 
 
 @inlined
-def worn_until(points, x):
-    """Return what is worn off from the first to the share `x` of the step, m rad: the polynomial through the nodes."""
-    reach = points[SHARE, POINTS - 1] - points[SHARE, 0]
-    u, total = (x - points[SHARE, 0]) / reach, 0.0
-    for i in range(NODES.size - 1, -1, -1):
-        total = total * u + points[RATE, i] / (i + 1.0)
-    return total * u
-
-
-@inlined
-def worn_at(points, u):
-    """Return what is worn off per share of the `points`' reach at the share `u` of it, m rad."""
-    total = 0.0
-    for i in range(NODES.size - 1, -1, -1):
-        total = total * u + points[RATE, i]
-    return total
-
-
-@inlined
-def half_at(points, u):
-    """Return half the arc (rad) at the share `u` of the points' reach: the polynomial through all points."""
-    total = 0.0
-    for i in range(POINTS - 1, -1, -1):
-        total = total * u + points[COURSE_OF_HALF, i]
-    return max(total, FAINT)
-
-
-@inlined
-def side_of(offset, half):
-    """Return -1 where an edge at the angle `offset` from the arc's middle lies before the arc, 1 behind it, 0 in it."""
-    if offset <= -half:
-        return -1
-    return 1 if offset >= half else 0
+def _see_body(room, first, i, area, angle, half):
+    """Put what a body, whose room begins at `first`, sees at a point into `room`."""
+    half = max(half, FAINT)
+    room[first + AREA * POINTS + i], room[first + MIDDLE * POINTS + i] = area, angle
+    room[first + HALF * POINTS + i] = half
+    room[first + START * POINTS + i], room[first + STOP * POINTS + i] = angle - half, angle + half
 
 
 @kernel
-def end_passes(passage, edge, end, i):
-    """Return the share of the step at which an end (-1, 1) of the arc is at `edge` (rad), between points `i - 1`, `i`.
+def see_points(joint, room, length, low, high):
+    """Put where the arc lies and what it wears off (m rad) at the points between two shares of a step into `room`.
+
+    length : of the step, in the unit of kappa.
+    """
+    middle, reach, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
+    on_bearing, on_journal = length * reach / joint.bearing_radius, length * reach / joint.journal_radius
+    for i in range(POINTS):
+        x = middle + reach * PLACES[i]
+        rubbing = rubbing_at(room, x)
+        bearing, journal = wear_rate(joint.wear, rubbing)
+        pace = WEIGHTS[i] * max(value(room, KAPPA_COURSE, x), 0.0)
+        half = half_arc(pressure, joint, joint.bearing_radius, rubbing)
+        _see_body(room, FIRST, i, on_bearing * pace * bearing, value(room, ON_BEARING, x), half)
+        half = half_arc(pressure, joint, joint.journal_radius, rubbing)
+        _see_body(room, FIRST + BODY, i, on_journal * pace * journal, value(room, ON_JOURNAL, x), half)
+
+
+@inlined
+def reach_of(room, row):
+    """Return the least and the largest of a row."""
+    least, largest = room[row * POINTS], room[row * POINTS]
+    for i in range(1, POINTS):
+        least, largest = min(least, room[row * POINTS + i]), max(largest, room[row * POINTS + i])
+    return least, largest
+
+
+@inlined
+def fit(room, row, course, weights):
+    """Put the coefficients over the place of the polynomial through a row over `weights` into the row `course`."""
+    for m in range(PAIRS):
+        even = odd = 0.0
+        for k in range(PAIRS):
+            late = room[row * POINTS + PAIRS + k] * weights[PAIRS + k]
+            early = room[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
+            even += EVEN[m, k] * (late + early)
+            odd += ODD[m, k] * (late - early)
+        room[course * POINTS + 2 * m], room[course * POINTS + 2 * m + 1] = even, odd
+
+
+@kernel
+def fit_points(room):
+    """Put the coefficients over the place of what is worn off per place, of the arc's middle and half into `room`."""
+    fit(room, AREA, RATE, PER_WEIGHT)
+    fit(room, MIDDLE, COURSE, EVENLY)
+    fit(room, HALF, HALF_COURSE, EVENLY)
+
+
+@kernel
+def within(joint, room, edge, width):
+    """Put what the arc wears before a BLOCK of edges, `width` (rad) apart, that it holds at all points, into WORN.
+
+    Without a choice between them the compiler works on all points at once.
+    """
+    for i in range(POINTS):
+        inverse = 1.0 / room[HALF * POINTS + i]
+        x = (edge - room[MIDDLE * POINTS + i]) * inverse
+        for k in range(BLOCK):
+            share = share_before(joint.wear.pressure, x + k * (width * inverse))
+            room[(TERM + k) * POINTS + i] = room[AREA * POINTS + i] * share
+    for k in range(BLOCK):
+        room[WORN * POINTS + k] = summed(room, TERM + k)
+
+
+@inlined
+def steady(room, row):
+    """Return whether a row grows, or falls, throughout."""
+    grows = 0
+    for i in range(1, POINTS):
+        grows += room[row * POINTS + i] > room[row * POINTS + i - 1]
+    return grows in (0, POINTS - 1)
+
+
+@kernel
+def find_passing(room, end, edge, width, count):
+    """Put the places at which an end (-1, 1) of the arc passes `count` edges, `width` (rad) apart, into PASSING.
+
+    That end moves one way only.  Linear between the points, then a step of Newton's method: what is left of the error
+    counts by its square at most, as the load begins with nothing.
+    """
+    row = START if end < 0.0 else STOP
+    for i in range(POINTS):
+        before = max(i - 1, 0)
+        way = room[row * POINTS + i] - room[row * POINTS + before]
+        room[END * POINTS + i] = room[row * POINTS + before]
+        room[PER_WAY * POINTS + i] = (PLACES[i] - PLACES[before]) / way if way != 0.0 else 0.0
+        room[END_COURSE * POINTS + i] = room[COURSE * POINTS + i] + end * room[HALF_COURSE * POINTS + i]
+    for i in range(POINTS):
+        room[END_SLOPE * POINTS + i] = (i + 1.0) * room[END_COURSE * POINTS + i + 1] if i < POINTS - 1 else 0.0
+    for k in range(count):
+        angle, x = edge + k * width, PLACES[0]
+        for i in range(1, POINTS):
+            way = (angle - room[END * POINTS + i]) * room[PER_WAY * POINTS + i]
+            x += min(max(way, 0.0), PLACES[i] - PLACES[i - 1])
+        slope = value(room, END_SLOPE, x)
+        step = (angle - value(room, END_COURSE, x)) * slope / (slope * slope + FAINT)
+        room[PASSING * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
+
+
+@kernel
+def crossed(joint, room, end, edge, width):
+    """Put what the arc wears before edges, `width` (rad) apart, that an end (-1, 1) of it has passed, into WORN.
+
+    Their places are in PASSING.  That end moves one way only, and the other does not meet these edges.
+    """
+    row, pressure = START if end < 0.0 else STOP, joint.wear.pressure
+    rises = room[row * POINTS + POINTS - 1] > room[row * POINTS]
+    far = -1.0 if rises == (end < 0.0) else 1.0  # where the edge lies within the arc, from the passing on
+    for k in range(POINTS):
+        room[WORN * POINTS + k] = 0.0
+    for j in range(ROOT_NODES.size):
+        for k in range(POINTS):
+            x = room[PASSING * POINTS + k] + (far - room[PASSING * POINTS + k]) * ROOT_NODES[j]
+            offset = edge + k * width - value(room, COURSE, x)
+            share = share_before(pressure, -end * offset / max(value(room, HALF_COURSE, x), FAINT))
+            room[WORN * POINTS + k] += ROOT_WEIGHTS[j] * value(room, RATE, x) * share
+    all_of_it = summed(room, AREA) if end > 0.0 else 0.0
+    for k in range(POINTS):
+        length = abs(far - room[PASSING * POINTS + k])
+        room[WORN * POINTS + k] = all_of_it - end * length * room[WORN * POINTS + k]
+
+
+@kernel
+def end_passes(room, edge, end, i):
+    """Return the place at which an end (-1, 1) of the arc is at `edge` (rad), between points `i - 1` and `i`.
 
     An error e of it changes the integral by e^(5/2): one step of regula falsi and a parabola through all three suffice.
     """
-    points, row = passage.points, passage.row
-    low, high = points[SHARE, i - 1], points[SHARE, i]
-    a = edge - points[ANGLE, i - 1] - end * points[HALF, i - 1]
-    b = edge - points[ANGLE, i] - end * points[HALF, i]
+    row, low, high = START if end < 0 else STOP, PLACES[i - 1], PLACES[i]
+    a, b = edge - room[row * POINTS + i - 1], edge - room[row * POINTS + i]
     if a == b:
         return low
     x = (low * b - high * a) / (b - a)
-    u = (x - points[SHARE, 0]) / (points[SHARE, POINTS - 1] - points[SHARE, 0])
-    c = edge - value(passage.polynomials, row, x) - end * half_at(points, u)
+    c = edge - value(room, COURSE, x) - end * value(room, HALF_COURSE, x)
     if c in (a, b):
         return x
     x = low * b * c / ((a - b) * (a - c)) + high * a * c / ((b - a) * (b - c)) + x * a * b / ((c - a) * (c - b))
@@ -129,140 +243,120 @@ def end_passes(passage, edge, end, i):
 
 
 @kernel
-def before_edge(joint, passage, edge, low, high):
-    """Return what the arc wears before `edge` between two shares of a step in which the edge stays within the arc."""
-    total, pressure, points = 0.0, joint.wear.pressure, passage.points
-    inverse = 1.0 / (points[SHARE, POINTS - 1] - points[SHARE, 0])
-    start, length = (low - points[SHARE, 0]) * inverse, (high - low) * inverse
-    for i in range(SOFT_NODES.size):
-        x, u = low + (high - low) * SOFT_NODES[i], start + length * SOFT_NODES[i]
-        offset = edge - value(passage.polynomials, passage.row, x)
-        total += SOFT_WEIGHTS[i] * worn_at(points, u) * share_before(pressure, offset / half_at(points, u))
-    return length * total
+def piece(joint, room, edge, side, span):
+    """Return what the arc wears before `edge` between two places, a `span`, in which the edge stays on one side.
 
-
-@kernel
-def piece(joint, passage, edge, side, low, high):
-    """Return what the arc wears before `edge` between two shares of a step in which the edge stays on one side."""
-    if side < 0 or high <= low:
+    side : -1 before the arc, 1 behind it, 0 in it.
+    """
+    low, length = span[0], span[1] - span[0]
+    if side < 0 or length <= 0.0:
         return 0.0
-    if side > 0:
-        return worn_until(passage.points, high) - worn_until(passage.points, low)
-    return before_edge(joint, passage, edge, low, high)
+    for i in range(POINTS):
+        place = low + length * SOFT_NODES[i]
+        share = 1.0
+        if side == 0:
+            x = (edge - value(room, COURSE, place)) / max(value(room, HALF_COURSE, place), FAINT)
+            share = share_before(joint.wear.pressure, x)
+        room[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(room, RATE, place) * share
+    return length * summed(room, TERM)
+
+
+@inlined
+def side_of(room, edge, i):
+    """Return -1 where an `edge` (rad) lies before the arc of point `i`, 1 behind it, 0 in it."""
+    if edge <= room[START * POINTS + i]:
+        return -1
+    return 1 if edge >= room[STOP * POINTS + i] else 0
 
 
 @kernel
-def worn_before(joint, passage, edge):
-    """Return what the arc wears before the angle `edge` (rad) between the ends of the `points`, m rad."""
-    points, total, outside = passage.points, 0.0, True
-    first = side_of(edge - points[ANGLE, 0], points[HALF, 0])
+def passed(joint, room, edge):
+    """Return what the arc wears before an `edge` (rad) that its ends pass, m rad."""
+    total, low, side = 0.0, PLACES[0], side_of(room, edge, 0)
     for i in range(1, POINTS):
-        side = side_of(edge - points[ANGLE, i], points[HALF, i])
-        outside = outside and side == first
-    if first != 0 and outside:
-        for i in range(1, POINTS - 1):
-            total += points[AREA, i] if first > 0 else 0.0
-        return total
-    side, low = first, points[SHARE, 0]
-    for i in range(1, POINTS):
-        now = side_of(edge - points[ANGLE, i], points[HALF, i])
+        now = side_of(room, edge, i)
         while side != now:
             end = side if side != 0 else now  # the end of the arc that passes the edge
-            x = max(low, end_passes(passage, edge, end, i))
-            total += piece(joint, passage, edge, side, low, x)
+            x = max(low, end_passes(room, edge, end, i))
+            total += piece(joint, room, edge, side, (low, x))
             low, side = x, (0 if side != 0 else now)
-    return total + piece(joint, passage, edge, side, low, points[SHARE, POINTS - 1])
+    return total + piece(joint, room, edge, side, (low, PLACES[POINTS - 1]))
+
+
+class Edges(NamedTuple):
+    """Numbers of the last edges of a kind: passed by the start, near it, well within the arc, near its stop."""
+
+    start: int
+    near_start: int
+    near_stop: int
+    stop: int
 
 
 @kernel
-def see_joint(joint, passage, low, high):
-    """Put what presses and slides between two shares of a step into the `points`."""
-    points = passage.points
+def edges_of(pressure, room, width):
+    """Return the number of the last edge before the arc, and the Edges of those that it meets."""
+    (first, start), (stop, last) = reach_of(room, START), reach_of(room, STOP)
+    near, near_start, near_stop = 1.0 - smooth_within(pressure), start, stop
     for i in range(POINTS):
-        x = low if i == 0 else high if i == POINTS - 1 else low + (high - low) * NODES[i - 1]
-        rubbing = rubbing_at(passage, x)
-        points[SHARE, i], points[LOAD, i], points[PEN, i] = x, rubbing.line_load, rubbing.depth
-        points[SLIDING, i] = rubbing.slip
-        points[PACE, i] = passage.length * max(value(passage.polynomials, KAPPA_COURSE, x), 0.0)
+        margin = near * room[HALF * POINTS + i]
+        near_start = max(near_start, room[START * POINTS + i] + margin)
+        near_stop = min(near_stop, room[STOP * POINTS + i] - margin)
+    passed_by_start, within_until = math.floor(start / width), math.floor(stop / width)
+    edges = Edges(passed_by_start, math.floor(near_start / width), math.floor(near_stop / width), within_until)
+    return math.floor(first / width), edges, math.floor(last / width)
 
 
 @kernel
-def see_body(joint, passage):
-    """Put what the body sees of that into the `points`; return what it is worn by, m rad, and where arcs lie."""
-    points, row = passage.points, passage.row
-    reach = points[SHARE, POINTS - 1] - points[SHARE, 0]
-    total, start, stop = 0.0, math.inf, -math.inf
-    for i in range(POINTS):
-        rubbing = Rubbing(points[LOAD, i], points[PEN, i], points[SLIDING, i])
-        points[ANGLE, i] = value(passage.polynomials, row, points[SHARE, i])
-        points[HALF, i] = half_arc(joint.wear.pressure, joint, passage.radius, rubbing)
-        start = min(start, points[ANGLE, i] - points[HALF, i])
-        stop = max(stop, points[ANGLE, i] + points[HALF, i])
-        if 0 < i < POINTS - 1:
-            bearing, journal = wear_rate(joint.wear, rubbing)
-            area = bearing if row == ON_BEARING else journal
-            points[AREA, i] = reach * WEIGHTS[i - 1] * points[PACE, i] * area / passage.radius
-            total += points[AREA, i]
-    for i in range(NODES.size):
-        points[RATE, i] = 0.0
-        for k in range(NODES.size):
-            points[RATE, i] += RATES[i, k] * points[AREA, k + 1]
-    for i in range(POINTS):
-        points[COURSE_OF_HALF, i] = 0.0
-        for k in range(POINTS):
-            points[COURSE_OF_HALF, i] += FROM_POINTS[i, k] * points[HALF, k]
-    return total, start, stop
+def worn_before(joint, room, edge, edges, last):
+    """Put what the arc wears before an edge and some that follow, up to the `last`, into WORN; return of how many.
 
-
-@kernel
-def enter_inner(joint, passage, width):
-    """Put what is worn before edges that stay well within the arc into `edges`; return the first and the last of them.
-
-    What is integrated is smooth there, so that all of them share the nodes: a loop that the compiler can vectorise.
+    edges : Edges and their distance (rad).  Where the ends turn or meet the same edges, each of these is worked on alone.
     """
-    points, edges, pressure = passage.points, passage.edges, joint.wear.pressure
-    start, stop, within = -math.inf, math.inf, smooth_within(pressure)
-    for i in range(POINTS):
-        start = max(start, points[ANGLE, i] - within * points[HALF, i])
-        stop = min(stop, points[ANGLE, i] + within * points[HALF, i])
-    first, last = math.ceil(start / width), math.floor(stop / width)
-    count = max(last - first + 1, 0)
-    for k in range(count):
-        edges[k] = 0.0
-    if count > 0:
-        for i in range(1, POINTS - 1):
-            area, inverse = points[AREA, i], 1.0 / max(points[HALF, i], FAINT)
-            begin = (first * width - points[ANGLE, i]) * inverse
-            for k in range(count):
-                edges[k] += area * share_before(pressure, begin + k * (width * inverse))
-    return first, last
+    kinds, width = edges
+    angle = edge * width
+    if kinds.near_start < edge <= kinds.near_stop:
+        within(joint, room, angle, width)
+        return min(BLOCK, kinds.near_stop - edge + 1)
+    starting, stopping = edge <= kinds.start, edge > kinds.stop
+    if starting == stopping or not steady(room, START if starting else STOP):
+        room[WORN * POINTS] = passed(joint, room, angle)
+        return 1
+    count = min(POINTS, (min(kinds.start, kinds.stop) if starting else last) - edge + 1)
+    end = -1.0 if starting else 1.0
+    find_passing(room, end, angle, width, count)
+    crossed(joint, room, end, angle, width)
+    return count
 
 
 @kernel
-def enter_part(joint, passage, bins):
-    """Enter what the arc wears off the body between the ends of the `points`."""
-    total, start, stop = see_body(joint, passage)
+def enter_part(joint, room, bins):
+    """Enter what the arc wears off a body, by the room of which the points are known."""
+    total = summed(room, AREA)
     if total <= 0.0:
         return
     width, before = 2.0 * math.pi / bins.count, 0.0
-    margin = MARGIN * (stop - start)
-    first, last = math.floor((start - margin) / width), math.floor((stop + margin) / width)
-    low, high = enter_inner(joint, passage, width)
-    for place in range(first, last + 1):
-        up_to, edge = total, place + 1
-        if place < last:
-            inner = low <= edge <= high
-            up_to = passage.edges[edge - low] if inner else worn_before(joint, passage, edge * width)
-            up_to = min(max(up_to, before), total)
-        bins.depths[bins.first + place % bins.count] += (up_to - before) / width
+    first, edges, last = edges_of(joint.wear.pressure, room, width)
+    if last - first > max(edges.near_stop - edges.near_start, 0):
+        fit_points(room)
+    place, known, taken = first % bins.count, 0, 0
+    for edge in range(first + 1, last + 2):
+        up_to = total
+        if edge <= last:
+            if taken == known:
+                known, taken = worn_before(joint, room, edge, (edges, width), last), 0
+            up_to = min(max(room[WORN * POINTS + taken], before), total)
+            taken += 1
+        bins.depths[bins.first + place] += (up_to - before) / width
         before = up_to
+        place = place + 1 if place + 1 < bins.count else 0
 
 
 @kernel
-def enter_wear(joint, bodies, course, bins):
-    """Enter what bearing and journal are worn by over a step.
+def enter_wear(joint, room, course, length, bins):
+    """Enter what bearing and journal are worn by over a step of this length, in the unit of kappa.
 
-    bodies, bins : of both; course : (COURSES, PARTS + 1), of which the sliding speed is read.
+    room : (ROOM,) with the coefficients over the share of the step; course : (COURSES, PARTS + 1), of which the sliding
+    speed is read; bins : of both bodies.
     """
     low = 0.0
     for i in range(PARTS + 1):
@@ -272,7 +366,7 @@ def enter_wear(joint, bodies, course, bins):
             if a * b >= 0.0:
                 continue
             high = (i + a / (a - b)) / PARTS  # where the sliding turns, its speed has a kink
-        see_joint(joint, bodies[0], low, high)
+        see_points(joint, room, length, low, high)
         for body in range(2):
-            enter_part(joint, bodies[body], bins[body])
+            enter_part(joint, room[FIRST + body * BODY : FIRST + (body + 1) * BODY], bins[body])
         low = high

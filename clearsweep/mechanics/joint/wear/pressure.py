@@ -40,13 +40,12 @@ def _elliptic(pressure, x):
     share = 0.0
     for i in range(BEYOND.size - 1, -1, -1):
         share = share * rest + BEYOND[i]
-    share *= rest * math.sqrt(rest)
-    return share if x < 0.0 else 1.0 - share
+    return 0.5 + math.copysign(0.5 - share * rest * math.sqrt(rest), x)
 
 
 @smooth_within.member(HertzLine)
 def _off_the_ends(pressure):
-    return 0.8  # at the ends it goes with the power 3/2
+    return 0.95  # at the ends it goes with the power 3/2
 
 
 def _make_hertz_line(joint: Joint) -> HertzLine:
@@ -79,6 +78,15 @@ enter(
 )
 
 
+def _arctangent(square):
+    """Return the arctangent of a root over that root."""
+    return np.arctan(np.sqrt(square)) / np.sqrt(square)
+
+
+#: Coefficients of that by powers of the square, 0 to 1, to 1e-11: a library's function is called for one number a time.
+ARCTANGENT = Chebyshev.interpolate(_arctangent, 14, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
+
+
 class Mean(NamedTuple):
     """Uniform over the arc in which rigid circles overlap: cos theta0 = c / (c + pen)."""
 
@@ -86,7 +94,11 @@ class Mean(NamedTuple):
 @half_arc.member(Mean)
 def _geometric_arc(pressure, joint, radius, rubbing):
     pen = max(rubbing.depth, 0.0)
-    return 2.0 * math.atan(math.sqrt(pen / (2.0 * joint.clearance + pen)))  # the arc's cosine, without cancellation
+    square = pen / (2.0 * joint.clearance + pen)  # of the tangent of half of it: the arc's cosine, without cancellation
+    total = 0.0
+    for i in range(ARCTANGENT.size - 1, -1, -1):
+        total = total * square + ARCTANGENT[i]
+    return 2.0 * total * math.sqrt(square)
 
 
 @share_before.member(Mean)

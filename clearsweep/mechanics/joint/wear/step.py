@@ -12,32 +12,30 @@ from ...observe.between import BETWEEN
 from ...observe.histogram import COURSES, FORCE, KAPPA_COURSE, PARTS
 from ..contract import touches
 from ..places import after_joint, first_place
-from .contract import ACCOUNT, ARCS, FINEST, FIRST_CLASS, NARROW, WIDE, NoWear, half_arc, wear_rate, width_class
+from .contract import ACCOUNT, ARCS, FIRST_CLASS, NARROW, WIDE, NoWear, half_arc, wear_rate, width_class
 from .passage import (
     DEGREE,
     FIT,
     ON_BEARING,
-    ON_JOURNAL,
-    POINT_ROWS,
     POINTS,
-    ROWS,
+    ROOM,
     Bins,
-    Passage,
     enter_wear,
     rubbing_at,
     value,
 )
 
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
-#: (DEGREE + 1, BETWEEN + 4): the coefficients of an angle's course from its values at the quarters and its end slopes.
-FROM_ANGLES = np.linalg.inv(
+#: (BETWEEN + 4, POINTS): the coefficients of an angle's course from its values at the quarters and its end slopes.
+FROM_ANGLES = np.zeros((BETWEEN + 4, POINTS))
+FROM_ANGLES[:, : DEGREE + 1] = np.linalg.inv(
     np.vstack(
         [
             np.vander(_QUARTERS, DEGREE + 1, increasing=True),
             [[float(i == 1) for i in range(DEGREE + 1)], [float(i) for i in range(DEGREE + 1)]],
         ]
     )
-)
+).T
 
 
 class Step(NamedTuple):
@@ -46,12 +44,8 @@ class Step(NamedTuple):
     course: np.ndarray  # (joints, COURSES, PARTS + 1) see observe.histogram
     length: float  # of the step
     mode: np.ndarray  # (joints,) int64, what each joint is doing
-    angles: (
-        np.ndarray
-    )  # (joints, 2, BETWEEN + 4) rad, of the contact on bearing and journal, and its slopes at the ends
-    polynomials: np.ndarray  # (ROWS, DEGREE + 1) room
-    points: np.ndarray  # (POINT_ROWS, POINTS) room
-    edges: np.ndarray  # (FINEST,) room
+    angles: np.ndarray  # (joints, 2, BETWEEN + 4) rad, of the contact on both bodies, and its slopes at the ends
+    room: np.ndarray  # (ROOM,) see passage
 
 
 class Worn(NamedTuple):
@@ -102,35 +96,37 @@ _see_each = map_joints(_see, after_joint)
 
 @kernel
 def fit_courses(step, j, length):
-    """Put the coefficients of the courses of joint `j`, of this length, and of its angles into `step.polynomials`."""
-    for row in range(COURSES):
-        scale = 1.0 / length if row == FORCE else 1.0
-        for i in range(DEGREE + 1):
+    """Put the coefficients of the courses of joint `j`, of this length, and of its angles into `step.room`."""
+    room, course = step.room, step.course[j]
+    for i in range(POINTS):
+        for row in range(COURSES):
             total = 0.0
             for k in range(PARTS + 1):
-                total += FIT[i, k] * step.course[j, row, k]
-            step.polynomials[row, i] = scale * total
+                total += FIT[k, i] * course[row, k]
+            room[row * POINTS + i] = total / length if row == FORCE else total
     for body in range(2):
         angles, turn = step.angles[j, body], 2.0 * math.pi
         for i in range(1, BETWEEN + 2):  # no leap by a turn from one to the next
-            angles[i] -= turn * math.floor((angles[i] - angles[i - 1]) / turn + 0.5)
-        for i in range(DEGREE + 1):
+            angles[i] -= turn * math.floor((angles[i] - angles[i - 1]) * (1.0 / turn) + 0.5)
+    angles = step.angles[j]
+    for i in range(POINTS):
+        for body in range(2):
             total = 0.0
             for k in range(BETWEEN + 4):
-                total += FROM_ANGLES[i, k] * angles[k]
-            step.polynomials[ON_BEARING + body, i] = total
+                total += FROM_ANGLES[k, i] * angles[body, k]
+            room[(ON_BEARING + body) * POINTS + i] = total
 
 
 @kernel
-def note_arc(joint, passage, account):
+def note_arc(joint, step, account):
     """Enter into a joint's account how wide the arc is in the middle of a step, and what it wears off."""
-    rubbing = rubbing_at(passage, 0.5)
+    rubbing = rubbing_at(step.room, 0.5)
     bearing, journal = wear_rate(joint.wear, rubbing)
-    width = 2.0 * half_arc(joint.wear.pressure, joint, passage.radius, rubbing)
+    width = 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing)
     account[ARCS] += 1.0
     if width < WIDE * 2.0 * math.pi / joint.wear.bins:
         account[NARROW] += 1.0
-    pace = passage.length * value(passage.polynomials, KAPPA_COURSE, 0.5)
+    pace = step.length * value(step.room, KAPPA_COURSE, 0.5)
     account[FIRST_CLASS + width_class(width)] += pace * (bearing + journal)
 
 
@@ -149,11 +145,9 @@ def _both_bodies(law, joint, j, shared):
     step, worn = shared
     fit_courses(step, j, law.length)
     count, first = int(law.bins), 2 * j * worn.stride
-    bearing = Passage(ON_BEARING, joint.bearing_radius, step.length, step.polynomials, step.points, step.edges)
-    journal = Passage(ON_JOURNAL, joint.journal_radius, step.length, step.polynomials, step.points, step.edges)
     bins = Bins(worn.depths, first, count), Bins(worn.depths, first + worn.stride, count)
-    enter_wear(joint, (bearing, journal), step.course[j], bins)
-    note_arc(joint, bearing, worn.account[j])
+    enter_wear(joint, step.room, step.course[j], step.length, bins)
+    note_arc(joint, step, worn.account[j])
 
 
 @kernel
@@ -176,25 +170,18 @@ def _look(scene, y, quarter, step):
 def wear_entry(scene, y, end, between, mode, course, length, room, depths, account, stride):
     """Enter the wear of a step; bare pointers as in `rates.rates_entry`.
 
-    between : (BETWEEN, 2 coordinates + 1) the state within the step; length : its length; room : (ROOM,) for the step's
-    polynomials and what follows from them.
+    between : (BETWEEN, 2 coordinates + 1) the state within the step; length : its length; room : (room_of(joints),).
     """
     here = scene[0]
     joints, size = len(here.joints), 2 * len(here.coordinates) + 1
     start, finish, within = shaped(y, (size,)), shaped(end, (size,)), shaped(between, (BETWEEN, size))
     rooms = shaped(room, (room_of(joints),))
-    points = rooms[: POINT_ROWS * POINTS]
-    polynomials = rooms[points.size : points.size + ROWS * (DEGREE + 1)]
-    edges = rooms[points.size + polynomials.size : points.size + polynomials.size + FINEST]
-    angles = rooms[points.size + polynomials.size + FINEST :]
     step = Step(
         shaped(course, (joints, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
         shaped(mode, (joints,)),
-        angles.reshape(joints, 2, BETWEEN + 4),
-        polynomials.reshape(ROWS, DEGREE + 1),
-        points.reshape(POINT_ROWS, POINTS),
-        edges,
+        rooms[ROOM:].reshape(joints, 2, BETWEEN + 4),
+        rooms[:ROOM],
     )
     _look(here, start, 0, step)
     for i in range(BETWEEN):
@@ -207,7 +194,7 @@ def wear_entry(scene, y, end, between, mode, course, length, room, depths, accou
 @kernel
 def room_of(joints):
     """Return how many numbers of room the wear of so many joints takes."""
-    return POINT_ROWS * POINTS + ROWS * (DEGREE + 1) + FINEST + joints * 2 * (BETWEEN + 4)
+    return ROOM + joints * 2 * (BETWEEN + 4)
 
 
 def wear_of(scene, parameters) -> Entry:
