@@ -12,17 +12,7 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Archard
 from clearsweep.mechanics.joint.wear.contract import FINEST
-from clearsweep.mechanics.joint.wear.passage import (
-    DEGREE,
-    ON_BEARING,
-    ON_JOURNAL,
-    POINT_ROWS,
-    POINTS,
-    ROWS,
-    Bins,
-    Passage,
-    enter_wear,
-)
+from clearsweep.mechanics.joint.wear.passage import ON_BEARING, ON_JOURNAL, POINTS, ROOM, ROWS, Bins, enter_wear
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean
 from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from clearsweep.simulation.window import finer
@@ -46,7 +36,7 @@ def slide(joint, force, *, turns=0.0, way=0.0, pen=1e-6, at=(0.3, 0.0)):
 
     The journal turns by `turns` turns under the contact, or slides by `way` (m) with the contact staying where it is.
     """
-    polynomials, course = np.zeros((ROWS, DEGREE + 1)), np.zeros((COURSES, PARTS + 1))
+    polynomials, course = np.zeros((ROWS, POINTS)), np.zeros((COURSES, PARTS + 1))
     way = way or 2.0 * math.pi * joint.journal_radius * turns
     for row, value in ((FORCE, force / 0.02), (KAPPA_COURSE, 1.0), (SLIP_COURSE, way), (DEPTH_COURSE, pen)):
         polynomials[row, 0], course[row] = value, value
@@ -57,12 +47,9 @@ def slide(joint, force, *, turns=0.0, way=0.0, pen=1e-6, at=(0.3, 0.0)):
 
 def both(joint, polynomials, course):
     """Return the depths of bearing and journal after a step with these courses."""
-    depths, points = np.zeros(2 * BINS), np.zeros((POINT_ROWS, POINTS))
-    bodies = (
-        Passage(ON_BEARING, joint.bearing_radius, 1.0, polynomials, points, np.zeros(BINS)),
-        Passage(ON_JOURNAL, joint.journal_radius, 1.0, polynomials, points, np.zeros(BINS)),
-    )
-    enter_wear(joint, bodies, course, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
+    depths, room = np.zeros(2 * BINS), np.zeros(ROOM)
+    room[: polynomials.size] = polynomials.ravel()
+    enter_wear(joint, room, course, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
     return depths[:BINS], depths[BINS:]
 
 
@@ -129,7 +116,7 @@ def test_a_mean_pressure_wears_the_geometric_arc_evenly_and_takes_k_f_s_off_each
 def test_an_arc_that_travels_and_grows_within_a_step_leaves_the_exact_means():
     """Against ten thousand arcs that stand still, of a force that rises as in an impact."""
     joint, count = worn_joint(1e-14, 1e-14), 10000
-    polynomials, course = np.zeros((ROWS, DEGREE + 1)), np.ones((COURSES, PARTS + 1))
+    polynomials, course = np.zeros((ROWS, POINTS)), np.ones((COURSES, PARTS + 1))
     polynomials[FORCE, :3] = 2.5e5, 3e5, -5e4  # N/m
     polynomials[KAPPA_COURSE, 0], polynomials[SLIP_COURSE, 0] = 1.0, 1e-3
     polynomials[ON_BEARING, :3] = 0.3, 0.06, -0.02

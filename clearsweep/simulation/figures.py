@@ -17,7 +17,7 @@ from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
 from .sums import DepthRate, ForceExceeded, Mean, PerRevolution, RootMean
-from .window import Window, wear_depths
+from .window import Window
 
 RESOLVED = 0.95  # of the worn volume, that is to come from arcs wide enough for the bins
 
@@ -34,12 +34,16 @@ def depth(window: Window, place: int) -> float:
     return float(max(window.tally.joint[place, tallies.DEPTH_MAX], -window.joints[place].clearance))
 
 
+def worn(window: Window, place: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the wear depths (m) of the bearing and the journal of a joint, by bin."""
+    return window.wear[window.layout.joints[place].name]
+
+
 def volume(window: Window, place: int) -> float:
     """Return the volume (m^3) worn off both bodies of a joint."""
-    joint, bins = window.joints[place], window.layout.joints[place].wear_bins
-    bearing, journal = wear_depths(window.layout, window.tally, place)
-    worn: Any = joint.wear  # mypy takes it for a tuple of anything
-    cell = 2.0 * math.pi / bins * worn.length
+    joint, (bearing, journal) = window.joints[place], worn(window, place)
+    law: Any = joint.wear  # mypy takes it for a tuple of anything
+    cell = 2.0 * math.pi / bearing.size * law.length
     return float(cell * (joint.bearing_radius * bearing.sum() + joint.journal_radius * journal.sum()))
 
 
@@ -189,7 +193,7 @@ JOINT = (
         "largest wear depth in the window, of both bodies",
         of="joint",
         needs=("wear",),
-        value=lambda window, place: max(map(np.max, wear_depths(window.layout, window.tally, place))),
+        value=lambda window, place: max(map(np.max, worn(window, place))),
         shown=(Shown("wear", "depth"), Shown("sample", "wear depth", 5), Shown("effects", "wear depth", 4)),
     ),
     Figure(

@@ -179,7 +179,8 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     )
     failed = run.status != loop.OK
     summary = dict.fromkeys(column.name for column in scene.layout.columns)
-    summary |= figures_of(window_of(scene, run, end), failed=failed)
+    window = window_of(scene, run, end)
+    summary |= figures_of(window, failed=failed)
     if failed:
         return Trajectory(status, message, summary)
     summary |= run.figures
@@ -197,8 +198,7 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
     )
-    log, wear = _events_of(scene.layout, run.events), wear_of(scene.layout, run.tally)
-    return Trajectory(status, message, summary, histories, log, wear)
+    return Trajectory(status, message, summary, histories, _events_of(scene.layout, run.events), window.wear)
 
 
 def _lasting(scene: Scene, run: Run) -> Iterator[tuple[str, float]]:
@@ -246,6 +246,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         layout=scene.layout,
         joints=scene.value.joints,
         tally=run.tally,
+        wear=wear_of(scene.layout, run.tally),
         counts=run.counts,
         seconds=run.duration,
         duration=end - settings.discard * period(scene) if turning else run.work.end[run.work.time],

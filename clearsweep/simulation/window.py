@@ -23,18 +23,12 @@ class Window(NamedTuple):
     layout: Layout
     joints: tuple[dry.Joint, ...]
     tally: Tally
+    wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_of`
     counts: np.ndarray  # see solver.event, of all that was integrated
     seconds: float  # s, that integrating took
     duration: float  # s
     turns: float  # revolutions; 1 where nothing turns
     onset: np.ndarray  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
-
-
-def wear_depths(layout: Layout, tally: Tally, place: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the wear depths (m) of the bearing and the journal of a joint, by bin."""
-    bins = layout.joints[place].wear_bins
-    bearing, journal = tally.wear.reshape(len(layout.joints), 2, -1)[place, :, : min(bins, FINEST)]
-    return (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))
 
 
 def finer(depths: np.ndarray, bins: int) -> np.ndarray:
@@ -51,10 +45,11 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
 
 
 def wear_of(layout: Layout, tally: Tally) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the wear depths (m) of bearing and journal by joint, where there is wear."""
-    return {
-        joint.name: (bearing.copy(), journal.copy())
-        for place, joint in enumerate(layout.joints)
-        if joint.wear_bins
-        for bearing, journal in (wear_depths(layout, tally, place),)
-    }
+    """Return the wear depths (m) of bearing and journal by bin, of every joint where there is wear."""
+    found = {}
+    for joint, depths in zip(layout.joints, tally.wear.reshape(len(layout.joints), 2, -1), strict=True):
+        bins = joint.wear_bins
+        if bins:
+            bearing, journal = depths[:, : min(bins, FINEST)].copy()
+            found[joint.name] = (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))
+    return found

@@ -52,10 +52,6 @@ EVEN, ODD = np.ascontiguousarray(_FROM_POINTS[::2, PAIRS:]), np.ascontiguousarra
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 SOFT_NODES, SOFT_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
-#: The same after x = u^2, in which the load is smooth at the one end where it begins.
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
-_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
-ROOT_NODES, ROOT_WEIGHTS = _NODES**2, 2.0 * _NODES * _WEIGHTS
 FAINT = 1e-300  # rad, for an arc without width
 
 
@@ -212,12 +208,12 @@ def crossed(joint, room, end, edge, width):
     far = -1.0 if rises == (end < 0.0) else 1.0  # where the edge lies within the arc, from the passing on
     for k in range(POINTS):
         room[WORN * POINTS + k] = 0.0
-    for j in range(ROOT_NODES.size):
+    for j in range(SOFT_NODES.size):
         for k in range(POINTS):
-            x = room[PASSING * POINTS + k] + (far - room[PASSING * POINTS + k]) * ROOT_NODES[j]
+            x = room[PASSING * POINTS + k] + (far - room[PASSING * POINTS + k]) * SOFT_NODES[j]
             offset = edge + k * width - value(room, COURSE, x)
             share = share_before(pressure, -end * offset / max(value(room, HALF_COURSE, x), FAINT))
-            room[WORN * POINTS + k] += ROOT_WEIGHTS[j] * value(room, RATE, x) * share
+            room[WORN * POINTS + k] += SOFT_WEIGHTS[j] * value(room, RATE, x) * share
     all_of_it = summed(room, AREA) if end > 0.0 else 0.0
     for k in range(POINTS):
         length = abs(far - room[PASSING * POINTS + k])
@@ -334,7 +330,7 @@ def enter_part(joint, room, bins):
     total = summed(room, AREA)
     if total <= 0.0:
         return
-    width, before = 2.0 * math.pi / bins.count, 0.0
+    width, per_width, before = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
     first, edges, last = edges_of(joint.wear.pressure, room, width)
     if last - first > max(edges.near_stop - edges.near_start, 0):
         fit_points(room)
@@ -346,7 +342,7 @@ def enter_part(joint, room, bins):
                 known, taken = worn_before(joint, room, edge, (edges, width), last), 0
             up_to = min(max(room[WORN * POINTS + taken], before), total)
             taken += 1
-        bins.depths[bins.first + place] += (up_to - before) / width
+        bins.depths[bins.first + place] += (up_to - before) * per_width
         before = up_to
         place = place + 1 if place + 1 < bins.count else 0
 

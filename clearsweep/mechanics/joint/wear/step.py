@@ -97,13 +97,13 @@ _see_each = map_joints(_see, after_joint)
 @kernel
 def fit_courses(step, j, length):
     """Put the coefficients of the courses of joint `j`, of this length, and of its angles into `step.room`."""
-    room, course = step.room, step.course[j]
+    room, course, per_length = step.room, step.course[j], 1.0 / length
     for i in range(POINTS):
         for row in range(COURSES):
             total = 0.0
             for k in range(PARTS + 1):
                 total += FIT[k, i] * course[row, k]
-            room[row * POINTS + i] = total / length if row == FORCE else total
+            room[row * POINTS + i] = total * per_length if row == FORCE else total
     for body in range(2):
         angles, turn = step.angles[j, body], 2.0 * math.pi
         for i in range(1, BETWEEN + 2):  # no leap by a turn from one to the next
