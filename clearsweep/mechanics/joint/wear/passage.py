@@ -21,9 +21,10 @@ DEGREE = 6  # of the polynomials over the share of the step, as many as its stag
 POINTS = 8  # as many as vectors hold, and enough for the DEGREE
 ON_BEARING, ON_JOURNAL, ROWS = COURSES, COURSES + 1, COURSES + 2  # angles, after the courses
 #: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it;
-#: coefficients over the place of what is worn off per place, of the arc's middle, of half the arc and of the end at hand;
-#: places at which that passes edges, and what is worn before these; terms of sums.
+#: coefficients over the place of what is worn off per place, of the arc's middle and of half the arc.
 AREA, HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(8)
+#: Of an end of the arc: where it was a point before, change of place per way, coefficients, those of its slope, places at
+#: which it passes edges; what is worn before edges; terms of sums.
 END, PER_WAY, END_COURSE, END_SLOPE, PASSING, WORN, TERM = range(8, 15)
 BLOCK = 4  # edges that are worked on together, each with a row of terms
 BODY = (TERM + BLOCK) * POINTS
@@ -290,7 +291,7 @@ class Edges(NamedTuple):
 
 @kernel
 def edges_of(pressure, room, width):
-    """Return the number of the last edge before the arc, and the Edges of those that it meets."""
+    """Return numbers of edges: the last before the arc, Edges, the last that the arc meets; `width` (rad) apart."""
     (first, start), (stop, last) = reach_of(room, START), reach_of(room, STOP)
     near, near_start, near_stop = 1.0 - smooth_within(pressure), start, stop
     for i in range(POINTS):
@@ -304,9 +305,9 @@ def edges_of(pressure, room, width):
 
 @kernel
 def worn_before(joint, room, edge, edges, last):
-    """Put what the arc wears before an edge and some that follow, up to the `last`, into WORN; return of how many.
+    """Put what the arc wears before an edge and some that follow, up to the `last`, into WORN; return how many.
 
-    edges : Edges and their distance (rad).  Where the ends turn or meet the same edges, each of these is worked on alone.
+    edges : Edges and their distance (rad).  Where the ends turn or meet the same edges, each is worked on alone.
     """
     kinds, width = edges
     angle = edge * width
