@@ -23,8 +23,8 @@ ON_BEARING, ON_JOURNAL, ROWS = COURSES, COURSES + 1, COURSES + 2  # angles, afte
 #: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it;
 #: coefficients over the place of what is worn off per place, of the arc's middle and of half the arc.
 AREA, HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(8)
-#: Of an end of the arc: where it was a point before, change of place per way, coefficients, those of its slope, places at
-#: which it passes edges; what is worn before edges; terms of sums.
+#: Of an end of the arc: where it was a point before, change of place per way, coefficients, those of its slope, places
+#: at which it passes edges; what is worn before edges; terms of sums.
 END, PER_WAY, END_COURSE, END_SLOPE, PASSING, WORN, TERM = range(8, 15)
 BLOCK = 4  # edges that are worked on together, each with a row of terms
 BODY = (TERM + BLOCK) * POINTS
