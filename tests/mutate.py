@@ -57,7 +57,7 @@ MUTATIONS = (
     Mutation(FIGURES, "[place, tallies.DEPTH_MAX], -window", "[place, tallies.DEPTH_MAX], 0.0 * window", FLIGHT),
     Mutation(FIGURES, "[place, tallies.RESTITUTION] / counted", "[place, tallies.RESTITUTION]", IMPACT),
     Mutation(FIGURES, "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
-    Mutation(FIGURES, "2.0 * math.pi / bins * worn.length", "2.0 * math.pi / bins", WEAR),
+    Mutation(FIGURES, "2.0 * math.pi / bearing.size * law.length", "2.0 * math.pi / bearing.size", WEAR),
     Mutation(FIGURES, "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
     Mutation(RUNS, '== loop.ONSET, "on", "off"', '!= loop.ONSET, "on", "off"', SEEN),
     # what figures follow from, and their intervals
