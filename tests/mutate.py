@@ -44,7 +44,7 @@ TALLY, RAMPS = "mechanics/observe/tally.py", "tests/test_tally.py"
 HISTOGRAM, PEAKS = "mechanics/observe/histogram.py", "mechanics/observe/peaks.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
-GRID, IDENTITY = "grid/grid.py", "tests/test_grid.py -k 'id or demo or frame'"
+PATTERN, IDENTITY = "grid/pattern.py", "tests/test_grid.py -k 'id or demo or frame'"
 
 MUTATIONS = (
     # figures of merit
@@ -188,20 +188,20 @@ MUTATIONS = (
     Mutation("store/read.py", "[place : place + 2] if stored", "[0:2] if stored", STORE),
     # identity of a case
     Mutation(
-        GRID,
-        '"mechanism", "drive", "joints", "simulate") if key in case',
-        '"mechanism", "joints", "simulate") if key in case',
+        PATTERN,
+        '"mechanism", "drive", "joints") if key in case',
+        '"mechanism", "joints") if key in case',
         IDENTITY,
     ),
     Mutation(
-        GRID,
-        '"mechanism", "drive", "joints", "simulate") if key in case',
-        '"mechanism", "drive", "joints", "simulate", "save") if key in case',
+        PATTERN,
+        '"mechanism", "drive", "joints") if key in case',
+        '"mechanism", "drive", "joints", "save") if key in case',
         IDENTITY,
     ),
-    Mutation(GRID, 'content | {"model_version": MODEL_VERSION}, sort_keys=True', "content, sort_keys=True", IDENTITY),
-    Mutation(GRID, "sort_keys=True, ", "", IDENTITY),
-    Mutation(GRID, "hexdigest()[:16]", "hexdigest()[1:17]", IDENTITY),
+    Mutation(PATTERN, 'content | {"model_version": MODEL_VERSION}, sort_keys=True', "content, sort_keys=True", IDENTITY),
+    Mutation(PATTERN, "sort_keys=True, ", "", IDENTITY),
+    Mutation(PATTERN, "hexdigest()[:16]", "hexdigest()[1:17]", IDENTITY),
     # versions of workers
     Mutation(
         "sweeping/worker.py",

@@ -158,7 +158,7 @@ def test_the_id_depends_on_everything_that_is_computed_with(at, old, new):
 
 def test_the_id_depends_on_the_models_version(at, monkeypatch):
     before = at(TEXT).case_id(0)
-    monkeypatch.setattr("clearsweep.grid.grid.MODEL_VERSION", "another")
+    monkeypatch.setattr("clearsweep.grid.pattern.MODEL_VERSION", "another")
     assert at(TEXT).case_id(0) != before
 
 
@@ -256,6 +256,32 @@ def test_a_swept_key_that_a_swept_law_does_not_use_makes_no_duplicate_cases(base
         *itertools.product(("flores", "exact"), (0.5, 0.9)),
     }
     assert all(list(point) == list(axes) for point in points)
+
+
+def test_all_ids_at_once_are_those_of_the_cases_one_by_one(base):
+    """With laws, values that others follow from, axes in step, and more rows than are kept."""
+    free = {"simulate.discard": None, "mechanism.crank.center": None, "save.revolutions": None}
+    axes = {
+        f"{CONTACT}.law": ["hertz", "flores"],
+        f"{CONTACT}.restitution": [0.5, 0.9],
+        "mechanism.crank.length": [0.04, 0.05],
+        "simulate.revolutions": [2, 3.5],
+    }
+    step = {"drive.speed": [10.0, 20.0], f"{JOINT}.wear.coefficient": [1e-14, 3e-14]}
+    laws = load(sweep(base, axes) | {"zip": step}, free | {f"{JOINT}.wear.bearing_coefficient": None})
+    masses = load(
+        load(CONFIGS / "impact_pair.yaml").resolved()
+        | {"sweep": {"mechanism.masses.1": {"linspace": [0.1, 0.2, 4099]}, "mechanism.speed": [1.0, 2]}},
+        {"joints.pair.contact.restitution": 0.5},
+    )
+    for cases in (laws, masses, load(base)):
+        found = [f"{number:016x}" for number in cases.identities()]
+        assert len(found) == len(cases)
+        some = range(0, len(cases), max(1, len(cases) // 40))
+        assert [found[k] for k in some] == [grid.identity(cases.written_case(k)) for k in some]
+    points = [laws.written_case(k) for k in range(len(laws))]
+    assert {point["simulate"]["discard"] for point in points} == {0.0, 2.0}
+    assert {point["mechanism"]["crank"]["center"] for point in points} == {0.02, 0.025}
 
 
 def test_friction_laws_can_be_swept(base):

@@ -1,10 +1,8 @@
 """A grid: a YAML file or a dict, checked, in SI; cases are enumerated by index and named by a hash of their values."""
 
-import hashlib
-import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, product
@@ -23,15 +21,16 @@ from .draft import Draft
 from .enumeration import Block, Factor, Step
 from .key_units import unit
 from .keys import Flag, Number, Section, Shape, Word, value_key
+from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
 from .resolve import case_of
 from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 3
-PATIENCE = "time_budget"  # of `simulate`: how long to wait for a case is no part of what it is
-MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 50 us each, 17 minutes
+MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 5 us each, 100 s
+KEPT = 4096  # rows of a factor whose texts are kept while its cases are named
 
-Value = Any  # of a key: a number in SI, a word, True for a flag
+Words = frozenset[tuple[str, str]]  # swept paths and the law names they have
 
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
@@ -167,11 +166,14 @@ class Grid:
 
     def written_case(self, index: int) -> dict[str, Any]:
         """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
-        point = {path: value for path, value in self.point(index).items() if value is not None}
-        words = tuple((path, value) for path, value in point.items() if isinstance(value, str))
-        if words not in self._used:
-            self._used[words] = self._in_use(dict(words))
-        return self._nested(_derived({path: point.get(path, value) for path, value in self._used[words].items()}))
+        point = self.point(index)
+        return self._pattern(_words(point)).case(point)
+
+    def identities(self) -> Iterator[int]:
+        """Yield what `case_id` says of every case, in order, as numbers below 2**64."""
+        texts = Texts(self._shape, self.axes)
+        for words, varied in _combined([_rows(factor, self.axes, texts) for factor in self._factors]):
+            yield number_of(self._pattern(words).text % varied)
 
     def frame(self) -> dict[str, Any]:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
@@ -190,7 +192,7 @@ class Grid:
         pairs = tuple(f"{path}." for path, node in self._shape.items() if isinstance(node, Section) and node.pair)
         # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        return {"name": self.name} | self._nested(sections | self._base | fillers) | ways | limits
+        return {"name": self.name} | nested(sections | self._base | fillers) | ways | limits
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
@@ -200,9 +202,17 @@ class Grid:
         return unit(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
-    def _used(self) -> dict[tuple[tuple[str, str], ...], dict[str, Value]]:
-        """Return a cache, swept law names -> what `_in_use` says of them: cases are many, laws are few."""
+    def _patterns(self) -> dict[Words, Pattern]:
+        """Return a cache, swept law names -> what their cases share: cases are many, laws are few."""
         return {}
+
+    def _pattern(self, words: Words) -> Pattern:
+        """Return what the cases with these swept law names share."""
+        if words not in self._patterns:
+            flat = self._in_use(dict(words))
+            numbers = {path: self.axes[path][0] for path in flat if path in self.axes and path not in dict(words)}
+            self._patterns[words] = Pattern(flat | numbers, numbers)
+        return self._patterns[words]
 
     def _in_use(self, words: Mapping[str, str]) -> dict[str, Value]:
         """Return path -> value, or default, of every key in use with these swept law names."""
@@ -234,7 +244,7 @@ class Grid:
                 fields = node.fields(self._names)
                 value = self._values.get(path, fields[0].default) if fields else None
             flat[path] = value
-        return {path: value for path, value in _derived(flat).items() if path not in self.axes}
+        return {path: value for path, value in derived(flat).items() if path not in self.axes}
 
     @cached_property
     def _ways(self) -> dict[str, tuple[str, ...]]:
@@ -277,42 +287,38 @@ class Grid:
             blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(self.axes[path]) for path in used))
         return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
 
-    def _nested(self, flat: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a dict of dicts from dotted paths."""
-        tree: dict[str, Any] = {}
-        for path, value in flat.items():
-            *above, key = path.split(".")
-            inside = tree
-            for part in above:
-                inside = inside.setdefault(part, {})
-            inside[key] = value
-        masses = tree.get("mechanism", {}).get("masses")
-        if masses:
-            tree["mechanism"]["masses"] = [masses[key] for key in sorted(masses)]
-        return tree
-
 
 def identity(case: Mapping[str, Any]) -> str:
     """Return the name of a resolved case: 16 hexadecimal characters from all of it but `save` and time_budget."""
-    content = {key: case[key] for key in ("mechanism", "drive", "joints") if key in case}
-    content["simulate"] = {key: value for key, value in case["simulate"].items() if key != PATIENCE}
-    text = json.dumps(
-        content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False
-    )
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return name_of(identity_text(case))
 
 
-def _derived(flat: Mapping[str, Value]) -> dict[str, Value]:
-    """Return a copy without what is absent (None) and with the defaults that follow from other values."""
-    values = {path: value for path, value in flat.items() if value is not None}
-    for body in [path.removesuffix(".center") for path in flat if path.endswith(".center")]:
-        if f"{body}.length" in values:
-            values.setdefault(f"{body}.center", values[f"{body}.length"] / 2.0)
-    if "simulate.revolutions" in values:
-        values.setdefault("simulate.discard", 2.0 if values["simulate.revolutions"] > 2.0 else 0.0)
-        values.setdefault("save.revolutions", min(2.0, values["simulate.revolutions"]))
-    for path in [path for path in values if path.endswith(".wear.coefficient")]:
-        both = values.pop(path)
-        for body in ("bearing_coefficient", "journal_coefficient"):
-            values.setdefault(f"{path.removesuffix('coefficient')}{body}", both)
-    return values
+def _words(point: Mapping[str, Value]) -> Words:
+    """Return the law names at a point."""
+    return frozenset((path, value) for path, value in point.items() if isinstance(value, str))
+
+
+Rows = Callable[[], Iterable[tuple[Words, dict[str, str]]]]
+
+
+def _rows(factor: Factor | Step, axes: Mapping[str, tuple[Any, ...]], texts: Texts) -> Rows:
+    """Return what yields law names and texts of the values of every row of a factor; those of a few are kept."""
+
+    def rows() -> Iterator[tuple[Words, dict[str, str]]]:
+        for k in range(factor.size):
+            point = factor.point(k, axes)
+            yield _words(point), texts.of(point)
+
+    kept = list(rows()) if factor.size <= KEPT else None
+    return rows if kept is None else lambda: kept
+
+
+def _combined(factors: Sequence[Rows]) -> Iterator[tuple[Words, dict[str, str]]]:
+    """Yield what the rows of all factors come to together, those of the last one fastest."""
+    if not factors:
+        yield frozenset(), {}
+        return
+    *before, last = factors
+    for words, texts in _combined(before):
+        for more, further in last():
+            yield words | more, texts | further

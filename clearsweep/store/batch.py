@@ -4,7 +4,6 @@ import contextlib
 import hashlib
 import io
 import json
-import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -96,29 +95,32 @@ def summary_schema(form: Form) -> pa.Schema:
 def summary_table(form: Form, rows: list[Row]) -> pa.Table:
     """Return the summary of `rows`; what was not computed is null."""
     schema = summary_schema(form)
-    values = [
-        {
-            "case_id": row.case_id,
-            **row.point,
-            **row.trajectory.summary,
-            "status": row.trajectory.status,
-            "message": row.trajectory.message,
-        }
-        for row in rows
-    ]
-    arrays = [_column([value.get(field.name) for value in values], field.type) for field in schema]
-    return pa.Table.from_arrays(arrays, schema=schema)
+    columns = {
+        "case_id": [row.case_id for row in rows],
+        "status": [row.trajectory.status for row in rows],
+        "message": [row.trajectory.message for row in rows],
+    }
+    columns |= _by_column([axis.path for axis in form.axes], [row.point for row in rows])
+    columns |= _by_column([column.name for column in form.layout.columns], [row.trajectory.summary for row in rows])
+    return pa.Table.from_arrays([_column(columns[field.name], field.type) for field in schema], schema=schema)
+
+
+def _by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
+    """Return the values of some names in dicts, name by name; None where there is none."""
+    return dict(zip(names, map(list, zip(*(map(row.get, names) for row in rows), strict=True)), strict=True))
 
 
 def _column(values: list, kind: pa.DataType) -> pa.Array:
     """Return a column, null where a value is None or not finite; pa.array would load pandas, 0.4 s in every worker."""
-    valid = np.array([value is not None and (isinstance(value, str) or math.isfinite(value)) for value in values], bool)
-    filled = [value if good else None for value, good in zip(values, valid, strict=True)]
     if kind == pa.string():
-        texts = [(value or "").encode() for value in filled]
+        valid = np.array([value is not None for value in values], bool)
+        texts = [(value or "").encode() for value in values]
         content = [np.cumsum([0, *map(len, texts)]).astype("i4"), b"".join(texts)]
     else:
-        content = [np.array([value or 0 for value in filled], kind.to_pandas_dtype())]
+        numbers = np.array(values, float)  # None is NaN
+        valid = np.isfinite(numbers)
+        exact = numbers if kind == pa.float64() else np.array(values, object)  # a count may exceed 2**53
+        content = [np.where(valid, exact, 0).astype(kind.to_pandas_dtype())]
     return array_of([np.packbits(valid, bitorder="little"), *content], kind, len(values))
 
 

@@ -221,7 +221,7 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
 
 def case_ids(grid: grids.Grid) -> np.ndarray:
     """Return the identities of all cases as numbers, uint64, by index."""
-    return np.fromiter((int(grid.case_id(index), 16) for index in range(len(grid))), "u8", len(grid))
+    return np.fromiter(grid.identities(), "u8", len(grid))
 
 
 def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:

@@ -1,0 +1,162 @@
+"""What the cases with the same law names share: all but a few values, so that a further case costs little."""
+
+import hashlib
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from .. import MODEL_VERSION
+
+Value = Any  # of a key: a number in SI, a word, True for a flag
+
+PATIENCE = "time_budget"  # of `simulate`: how long to wait for a case is no part of what it is
+_COEFFICIENT = ".wear.coefficient"  # of both bodies: what a user writes, no key of a case
+_SHOWN = "\0{}\0"  # stands for a value that varies; no value that is written has such characters
+
+
+class Slot(NamedTuple):
+    """A value of a case that follows from one other."""
+
+    path: str
+    source: str  # path of the other; its own where the value varies itself
+    follow: Callable[[Value], Value]
+
+
+def _same(value: Value) -> Value:
+    return value
+
+
+def _half(length: float) -> float:
+    return length / 2.0
+
+
+def _discard(revolutions: float) -> float:
+    return 2.0 if revolutions > 2.0 else 0.0
+
+
+def _saved(revolutions: float) -> float:
+    return min(2.0, revolutions)
+
+
+def following(paths: Collection[str]) -> Iterator[Slot]:
+    """Yield the values that follow from one other where they are absent, if `paths` are the keys."""
+    for path in paths:
+        if path.endswith(".center"):
+            yield Slot(path, f"{path.removesuffix('center')}length", _half)
+    yield Slot("simulate.discard", "simulate.revolutions", _discard)
+    yield Slot("save.revolutions", "simulate.revolutions", _saved)
+    for path in paths:
+        if path.endswith(_COEFFICIENT):
+            for body in ("bearing_", "journal_"):
+                yield Slot(f"{path.removesuffix('coefficient')}{body}coefficient", path, _same)
+
+
+def derived(flat: Mapping[str, Value]) -> dict[str, Value]:
+    """Return a copy without what is absent (None) and with the defaults that follow from other values."""
+    values = {path: value for path, value in flat.items() if value is not None}
+    for slot in following(flat):
+        if slot.source in values:
+            values.setdefault(slot.path, slot.follow(values[slot.source]))
+    return {path: value for path, value in values.items() if not path.endswith(_COEFFICIENT)}
+
+
+def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a dict of dicts from dotted paths."""
+    return _listed(_tree(flat))
+
+
+def _tree(flat: Mapping[str, Any]) -> dict[str, Any]:
+    tree: dict[str, Any] = {}
+    for path, value in flat.items():
+        *above, key = path.split(".")
+        inside = tree
+        for part in above:
+            inside = inside.setdefault(part, {})
+        inside[key] = value
+    return tree
+
+
+def _listed(tree: dict[str, Any]) -> dict[str, Any]:
+    """Return a tree, changed, whose masses are the list that a grid file has."""
+    masses = tree.get("mechanism", {}).get("masses")
+    if masses:
+        tree["mechanism"]["masses"] = [masses[key] for key in sorted(masses)]
+    return tree
+
+
+def identity_text(case: Mapping[str, Any]) -> str:
+    """Return the text that decides the identity of a resolved case: all of it but `save` and time_budget."""
+    content = {key: case[key] for key in ("mechanism", "drive", "joints") if key in case}
+    content["simulate"] = {key: value for key, value in case["simulate"].items() if key != PATIENCE}
+    return json.dumps(content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def name_of(text: str) -> str:
+    """Return the identity that follows from its text: 16 hexadecimal characters."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def number_of(text: str) -> int:
+    """Return the identity that follows from its text as a number below 2**64, ten times as fast as reading its name."""
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8])
+
+
+class Texts:
+    """The values that vary as they stand in the text of an identity."""
+
+    def __init__(self, paths: Collection[str], varied: Collection[str]):
+        """Take the `paths` of all keys and those that are `varied`."""
+        slots = [slot for slot in following(paths) if slot.path not in varied]
+        self.slots = {source: [slot for slot in slots if slot.source == source] for source in varied}
+
+    def of(self, point: Mapping[str, Value]) -> dict[str, str]:
+        """Return path -> text of some values that vary, and of all that may follow from them."""
+        texts = {}
+        for path, value in point.items():
+            if value is not None and not isinstance(value, str):
+                texts[path] = _text(value)
+                for slot in self.slots[path]:
+                    texts[slot.path] = _text(slot.follow(value))
+        return texts
+
+
+def _text(value: float) -> str:
+    return float.__repr__(value) if isinstance(value, float) else json.dumps(value)
+
+
+class Pattern:
+    """A case of which some values vary."""
+
+    def __init__(self, flat: Mapping[str, Value], varied: Collection[str]):
+        """Take path -> value of one such case, None for what is absent, and the paths of the values that vary."""
+        self.values = derived(flat)
+        present = {path for path, value in flat.items() if value is not None}
+        own = [Slot(path, path, _same) for path in varied if path in self.values]
+        others = [slot for slot in following(flat) if slot.source in varied and slot.path not in present]
+        self.slots = tuple(slot for slot in (*own, *others) if slot.path in self.values)
+        self._tree = _tree(self.values)
+        self._places = [(slot.path.split("."), slot.source, slot.follow) for slot in self.slots]
+
+    def case(self, point: Mapping[str, Value]) -> dict[str, Any]:
+        """Return the case at a point, swept path -> value, in the shape of a grid file."""
+        tree = _copied(self._tree)
+        for (*above, key), source, follow in self._places:
+            inside = tree
+            for part in above:
+                inside = inside[part]
+            inside[key] = follow(point[source])
+        return _listed(tree)
+
+    @cached_property
+    def text(self) -> str:
+        """Return the text of the identity with %(path)s for what varies."""
+        shown = {slot.path: _SHOWN.format(slot.path) for slot in self.slots}
+        text = identity_text(nested(self.values | shown)).replace("%", "%%")
+        for path, word in shown.items():
+            text = text.replace(json.dumps(word), f"%({path})s")
+        return text
+
+
+def _copied(tree: dict[str, Any]) -> dict[str, Any]:
+    return {key: _copied(value) if isinstance(value, dict) else value for key, value in tree.items()}
