@@ -5,8 +5,10 @@ list of remarks, each of which begins with a word.
 """
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from .results import ELASTIC_ONSET
 from .wording import joint_name
@@ -31,6 +33,15 @@ def columns(joints: Iterable[str]) -> list[str]:
     return ["case_id", "message", *(f"{joint}_{figure}" for figure in THRESHOLDS for joint in joints)]
 
 
+class _Worst(NamedTuple):
+    """The case that is furthest beyond a threshold."""
+
+    value: float  # of the figure, SI
+    joint: str  # in words
+    case_id: str
+    message: str
+
+
 class Remarks:
     """Counts the cases that leave the range of their laws, and keeps the worst of each kind."""
 
@@ -39,23 +50,27 @@ class Remarks:
         self.cases = 0
         self.counts = dict.fromkeys((*THRESHOLDS, *_TOLD), 0)
         self.first: dict[str, tuple[str, str]] = {}  # word of _TOLD -> case_id, remark
-        self.worst: dict[str, tuple[float, str, Mapping]] = dict.fromkeys(
-            THRESHOLDS, (-math.inf, "", {})
-        )  # value, joint, row
+        self.worst = dict.fromkeys(THRESHOLDS, _Worst(-math.inf, "", "", ""))
 
-    def add(self, row: Mapping) -> None:
-        """Take in a finished case, a row of the summary with at least `columns`."""
-        self.cases += 1
-        for word in _TOLD:
-            if remark := _remark(row, word):
-                self.counts[word] += 1
-                self.first.setdefault(word, (row["case_id"], remark))
+    def add(self, cases: Mapping[str, Sequence[Any] | np.ndarray]) -> None:
+        """Take in finished cases, column of the summary -> its values, with at least `columns`."""
+        ids, messages = cases["case_id"], cases["message"]
+        self.cases += len(ids)
+        for place in (place for place, message in enumerate(messages) if message):
+            for word in _TOLD:
+                if remark := _remark(messages[place], word):
+                    self.counts[word] += 1
+                    self.first.setdefault(word, (ids[place], remark))
         for figure, threshold in THRESHOLDS.items():
-            value, joint = max((_number(row[f"{joint}_{figure}"]), joint) for joint in self.joints)
-            if value > threshold:
-                self.counts[figure] += 1
-                if value > self.worst[figure][0]:
-                    self.worst[figure] = (value, joint_name(joint), row)
+            values = np.nan_to_num(np.array([cases[f"{joint}_{figure}"] for joint in self.joints], float))
+            largest = values.max(axis=0)
+            self.counts[figure] += int(np.count_nonzero(largest > threshold))
+            place = int(np.argmax(largest)) if len(largest) else 0
+            if np.any(largest > max(threshold, self.worst[figure].value)):
+                joint = max(
+                    name for name, value in zip(self.joints, values[:, place], strict=True) if value == largest[place]
+                )
+                self.worst[figure] = _Worst(float(largest[place]), joint_name(joint), ids[place], messages[place])
 
     def sentences(self) -> list[str]:
         """Return the remarks on all cases, one sentence or two for each kind."""
@@ -69,18 +84,18 @@ class Remarks:
             ),
         ]
 
-    def _fast(self, rate: float, joint: str, row: Mapping) -> str:
+    def _fast(self, rate: float, joint: str, case_id: str, _message: str) -> str:
         return (
             f"Impacts leave the elastic range in {self._share('onset_rate_max')}: the fastest closes at {rate:.3g} "
             f"m/s, {rate / ELASTIC_ONSET:.2g} times the {ELASTIC_ONSET:g} m/s from about which steel may yield (case "
-            f"{row['case_id']}, {joint}); a law that does not yield then overstates forces and understates losses."
+            f"{case_id}, {joint}); a law that does not yield then overstates forces and understates losses."
         )
 
-    def _deep(self, share: float, joint: str, row: Mapping) -> str:
-        worst = _remark(row, LAW_LIMIT) or f"{joint}, {_percent(share)} of the time"
+    def _deep(self, share: float, joint: str, case_id: str, message: str) -> str:
+        worst = _remark(message, LAW_LIMIT) or f"{joint}, {_percent(share)} of the time"
         return (
             f"Contacts go deeper than their elastic law holds in {self._share('law_limit_fraction')}, longest in case "
-            f"{row['case_id']}: {worst}"
+            f"{case_id}: {worst}"
             ". The notes of clearsweep laws NAME say how its force goes on."
         )
 
@@ -103,9 +118,9 @@ def message_of(*remarks: str) -> str:
     return BETWEEN.join(remark for remark in remarks if remark)
 
 
-def _remark(row: Mapping, word: str) -> str:
-    """Return the remark in a row's message that begins with `word`, without it; '' where there is none."""
-    remarks = str(row["message"] or "").split(BETWEEN)
+def _remark(message: str | None, word: str) -> str:
+    """Return the remark in a case's message that begins with `word`, without it; '' where there is none."""
+    remarks = str(message or "").split(BETWEEN)
     return next((remark.removeprefix(word) for remark in remarks if remark.startswith(word)), "")
 
 
@@ -180,8 +195,3 @@ def kept_onsets(lasting: Iterable[tuple[str, float]]) -> str:
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %"
-
-
-def _number(value: float | None) -> float:
-    """Return a figure of the summary, 0 for one that is not there."""
-    return float(value) if value is not None and not math.isnan(value) else 0.0

@@ -199,7 +199,9 @@ MUTATIONS = (
         '"mechanism", "drive", "joints", "save") if key in case',
         IDENTITY,
     ),
-    Mutation(PATTERN, 'content | {"model_version": MODEL_VERSION}, sort_keys=True', "content, sort_keys=True", IDENTITY),
+    Mutation(
+        PATTERN, 'content | {"model_version": MODEL_VERSION}, sort_keys=True', "content, sort_keys=True", IDENTITY
+    ),
     Mutation(PATTERN, "sort_keys=True, ", "", IDENTITY),
     Mutation(PATTERN, "hexdigest()[:16]", "hexdigest()[1:17]", IDENTITY),
     # versions of workers

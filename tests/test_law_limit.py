@@ -32,26 +32,36 @@ def test_a_law_without_a_limit_is_never_beyond_it():
     assert trajectory.message == ""
 
 
+def one(row):
+    """Columns of one case."""
+    return {column: [value] for column, value in row.items()}
+
+
 def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
     told = Remarks(["crank_rod", "rod_slider"])
     zero = dict.fromkeys((f"{joint}_{figure}" for joint in told.joints for figure in THRESHOLDS), 0.0)
-    told.add({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.05})
-    told.add({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.06})
-    told.add({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 0.5})
+    told.add(one({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.05}))
+    told.add(one({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.06}))
+    told.add(one({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 0.5}))
     message = past_limits([("crank-rod", "liu", np.inf, 0.0), ("rod-slider", "johnson", 2e-4, 0.125)])
-    told.add({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125})
-    told.add({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None})
+    told.add(one({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
+    told.add(one({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
     fast, deep = told.sentences()
     assert "in 2 of 5 cases: the fastest closes at 0.5 m/s, 10 times the 0.05 m/s" in fast
     assert "(case c, rod-slider)" in fast
     assert "a law that does not yield then overstates forces" in fast  # which law it is the row does not say
     assert "in 1 of 5 cases, longest in case d: rod-slider is deeper than 0.2 mm, up to which johnson holds" in deep
     assert "for 12 % of the time." in deep
+    together = Remarks(told.joints)
+    rates = {**{column: [0.0] * 3 for column in zero}, "crank_rod_onset_rate_max": [0.06, np.nan, 0.5]}
+    together.add({"case_id": list("abc"), "message": ["", message, None], **rates})
+    assert "in 2 of 3 cases: the fastest closes at 0.5 m/s" in together.sentences()[0]
+    assert "(case c, crank-rod)" in together.sentences()[0]
 
 
 def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
     told = Remarks(["pair"])
-    told.add({"case_id": "a", "message": "", **{f"pair_{figure}": 0.0 for figure in THRESHOLDS}})
+    told.add(one({"case_id": "a", "message": "", **{f"pair_{figure}": 0.0 for figure in THRESHOLDS}}))
     assert told.sentences() == []
     assert past_limits([("pair", "johnson", 1e-4, 0.0)]) == ""
 

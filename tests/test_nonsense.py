@@ -77,11 +77,10 @@ def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
 
 
 def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
-    told, nothing = Remarks(["pair"]), {f"pair_{figure}": 0.0 for figure in THRESHOLDS}
+    told, nothing = Remarks(["pair"]), {f"pair_{figure}": [0.0, 0.0] for figure in THRESHOLDS}
     joint = Reached("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
     message = message_of("", too_deep([joint]), worn_through([joint]), imbalance(0.024, 1e-8, 10.0))
-    told.add({"case_id": "a", "message": "", **nothing})
-    told.add({"case_id": "b", "message": message, **nothing})
+    told.add({"case_id": ["a", "b"], "message": ["", message], **nothing})
     deep, worn, unbalanced = told.sentences()
     assert "tenth of its bearing's radius in 1 of 2 cases, such as case b: pair is penetrated by 0.6 mm" in deep
     assert "in 1 of 2 cases, such as case b: pair is worn 0.7 mm deep" in worn

@@ -5,9 +5,9 @@ from pathlib import Path
 import pyarrow
 
 from .assemble import merge
-from .batch import Axis, Form, Row
+from .batch import Axis, Form, Row, id_text
 from .compare import difference
-from .directory import SCRATCH, RunDirectory, commit, id_text
+from .directory import SCRATCH, RunDirectory, commit
 from .read import StoredRun, newest, verify
 from .record import now, read_record
 from .state import status, status_text

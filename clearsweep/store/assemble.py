@@ -21,20 +21,21 @@ from . import durable
 from .batch import (
     CASE,
     CASE_ID,
+    GROUP_ROWS,
     Dataset,
     Form,
     array_of,
     datasets,
     describe,
+    id_texts,
     offsets_of,
     put,
     read_summary,
     summary_schema,
 )
-from .directory import FINAL_FILES, RunDirectory, id_text
+from .directory import FINAL_FILES, RunDirectory
 from .record import read_record
 
-GROUP_ROWS = 4096  # rows of a group of the summary
 HELD_ROWS = 65536  # rows of the summary held in memory at a time, all of whole batches
 CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
 CHUNKS_AT_ONCE = 32  # pieces compressed side by side before they are written
@@ -197,8 +198,7 @@ def _write_orbits(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, m
         ThreadPoolExecutor(COMPRESSORS) as threads,
     ):
         file.attrs["clearsweep"] = mark
-        ids = np.array([id_text(value).encode() for value in rows["id"]], CASE_ID.dtype)
-        put(file, CASE_ID, ids, fletcher32=len(ids) > 0)
+        put(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
         for each, dataset in offsets_of(form).items():
             _, count = orbits.extents(each, 1, rows)
             put(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
@@ -211,9 +211,11 @@ def _pieces(
     orbits: OrbitFiles, dataset: Dataset, numbers: np.ndarray, first: np.ndarray, count: np.ndarray
 ) -> Iterator[bytes]:
     """Yield the bytes of every case's values, in order."""
-    for number, start, values in zip(numbers.tolist(), first.tolist(), count.tolist(), strict=True):
-        if values:
-            yield orbits.read(number, dataset, start, values)
+    for begin in range(0, len(numbers), HELD_ROWS):
+        here = slice(begin, begin + HELD_ROWS)
+        for number, start, values in zip(*(each[here].tolist() for each in (numbers, first, count)), strict=True):
+            if values:
+                yield orbits.read(number, dataset, start, values)
 
 
 def _write_dataset(

@@ -20,6 +20,7 @@ from ..layout import Column, Layout
 from . import durable
 
 ID_LENGTH = 16  # hexadecimal characters of a case_id
+GROUP_ROWS = 4096  # rows of a group of the summary
 CASE, SAMPLE, EVENT = "case", "sample", "event"
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names are older than what they are called
 HASH_LENGTH = 16  # hexadecimal characters of a checksum in a name
@@ -127,6 +128,18 @@ def _column(values: list, kind: pa.DataType) -> pa.Array:
 def array_of(buffers: list, kind: pa.DataType, count: int) -> pa.Array:
     """Return an Arrow array of `count` values made of raw buffers, None for an absent one."""
     return pa.Array.from_buffers(kind, count, [None if buffer is None else pa.py_buffer(buffer) for buffer in buffers])
+
+
+def values_of(column: pa.Array) -> np.ndarray:
+    """Return a column as an array: numbers as float64, NaN for null, texts as objects; to_numpy would load pandas."""
+    if column.type == pa.string():
+        return np.array(column.to_pylist(), object)
+    valid, content = column.buffers()
+    here = slice(column.offset, column.offset + len(column))
+    values = np.frombuffer(content, column.type.to_pandas_dtype())[here].astype(float)
+    if valid is not None:
+        values[np.unpackbits(np.frombuffer(valid, "u1"), bitorder="little")[here] == 0] = np.nan
+    return values
 
 
 def datasets(form: Form) -> tuple[Dataset, ...]:
@@ -286,6 +299,29 @@ def read_summary(path: Path, columns: list[str]) -> pa.Table:
     """Return columns of the summary of a batch."""
     with open_table(path) as file:
         return file.read(columns, use_threads=False)
+
+
+def read_done(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return the identities (uint64) of the cases in the summary of a batch, and which of them failed."""
+    table = read_summary(path, ["case_id", "status"])
+    ids = [numbers_of(chunk.buffers()[2].to_pybytes()[: ID_LENGTH * len(chunk)]) for chunk in table["case_id"].chunks]
+    failed = np.array([status != "ok" for status in table["status"].to_pylist()], bool)
+    return np.concatenate([np.empty(0, "u8"), *ids]), failed
+
+
+def id_text(value: int) -> str:
+    """Return a case_id as it is written."""
+    return f"{value:0{ID_LENGTH}x}"
+
+
+def id_texts(ids: np.ndarray) -> np.ndarray:
+    """Return case_ids as they are written, of the dtype of CASE_ID, from numbers (uint64)."""
+    return np.frombuffer(ids.astype(">u8").tobytes().hex().encode(), CASE_ID.dtype)
+
+
+def numbers_of(texts: bytes) -> np.ndarray:
+    """Return case_ids as numbers, uint64, from one after another as they are written."""
+    return np.frombuffer(bytes.fromhex(texts.decode()), ">u8").astype("u8")
 
 
 @contextlib.contextmanager

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..results import TIMINGS
 from .assemble import GROUP_ROWS, OrbitFiles, summary_groups
-from .batch import Form, datasets, summary_schema
-from .directory import RunDirectory, id_text
+from .batch import Form, datasets, id_text, summary_schema
+from .directory import RunDirectory
 
 Difference = tuple[str, str, Any, Any]  # case_id, name of a column or dataset, value here, value there
 

@@ -19,7 +19,6 @@ from ..grid import Grid
 from . import durable
 from .batch import (
     HASH_LENGTH,
-    ID_LENGTH,
     ORBITS,
     SUMMARIES,
     BatchFiles,
@@ -30,7 +29,7 @@ from .batch import (
     file_name,
     named_hash,
     orbits_bytes,
-    read_summary,
+    read_done,
     summary_bytes,
 )
 from .record import RECORD_FILE, now, plain, read_record, record_bytes
@@ -249,18 +248,17 @@ class RunDirectory:
 
     def counts_of(self, name: str) -> tuple[int, int]:
         """Return how many cases the summary called `name` holds and how many of them failed."""
-        statuses = read_summary(self.summaries / name, ["status"])["status"].to_pylist()
-        return len(statuses), sum(status != "ok" for status in statuses)
+        failed = read_done(self.summaries / name)[1]
+        return len(failed), int(np.count_nonzero(failed))
 
     def rows(self) -> np.ndarray:
         """Return where each committed case is (ROWS, ascending by id): its newest result, an 'ok' one first."""
         tables = []
         for number, batch in enumerate(self.batches):
-            table = read_summary(batch.summary, ["case_id", "status"])
-            rows = np.empty(len(table), ROWS)
-            rows["id"] = [int(case_id, 16) for case_id in table["case_id"].to_pylist()]
-            rows["batch"], rows["row"] = number, np.arange(len(table))
-            rows["failed"] = [status != "ok" for status in table["status"].to_pylist()]
+            ids, failed = read_done(batch.summary)
+            rows = np.empty(len(ids), ROWS)
+            rows["id"], rows["failed"] = ids, failed
+            rows["batch"], rows["row"] = number, np.arange(len(ids))
             tables.append(rows)
         rows = np.concatenate([np.empty(0, ROWS), *tables])
         written = np.array([batch.written for batch in self.batches], "i8")[rows["batch"]]
@@ -288,11 +286,6 @@ def commit(directory: Path, form: Form, batch: str, rows: list[Row]) -> str:
 def _of_batches(folder: Path) -> list[Path]:
     """Return the files in a folder that have the names of files of batches, in order; others are not a run's."""
     return sorted(path for path in folder.iterdir() if named_hash(path)) if folder.exists() else []
-
-
-def id_text(value: int) -> str:
-    """Return a case_id as it is written."""
-    return f"{value:0{ID_LENGTH}x}"
 
 
 def _holder(lock: BinaryIO) -> str:

@@ -14,7 +14,7 @@ from .. import results
 from ..errors import ClearsweepError, DirectoryError, InputError
 from ..layout import Layout
 from . import durable
-from .batch import EVENT, SAMPLE, open_table
+from .batch import EVENT, GROUP_ROWS, SAMPLE, open_table, values_of
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
 from .record import check_form, damaged, read_record
 
@@ -78,10 +78,11 @@ class StoredRun:
             raise damaged(path, str(error)) from error
 
     @cached_property
-    def _places(self) -> dict[str, int]:
-        """Return the row of every case."""
+    def _ids(self) -> np.ndarray:
+        """Return the case_id of every row, ascending."""
         with self._orbits() as file:
-            return {case_id.decode(): row for row, case_id in enumerate(file["case_id"][:])}
+            ids: np.ndarray = file["case_id"][:]
+            return ids
 
     def __len__(self) -> int:
         with self._table() as file:
@@ -100,11 +101,14 @@ class StoredRun:
             frame.attrs[name] = {field.name: field.metadata[key].decode() for field in table.schema}
         return frame
 
-    def rows(self, columns: list[str]) -> Iterator[dict[str, Any]]:
-        """Yield the rows of the summary as dicts of these columns, a few thousand in memory at a time."""
+    def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+        """Yield these columns of the summary, name -> values, for a few thousand rows at a time.
+
+        Numbers are float64, NaN where there is none; texts are objects, None where there is none.
+        """
         with self._table() as file:
-            for batch in file.iter_batches(batch_size=4096, columns=columns, use_threads=False):
-                yield from batch.to_pylist()
+            for batch in file.iter_batches(batch_size=GROUP_ROWS, columns=columns, use_threads=False):
+                yield {name: values_of(batch.column(name)) for name in columns}
 
     def orbit(self, case_id: str) -> "pd.DataFrame":
         """Return the time histories of one case as a DataFrame, columns by channel; `attrs["units"]` by column.
@@ -136,9 +140,10 @@ class StoredRun:
             }
 
     def _place(self, case_id: str) -> int:
-        if case_id not in self._places:
+        place = int(np.searchsorted(self._ids, str(case_id).encode()))
+        if place == len(self._ids) or self._ids[place].decode() != case_id:
             raise InputError(f"{self.directory}: no case {case_id!r}; the case_id column of summary.parquet lists them")
-        return self._places[case_id]
+        return place
 
     def _frame(self, case_id: str, each: str, paths: list[str]) -> "pd.DataFrame":
         import pandas as pd

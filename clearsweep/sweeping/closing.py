@@ -1,9 +1,11 @@
 """The short table that a run ends with: worst cases, failures, where the files are."""
 
-import heapq
+import math
 from collections import Counter
 from collections.abc import Iterable
 from typing import Any
+
+import numpy as np
 
 from .. import validity, wording
 from .progress import clock
@@ -19,24 +21,23 @@ def of_run(result: RunResult) -> dict[str, Any]:
     run = result.open()
     swept = list(run.grid["units"])
     joints = [joint.name for joint in run.layout.joints]
-    worst: list[tuple[float, str, dict[str, Any]]] = []
+    worst: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     statuses: Counter[str] = Counter()
     remarks = validity.Remarks(joints)
-    peaks = [f"{joint}_force_peak" for joint in joints]
-    for row in run.rows(["status", *swept, *peaks, *validity.columns(joints)]):
-        statuses[row["status"]] += 1
-        known = {"case_id": row["case_id"], "swept": {path: row[path] for path in swept}}
-        if row["status"] != "ok":
-            if statuses[row["status"]] <= LISTED_FAILURES:
-                failures.append(known | {"status": row["status"], "message": row["message"]})
-            continue
-        remarks.add(row)
-        peak, joint = max(((row[f"{joint}_force_peak"] or 0.0, joint) for joint in joints), default=(0.0, ""))
-        entry = (peak, row["case_id"], known | {"joint": joint, "force_peak": peak})
-        heapq.heappush(worst, entry)
-        if len(worst) > WORST_CASES:
-            heapq.heappop(worst)  # the least of them
+    columns = ["status", *swept, *(_peak(joint) for joint in joints), *validity.columns(joints)]
+    for block in run.blocks(columns):
+        good = block["status"] == "ok"
+        for place in np.flatnonzero(~good).tolist():
+            status = block["status"][place]
+            statuses[status] += 1
+            if statuses[status] <= LISTED_FAILURES:
+                failures.append(_known(block, place, swept) | {"status": status, "message": block["message"][place]})
+        if good.any():
+            statuses["ok"] += int(np.count_nonzero(good))
+            finished = {name: values[good] for name, values in block.items()}
+            remarks.add(finished)
+            worst = sorted([*worst, *_worst_of(finished, joints, swept)], key=_order, reverse=True)[:WORST_CASES]
     return {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -52,10 +53,36 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "derived": result.derived,
         "warnings": [*result.warnings, *remarks.sentences()],
         "units": run.grid.get("units", {}),
-        "worst": [entry for *_, entry in sorted(worst, reverse=True)],
+        "worst": worst,
         "failures": failures,
         "files": {name: str(result.directory / name) for name in FILES},
     }
+
+
+def _peak(joint: str) -> str:
+    return f"{joint}_force_peak"
+
+
+def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
+    """Return which case is at a place of a block of the summary, None for a value that it does not use."""
+    values = {path: block[path][place : place + 1].tolist()[0] for path in swept}
+    found = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}
+    return {"case_id": block["case_id"][place], "swept": found}
+
+
+def _worst_of(block: dict[str, np.ndarray], joints: list[str], swept: list[str]) -> list[dict[str, Any]]:
+    """Return the cases of a block with the largest normal forces."""
+    peaks = np.nan_to_num(np.array([block[_peak(joint)] for joint in joints]))
+    order = np.lexsort((block["case_id"], peaks.max(axis=0)))
+    entries = []
+    for place in order[-WORST_CASES:].tolist():
+        peak, joint = max(zip(peaks[:, place].tolist(), joints, strict=True))
+        entries.append(_known(block, place, swept) | {"joint": joint, "force_peak": peak})
+    return entries
+
+
+def _order(entry: dict[str, Any]) -> tuple[float, str]:
+    return entry["force_peak"], entry["case_id"]
 
 
 def run_text(facts: dict[str, Any]) -> str:

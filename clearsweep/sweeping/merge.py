@@ -127,7 +127,7 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
         where = [f"run what is left of shard {_listed(left)}, or"]
     raise DirectoryError(
         f"{len(missing):,} of {len(ids):,} cases are in none of these directories "
-        f"({_listed([store.id_text(value) for value in missing.tolist()])}); "
+        f"({_listed([store.id_text(value) for value in missing[: NAMED + 1].tolist()])}); "
         + " ".join(
             [*where, "merge with --partial what there is and run the grid with --out there, which computes the rest"]
         )

@@ -164,8 +164,8 @@ def _chaos(study: Study, joint: Joint) -> list[str]:
 def limits(study: Study) -> list[str]:
     """Return where the cases leave what their laws are made for, as the run's closing words say it."""
     remarks = validity.Remarks(joint.name for joint in study.joints)
-    for row in study.cases.reset_index()[validity.columns(remarks.joints)].to_dict("records"):
-        remarks.add(row)
+    cases = study.cases.reset_index()
+    remarks.add({column: cases[column].to_numpy() for column in validity.columns(remarks.joints)})
     return remarks.sentences()
 
 
