@@ -1,6 +1,7 @@
 """What the user wrote, checked and in SI, and the cases it stands for.  Imports neither numba nor numpy."""
 
 from ..catalogue import Catalogue, Field, Law
+from .enumeration import Words
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .json_schema import schema
 from .key_units import key_units
@@ -13,6 +14,7 @@ __all__ = [
     "Field",
     "Grid",
     "Law",
+    "Words",
     "check_disk",
     "check_memory",
     "history_bytes",

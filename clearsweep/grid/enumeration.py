@@ -1,8 +1,12 @@
 """How the cases of a grid are numbered: factors whose product they are, made of blocks or of rows in step."""
 
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
+
+KEPT = 4096  # rows of a factor that are kept while all cases are gone through
+
+Words = frozenset[tuple[str, str]]  # swept paths and the law names they have
 
 
 class Block(NamedTuple):
@@ -50,3 +54,29 @@ class Step(NamedTuple):
     def point(self, index: int, axes: Mapping[str, tuple[Any, ...]]) -> dict[str, Any]:
         """Return the values of these axes at `index`."""
         return {path: axes[path][self.rows[index]] for path in self.paths}
+
+
+def words_at(point: Mapping[str, Any]) -> Words:
+    """Return the law names among the values at a point."""
+    return frozenset((path, value) for path, value in point.items() if isinstance(value, str))
+
+
+def combined(
+    factors: Sequence[Factor | Step],
+    axes: Mapping[str, tuple[Any, ...]],
+    texts_of: Callable[[Mapping[str, Any]], dict[str, str]],
+) -> Iterator[tuple[Words, dict[str, str]]]:
+    """Yield law names and texts of the values of every case, in order; `texts_of` gives those of a part of a point."""
+    if not factors:
+        yield frozenset(), {}
+        return
+    *before, last = factors
+
+    def rows() -> Iterator[tuple[Words, dict[str, str]]]:
+        points = (last.point(k, axes) for k in range(last.size))
+        return ((words_at(point), texts_of(point)) for point in points)
+
+    kept = list(rows()) if last.size <= KEPT else None
+    for words, texts in combined(before, axes, texts_of):
+        for more, further in rows() if kept is None else kept:
+            yield words | more, texts | further

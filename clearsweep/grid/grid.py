@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, product
@@ -18,7 +18,7 @@ from ..layout import Layout
 from . import checks, variations
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
-from .enumeration import Block, Factor, Step
+from .enumeration import Block, Factor, Step, Words, combined, words_at
 from .key_units import unit
 from .keys import Flag, Number, Section, Shape, Word, value_key
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
@@ -28,9 +28,6 @@ from .values import read_draft
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 3
 MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 5 us each, 100 s
-KEPT = 4096  # rows of a factor whose texts are kept while its cases are named
-
-Words = frozenset[tuple[str, str]]  # swept paths and the law names they have
 
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
@@ -121,7 +118,7 @@ class Grid:
     _sample: dict[str, Any]
     _layout: Layout | None = None
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Return the number of cases, however many."""
         return math.prod(factor.size for factor in self._factors)
@@ -167,13 +164,17 @@ class Grid:
     def written_case(self, index: int) -> dict[str, Any]:
         """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
         point = self.point(index)
-        return self._pattern(_words(point)).case(point)
+        return self._pattern(words_at(point)).case(point)
 
     def identities(self) -> Iterator[int]:
         """Yield what `case_id` says of every case, in order, as numbers below 2**64."""
         texts = Texts(self._shape, self.axes)
-        for words, varied in _combined([_rows(factor, self.axes, texts) for factor in self._factors]):
+        for words, varied in combined(self._factors, self.axes, texts.of):
             yield number_of(self._pattern(words).text % varied)
+
+    def words(self) -> Iterator[Words]:
+        """Yield the swept law names of every case, in order."""
+        return (words for words, _ in combined(self._factors, self.axes, lambda _: {}))
 
     def frame(self) -> dict[str, Any]:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
@@ -291,34 +292,3 @@ class Grid:
 def identity(case: Mapping[str, Any]) -> str:
     """Return the name of a resolved case: 16 hexadecimal characters from all of it but `save` and time_budget."""
     return name_of(identity_text(case))
-
-
-def _words(point: Mapping[str, Value]) -> Words:
-    """Return the law names at a point."""
-    return frozenset((path, value) for path, value in point.items() if isinstance(value, str))
-
-
-Rows = Callable[[], Iterable[tuple[Words, dict[str, str]]]]
-
-
-def _rows(factor: Factor | Step, axes: Mapping[str, tuple[Any, ...]], texts: Texts) -> Rows:
-    """Return what yields law names and texts of the values of every row of a factor; those of a few are kept."""
-
-    def rows() -> Iterator[tuple[Words, dict[str, str]]]:
-        for k in range(factor.size):
-            point = factor.point(k, axes)
-            yield _words(point), texts.of(point)
-
-    kept = list(rows()) if factor.size <= KEPT else None
-    return rows if kept is None else lambda: kept
-
-
-def _combined(factors: Sequence[Rows]) -> Iterator[tuple[Words, dict[str, str]]]:
-    """Yield what the rows of all factors come to together, those of the last one fastest."""
-    if not factors:
-        yield frozenset(), {}
-        return
-    *before, last = factors
-    for words, texts in _combined(before):
-        for more, further in last():
-            yield words | more, texts | further

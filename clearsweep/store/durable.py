@@ -194,9 +194,14 @@ def storing(path: Path) -> Iterator[None]:
     except ClearsweepError:
         raise
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as RuntimeError
-        number = getattr(error, "errno", None)
-        reason = os.strerror(number) if number else str(error)
-        raise StorageError(
-            f"{path}: writing failed ({reason}); what was committed before is unharmed: "
-            "make room and run the same command again"
-        ) from error
+        raise refused(path, error) from error
+
+
+def refused(path: Path, error: OSError | RuntimeError) -> StorageError:
+    """Return what to tell where the operating system refused to write `path`."""
+    number = getattr(error, "errno", None)
+    reason = os.strerror(number) if number else str(error)
+    return StorageError(
+        f"{path}: writing failed ({reason}); what was committed before is unharmed: "
+        "make room and run the same command again"
+    )

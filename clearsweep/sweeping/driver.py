@@ -199,7 +199,7 @@ class Driver:
         """Commit a case that cannot be computed as a failed row."""
         batch = fresh((case,))
         row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
-        committed = store.commit(self.job.directory, store.Form.of(self.job.grid), batch.name, [row])
+        committed = store.commit(self.job.directory, self.job.form, batch.name, [row])
         self._take(batch, Manifest(committed, 1, 1, 0.0))
 
     def _restart(self) -> None:

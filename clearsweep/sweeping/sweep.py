@@ -235,13 +235,14 @@ def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_fail
 
 def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
     """Return one pending case for each kind of scene; only names of laws can change the kind."""
-    named = [path for path, values in grid.axes.items() if isinstance(values[0], str)]
-    if not named:
+    if not any(isinstance(values[0], str) for values in grid.axes.values()):
         return [grid.case(int(pending[0]))]
-    firsts: dict[tuple[Any, ...], int] = {}
-    for index in pending.tolist():
-        point = grid.point(index)
-        firsts.setdefault(tuple(point[path] for path in named), index)
+    wanted = np.zeros(len(grid), bool)
+    wanted[pending] = True
+    firsts: dict[grids.Words, int] = {}
+    for index, words in enumerate(grid.words()):
+        if wanted[index] and words not in firsts:
+            firsts[words] = index
     cases = [grid.case(index) for index in firsts.values()]
     return list({simulator.signature(case): case for case in cases}.values())
 

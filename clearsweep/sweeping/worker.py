@@ -3,13 +3,16 @@
 import contextlib
 import ctypes
 import faulthandler
+import functools
 import os
 import pickle
 import platform
 import signal
 import sys
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -69,15 +72,28 @@ class Batch(NamedTuple):
     tried: int = 0  # times it was lost with its worker
 
 
-class Job(NamedTuple):
-    """What all batches of a run share."""
+@dataclass(frozen=True)
+class Job:
+    """What all batches of a run share; a process that is sent it again with each batch unpacks it once."""
 
     directory: Path
     grid: Grid
     simulator: Simulator
     case_timeout: float | None  # s
 
-    @property
+    def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
+        return _unpacked, (self._packed,)
+
+    @cached_property
+    def _packed(self) -> bytes:
+        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout))
+
+    @cached_property
+    def form(self) -> store.Form:
+        """Return the form of the results."""
+        return store.Form.of(self.grid)
+
+    @cached_property
     def stop(self) -> Path:
         """Return the file that tells workers to finish the case they are at and take no other."""
         return durable.passing(self.directory / store.SCRATCH, "stop")
@@ -85,6 +101,11 @@ class Job(NamedTuple):
     def note(self, batch: Batch) -> Path:
         """Return the file in which a worker says which case it is at."""
         return durable.passing(self.directory / store.SCRATCH, f"{batch.name}.note")
+
+
+@functools.lru_cache(maxsize=1)
+def _unpacked(content: bytes) -> Job:
+    return Job(*pickle.loads(content))
 
 
 class AbandonedError(Exception):
@@ -141,27 +162,46 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
             f"the worker on {platform.node()} has another version of clearsweep than the program "
             "that sends it work; install the same one everywhere"
         )
-    rows, begin = [], time.perf_counter()
-    with signals.patience():
-        with durable.storing(job.note(batch)):
-            try:
-                note = durable.create(job.note(batch))
-            except FileExistsError:  # a scheduler tries again by itself what killed a worker
-                raise AbandonedError(f"batch {batch.name} was begun before") from None
-        try:
-            for index, case in enumerate(batch.cases):
-                if signals.requested() or job.stop.exists():
-                    break
-                with durable.storing(job.note(batch)):
-                    os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
-                    os.lseek(note, NOTE_LENGTH, os.SEEK_SET)
-                values = job.grid.case(case.grid_index)
-                rows.append(store.Row(case.case_id, job.grid.point(case.grid_index), _solve(job, values, note)))
-            seconds = time.perf_counter() - begin
-            committed = store.commit(job.directory, store.Form.of(job.grid), batch.name, rows) if rows else None
-        finally:
-            os.close(note)
+    rows, begin, stop = [], time.perf_counter(), os.fspath(job.stop)
+    with signals.patience(), _noting(job.note(batch)) as note:
+        for index, case in enumerate(batch.cases):
+            if signals.requested() or os.path.exists(stop):
+                break
+            note.say(index)
+            values = job.grid.case(case.grid_index)
+            rows.append(store.Row(case.case_id, job.grid.point(case.grid_index), _solve(job, values, note.handle)))
+        seconds = time.perf_counter() - begin
+        committed = store.commit(job.directory, job.form, batch.name, rows) if rows else None
     return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+
+
+class _Noting:
+    """The note of a batch, as its worker writes it; after what it says there is room for the watchdog."""
+
+    def __init__(self, path: Path, handle: int):
+        self.path, self.handle, self.process = path, handle, os.getpid()
+        os.lseek(handle, NOTE_LENGTH, os.SEEK_SET)
+
+    def say(self, index: int) -> None:
+        """Say which case of the batch is next."""
+        try:
+            os.pwrite(self.handle, f"{self.process:10d} {index:10d}\n".encode(), 0)
+        except OSError as error:
+            raise durable.refused(self.path, error) from error
+
+
+@contextlib.contextmanager
+def _noting(path: Path) -> Iterator[_Noting]:
+    """Yield a new note; AbandonedError where there is one: a scheduler tries again by itself what killed a worker."""
+    with durable.storing(path):
+        try:
+            handle = durable.create(path)
+        except FileExistsError:
+            raise AbandonedError(f"{path.name}: its batch was begun before") from None
+    try:
+        yield _Noting(path, handle)
+    finally:
+        os.close(handle)
 
 
 class Note(NamedTuple):
