@@ -1,0 +1,86 @@
+"""The cases with which `scale` measures sweeps; workers import this file, which is light."""
+
+import functools
+import time
+from pathlib import Path
+from typing import Any
+
+import fake_physics
+import numpy as np
+
+from clearsweep import grid, results
+from clearsweep.layout import Layout
+
+COUNTS = {10_000: (20, 20, 25), 100_000: (50, 50, 40), 1_000_000: (100, 100, 100)}  # values on the three axes
+REAL = Path(__file__).parent.parent / "configs" / "thousand_cases.yaml"
+
+
+def middles(low: float, high: float, count: int) -> list[float]:
+    """Return the middles of equal parts: means over them depend little on how many there are."""
+    return (low + (np.arange(count) + 0.5) * (high - low) / count).tolist()
+
+
+def axes_of(count: int, ranges: dict[str, tuple[float, float]]) -> dict[str, list[float]]:
+    """Return axes of `count` cases."""
+    counts = COUNTS.get(count) or (count, 1, 1)
+    return {path: middles(*ends, many) for (path, ends), many in zip(ranges.items(), counts, strict=True)}
+
+
+def made_up(count: int, seconds: float = 0.0) -> dict[str, Any]:
+    """Return a grid of stand-ins that take so long (s) each."""
+    ranges = {
+        "mechanism.slider.mass": (0.1, 0.3),
+        "mechanism.crank.length": (0.04, 0.06),
+        "drive.speed": (100.0, 500.0),
+    }
+    source = fake_physics.grid(orbits="none", sweep=axes_of(count, ranges))
+    source["mechanism"] = source["mechanism"] | {"gravity": seconds}
+    return source
+
+
+def real(count: int) -> dict[str, Any]:
+    """Return a grid of real cases of about a millisecond: configs/thousand_cases.yaml for one revolution."""
+    joint = "joints.rod-slider"
+    ranges = {
+        f"{joint}.clearance": (1e-4, 5e-4),
+        f"{joint}.contact.restitution": (0.5, 0.95),
+        "drive.speed": (105.0, 525.0),
+    }
+    from clearsweep import simulation
+
+    written = grid.load(REAL, simulation.catalogue()).resolved()
+    settings = written["simulate"] | {"revolutions": 1, "discard": 0}
+    save = written["save"] | {"revolutions": 1}
+    return written | {"simulate": settings, "save": save, "sweep": axes_of(count, ranges)}
+
+
+class StandIn(fake_physics.Fake):
+    """Cases that use the processor for as many seconds as their gravity says."""
+
+    @staticmethod
+    def solve(case: Any) -> results.Trajectory:
+        """Return figures that follow from the slider's mass."""
+        begin = time.process_time()
+        names = _columns(case.mechanism.type)
+        mass = case.mechanism.values["slider.mass"]
+        summary = {name: place if whole else mass * place for place, (name, whole) in enumerate(names)}
+        while (spent := time.process_time() - begin) < case.mechanism.values["gravity"]:
+            pass
+        return results.Trajectory("ok", "", summary | {"run_time": spent})
+
+
+@functools.cache
+def _columns(_: str) -> list[tuple[str, bool]]:
+    """Return names of the columns of stand-ins, and which hold whole numbers."""
+    case = grid.load(made_up(1), fake_physics.CATALOGUE).case(0)
+    return [(column.name, column.kind == "int") for column in Layout.of(case, fake_physics.CATALOGUE).columns]
+
+
+def timed(case: Any) -> results.Trajectory:
+    """Return the result of a real case, with the processor time (s) of all that it took as its `run_time`."""
+    from clearsweep import simulation
+
+    begin = time.process_time()
+    trajectory = simulation.solve(case)
+    trajectory.summary["run_time"] = time.process_time() - begin
+    return trajectory
