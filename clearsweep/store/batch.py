@@ -1,5 +1,6 @@
 """The form of what is stored: columns of the summary, datasets of the orbits, and the two files of a batch of cases."""
 
+import binascii
 import contextlib
 import hashlib
 import io
@@ -316,12 +317,12 @@ def id_text(value: int) -> str:
 
 def id_texts(ids: np.ndarray) -> np.ndarray:
     """Return case_ids as they are written, of the dtype of CASE_ID, from numbers (uint64)."""
-    return np.frombuffer(ids.astype(">u8").tobytes().hex().encode(), CASE_ID.dtype)
+    return np.frombuffer(binascii.hexlify(ids.astype(">u8")), CASE_ID.dtype)
 
 
 def numbers_of(texts: bytes) -> np.ndarray:
     """Return case_ids as numbers, uint64, from one after another as they are written."""
-    return np.frombuffer(bytes.fromhex(texts.decode()), ">u8").astype("u8")
+    return np.frombuffer(binascii.unhexlify(texts), ">u8").astype("u8")
 
 
 @contextlib.contextmanager

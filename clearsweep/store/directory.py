@@ -261,9 +261,13 @@ class RunDirectory:
             rows["batch"], rows["row"] = number, np.arange(len(ids))
             tables.append(rows)
         rows = np.concatenate([np.empty(0, ROWS), *tables])
-        written = np.array([batch.written for batch in self.batches], "i8")[rows["batch"]]
-        rows = rows[np.lexsort((-written, rows["failed"], rows["id"]))]
-        return rows[np.concatenate([[True], rows["id"][1:] != rows["id"][:-1]])] if len(rows) else rows
+        del tables  # of a million cases each array here counts
+        newest_first = np.argsort([-batch.written for batch in self.batches], kind="stable")
+        age = np.empty(len(newest_first), "i4")
+        age[newest_first] = np.arange(len(age))
+        rows = rows[np.lexsort((age[rows["batch"]], rows["failed"], rows["id"]))]
+        again = rows["id"][1:] == rows["id"][:-1]
+        return rows[np.concatenate([[True], ~again])] if again.any() else rows
 
 
 def commit(directory: Path, form: Form, batch: str, rows: list[Row]) -> str:

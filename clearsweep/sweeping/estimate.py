@@ -9,7 +9,7 @@ import numpy as np
 
 from ..grid import Grid, check_memory, largest_history, usual_history
 from . import executors, signals, sweep
-from .shard import Shard
+from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Simulator, time_case
 
@@ -49,7 +49,7 @@ def estimate(
     directory.check(grid)
     directory.look()
     ids = sweep.case_ids(grid)
-    wanted = part.ids(ids) if part else np.unique(ids)
+    wanted = part.ids(ids) if part else each_once(ids)
     pending = sweep.missing(ids, wanted, directory.rows(), retry_failed=False)
     jobs = jobs or executors.cores()
     times, events = _pilot(grid, pending, simulator) if len(pending) else ([], 0.0)

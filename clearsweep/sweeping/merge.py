@@ -12,7 +12,7 @@ from .. import store
 from ..errors import DirectoryError
 from ..grid.variations import WAYS
 from . import progress, signals
-from .shard import Shard
+from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .sweep import RunResult, case_ids, conclude, facts
 from .worker import Simulator
@@ -49,7 +49,7 @@ def run_merge(
         for sentence in source.look().values():
             progress.say(f"{source.path}: {sentence}; left out")
     rows = [source.rows() for source in sources]
-    ids = np.unique(case_ids(grid))
+    ids = each_once(case_ids(grid))
     if not partial:
         _complete(ids, rows, [record.get("shard") for record in records])
     _agree(store.Form.of(grid), sources, rows)

@@ -32,4 +32,11 @@ class Shard(NamedTuple):
         It is every N-th of the sorted identities.  These are hashes, so that every axis is spread over all shards and
         none of them gets the slow cases alone.
         """
-        return np.unique(ids)[self.number - 1 :: self.of]
+        return each_once(ids)[self.number - 1 :: self.of].copy()  # not a view of all
+
+
+def each_once(ids: np.ndarray) -> np.ndarray:
+    """Return the different ones of some identities, ascending; np.unique takes five times the memory of a million."""
+    ordered = np.sort(ids)
+    again = ordered[1:] == ordered[:-1]
+    return ordered[np.concatenate([[True], ~again])] if again.any() else ordered

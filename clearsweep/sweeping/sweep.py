@@ -18,7 +18,7 @@ from ..case import Case
 from ..errors import DirectoryError, InputError, brief
 from . import executors, progress, signals
 from .driver import Batches, Driver
-from .shard import Shard
+from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Job, Simulator, compile_all
 
@@ -122,7 +122,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
     grids.check_memory(grids.largest_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
     ids = case_ids(grid)
-    wanted = shard.ids(ids) if shard else np.unique(ids)
+    wanted = shard.ids(ids) if shard else each_once(ids)
     derived, warnings = facts(grid, simulator)
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, counts={"cases": len(wanted)}) as directory:
         start = store.now()
@@ -189,7 +189,8 @@ def conclude(
 ) -> dict[str, int]:
     """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts."""
     rows = directory.rows()
-    rows = rows[np.isin(rows["id"], wanted)]
+    asked = within(rows["id"], wanted)
+    rows = rows if asked.all() else rows[asked]
     merged = store.merge(directory, store.Form.of(grid), rows, say=progress.say)
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
@@ -225,12 +226,28 @@ def case_ids(grid: grids.Grid) -> np.ndarray:
 
 
 def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
-    """Return the indices of the wanted cases that are to run, each identity once."""
+    """Return the indices of the `wanted` cases (ascending) that are to run, each identity once.
+
+    rows : what there is, ascending by id.
+    """
     if retry_failed:
         rows = rows[~rows["failed"]]
-    _, first = np.unique(ids, return_index=True)
-    first.sort()
-    return first[np.isin(ids[first], wanted) & ~np.isin(ids[first], rows["id"])]
+    order = np.argsort(ids, kind="stable")
+    sorted_ids = ids[order]
+    keep = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
+    keep &= within(sorted_ids, wanted)
+    keep &= ~within(sorted_ids, rows["id"])
+    return np.sort(order[keep])
+
+
+def within(values: np.ndarray, those: np.ndarray) -> np.ndarray:
+    """Return which of the values are among `those`, ascending; a fifth of np.isin's memory."""
+    if not len(those):
+        return np.zeros(len(values), bool)
+    places = np.searchsorted(those, values)
+    places[places == len(those)] = 0
+    there: np.ndarray = those[places] == values
+    return there
 
 
 def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
