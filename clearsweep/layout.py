@@ -28,6 +28,24 @@ class JointLayout(NamedTuple):
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
 
 
+class Parts(NamedTuple):
+    """All of a case that decides its layout."""
+
+    mechanism: str
+    joints: tuple[JointLayout, ...]
+    horizon: bool
+    error_check: bool
+    until: str  # simulate.until.figure
+
+
+def parts_of(case: Case) -> Parts:
+    """Return what of a case decides its layout."""
+    simulate = case.simulate
+    joints = tuple(JointLayout(joint.column, joint.wear.bins if joint.wear else 0) for joint in case.joints)
+    until = simulate.until.figure if simulate.until else ""
+    return Parts(case.mechanism.type, joints, simulate.horizon, simulate.error_check, until)
+
+
 class Layout(NamedTuple):
     """What a scene has and gives; every case of a grid shares it."""
 
@@ -44,22 +62,25 @@ class Layout(NamedTuple):
     @classmethod
     def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
         """Return the layout of a case, and so of all cases of its grid."""
-        mechanism, simulate = catalogue.mechanism(case.mechanism.type), case.simulate
-        assert mechanism is not None, case.mechanism.type  # a case is of a known one
-        joints = tuple(JointLayout(joint.column, joint.wear.bins if joint.wear else 0) for joint in case.joints)
-        until = simulate.until.figure if simulate.until else ""
-        asked = {name for name in ("horizon", "error_check", "until") if getattr(simulate, name)}
-        parts = {joint.column: {"wear"} if joint.wear else set() for joint in case.joints}
+        return cls.with_parts(parts_of(case), catalogue)
+
+    @classmethod
+    def with_parts(cls, parts: "Parts", catalogue: Catalogue) -> "Layout":
+        """Return the layout of cases with these parts."""
+        mechanism = catalogue.mechanism(parts.mechanism)
+        assert mechanism is not None, parts.mechanism  # a case is of a known one
+        asked = {name for name in ("horizon", "error_check", "until") if getattr(parts, name)}
+        worn = {joint.name: {"wear"} if joint.wear_bins else set() for joint in parts.joints}
         return cls(
             mechanism.name,
             mechanism.turns,
             mechanism.output.name if mechanism.output else "",
-            joints,
-            columns_of(catalogue, mechanism, parts, asked, until),
-            _channels(catalogue, mechanism, joints),
-            simulate.horizon,
-            simulate.error_check,
-            until,
+            parts.joints,
+            columns_of(catalogue, mechanism, worn, asked, parts.until),
+            _channels(catalogue, mechanism, parts.joints),
+            parts.horizon,
+            parts.error_check,
+            parts.until,
         )
 
     def written(self) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """From a case, names and numbers, to a scene, types and numbers: the only place where names become types."""
 
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from .. import grid
 from ..case import Case, Joint
 from ..catalogue import Catalogue, Mechanism
 from ..errors import InputError
-from ..layout import Layout
+from ..layout import Layout, Parts, parts_of
 from ..mechanics import rates
 from ..mechanics.joint import dry, registry
 from ..mechanics.joint.contract import every_internal_state
@@ -58,6 +59,12 @@ def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | N
     return build(loaded.case(0))
 
 
+@functools.lru_cache(maxsize=64)
+def _layout(parts: Parts) -> Layout:
+    """Return the layout of cases with these parts, which takes as long as all else in making a scene."""
+    return Layout.with_parts(parts, catalogue())
+
+
 def build(case: Case) -> Scene:
     """Return the scene of a resolved case.  Raises InputError where it cannot start as asked."""
     mechanism, bodies = MECHANISMS[case.mechanism.type], case.mechanism.values
@@ -72,7 +79,7 @@ def build(case: Case) -> Scene:
     sigma = math.sqrt(min(term.clearance for term in terms))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.concatenate([built.start, roots, [began for _, _, began in every_internal_state(terms)]])
-    return Scene(case, mechanism, built, value, Layout.of(case, catalogue()), start, bool(np.any(roots)))
+    return Scene(case, mechanism, built, value, _layout(parts_of(case)), start, bool(np.any(roots)))
 
 
 def _seated(reactions: Mapping[str, np.ndarray], joints: dict[str, dry.Joint]) -> tuple[dict, np.ndarray]:

@@ -193,7 +193,7 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
         )
         for joint in scene.case.joints
     )
-    message = message_of(limits, kept_onsets(_lasting(scene, run)), *nonsense(scene, run, summary))
+    message = message_of(limits, kept_onsets(_lasting(scene, window)), *nonsense(scene, run, summary))
     names = [channel.name for channel in scene.layout.channels]
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
@@ -201,12 +201,12 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     return Trajectory(status, message, summary, histories, _events_of(scene.layout, run.events), window.wear)
 
 
-def _lasting(scene: Scene, run: Run) -> Iterator[tuple[str, float]]:
+def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
     """Yield joint and onset rate (m/s) of every contact that lasts throughout the window and keeps that rate."""
-    kept = onset_rates(run)
     for j, joint in enumerate(scene.case.joints):
-        if joint.contact.onset == "first" and not math.isnan(kept[j]) and run.tally.joint[j, ONSETS] == 0.0:
-            yield joint.name, kept[j]
+        rate = float(window.onset[j])
+        if joint.contact.onset == "first" and not math.isnan(rate) and window.tally.joint[j, ONSETS] == 0.0:
+            yield joint.name, rate
 
 
 def nonsense(scene: Scene, run: Run, summary: Mapping[str, Any]) -> tuple[str, ...]:
