@@ -1,10 +1,15 @@
 """Tables with one row per finished case: its swept values, then its figures."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import overload
+
+import numpy as np
+import pandas as pd
 
 from .study import Axis, Study
 from .table import Column, Table
 
+AT_ONCE = 4096  # rows in memory
 Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
 
 
@@ -18,12 +23,37 @@ def case_table(study: Study, key: str, title: str, columns: Headings, by: str) -
     )
     if by not in dict(present) or study.cases.empty:
         return Table(key, title, "", heads, [])
-    ordered = study.cases.sort_values(by, ascending=False, kind="stable", na_position="last")
-    values = [ordered.index]
-    values += [ordered[axis.path] for axis in study.swept()]
-    values += [ordered[column] for column, _ in present]
+    order = np.argsort(-study.cases[by].to_numpy(float), kind="stable")  # without a value: last
+    shown = [*(axis.path for axis in study.swept()), *(column for column, _ in present)]
     note = f"Sorted by {dict(present)[by]}, largest first."
-    return Table(key, title, note, heads, list(zip(*values, strict=True)))
+    return Table(key, title, note, heads, CaseRows(study.cases, order, shown))
+
+
+class CaseRows(Sequence):
+    """Rows of a table, one per case, made as they are read: of a million cases a page shows a few."""
+
+    def __init__(self, cases: pd.DataFrame, order: np.ndarray, columns: list[str]):
+        """Take cases by case_id, the order of their rows, and the columns behind case_id."""
+        self.cases, self.order, self.columns = cases, order, columns
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    @overload
+    def __getitem__(self, which: int) -> tuple: ...
+    @overload
+    def __getitem__(self, which: slice) -> list[tuple]: ...
+    def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
+        if isinstance(which, int):
+            return self[which : which + 1 or None][0]
+        places = self.order[which]
+        values = [self.cases.index[places].tolist()]
+        values += [self.cases[column].iloc[places].tolist() for column in self.columns]
+        return list(zip(*values, strict=True))
+
+    def __iter__(self) -> Iterator[tuple]:
+        for start in range(0, len(self), AT_ONCE):
+            yield from self[start : start + AT_ONCE]
 
 
 def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .study import Axis, Study, position
+from .study import Axis, Study, grouped, position
 
 CLEAR_FACTOR = 1.05  # largest over smallest median below which an axis is said to have no clear effect
 CLEAR_CONTRAST = 4.0  # F ratio below which it is
@@ -46,7 +46,7 @@ def main_effects(study: Study, column: str) -> list[MainEffect]:
     shares = explained(values, places)
     effects = []
     for axis, place, share in zip(axes, places, shares, strict=True):
-        groups = [values[(place == k) & np.isfinite(values)] for k in range(len(axis.values))]
+        groups = [values[cases] for cases in grouped(np.where(np.isfinite(values), place, -1), len(axis.values))]
         quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
         medians, low, high = quantiles.T
         effects.append(MainEffect(axis, column, medians, low, high, *share))

@@ -158,7 +158,8 @@ class Study(NamedTuple):
 
     def scale(self, column: str) -> Scale:
         """Return the scale that suits a column of the finished cases."""
-        return wording.scale(self.unit(column), self.cases[column])
+        sizes = self.cases[column].abs().to_numpy(float)
+        return wording.scale(self.unit(column), float(sizes[np.isfinite(sizes)].max(initial=0.0)))
 
     def text(self, case_id: str, column: str) -> str:
         """Return one figure of one case with its unit."""
@@ -212,10 +213,18 @@ def position(axis: Axis, values: pd.Series) -> np.ndarray:
     """Return the place of each value on its axis (0, 1, ...), -1 where it is not on it."""
     if not axis.numeric:
         return values.map({value: place for place, value in enumerate(axis.values)}).fillna(-1).to_numpy(int)
-    known = np.asarray(axis.values, float)
-    given = values.to_numpy(float)
-    nearest = np.abs(given[:, None] - known[None, :]).argmin(axis=1)
+    known, given = np.asarray(axis.values, float), values.to_numpy(float)
+    order = np.argsort(known)
+    above = np.searchsorted(known[order], given).clip(1, max(len(known) - 1, 1))
+    beside = order[np.stack([above - 1, above.clip(max=len(known) - 1)])]
+    nearest = beside[np.abs(known[beside] - given).argmin(axis=0), np.arange(len(given))]
     return np.where(np.isclose(known[nearest], given, rtol=1e-9, atol=0.0), nearest, -1)
+
+
+def grouped(places: np.ndarray, count: int) -> list[np.ndarray]:
+    """Return for each of `count` places the indices of the cases that are there, ascending."""
+    order = np.argsort(places, kind="stable")
+    return np.split(order, np.searchsorted(places[order], np.arange(count + 1)))[1:-1]
 
 
 def dig(tree: Mapping, path: str) -> Any:

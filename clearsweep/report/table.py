@@ -2,6 +2,7 @@
 
 import csv
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -53,15 +54,15 @@ class Table(NamedTuple):
     title: str
     note: str
     columns: tuple[Column, ...]
-    rows: list[tuple]
+    rows: Sequence[tuple]
 
     def shown(self) -> Shown:
         """Return the table in text: heads with units for people, the first SHOWN rows."""
-        heads, cells = [], []
+        heads, cells, first = [], [], self.rows[:SHOWN]
         for place, column in enumerate(self.columns):
             if column.file_only:
                 continue
-            values = [row[place] for row in self.rows[:SHOWN]]
+            values = [row[place] for row in first]
             scale = _scale(column, values)
             numeric = not any(isinstance(_bare(value), str) for value in values)
             heads.append(Head(column.name, scale.unit, numeric))

@@ -317,7 +317,7 @@ def id_text(value: int) -> str:
 
 def id_texts(ids: np.ndarray) -> np.ndarray:
     """Return case_ids as they are written, of the dtype of CASE_ID, from numbers (uint64)."""
-    return np.frombuffer(binascii.hexlify(ids.astype(">u8")), CASE_ID.dtype)
+    return np.frombuffer(binascii.hexlify(ids.astype(">u8").tobytes()), CASE_ID.dtype)
 
 
 def numbers_of(texts: bytes) -> np.ndarray:

@@ -96,9 +96,11 @@ class StoredRun:
         """Return the summary as a DataFrame; `attrs["units"]` and `attrs["descriptions"]` hold these by column."""
         with self._table() as file:
             table = file.read(use_threads=False)
-        frame = table.replace_schema_metadata(None).to_pandas()
+        schema = table.schema
+        table = table.replace_schema_metadata(None)
+        frame = table.to_pandas(split_blocks=True, self_destruct=True)  # column by column, not all of it twice
         for name, key in (("units", b"unit"), ("descriptions", b"description")):
-            frame.attrs[name] = {field.name: field.metadata[key].decode() for field in table.schema}
+            frame.attrs[name] = {field.name: field.metadata[key].decode() for field in schema}
         return frame
 
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:

@@ -35,6 +35,8 @@ WRITTEN = (9, 8)  # rows and columns of a heat map up to which its cells carry n
 CELLS_VECTOR = 150  # and with more than this are drawn as pixels
 BINS_DRAWN = 41  # edges of a histogram's bars, at most
 POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
+POINTS_DRAWN = 50_000  # of clouds with more, points that others cover are left out
+CELLS_SEEN = 300  # side by side in a cloud: each is smaller than a point
 DECADES = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
 
 
@@ -216,6 +218,10 @@ def cloud(
 ) -> None:
     """Draw one point per case (SI, scaled); `colour` gives each the place of its value on an axis."""
     x, y = x / scales[0].factor, y / scales[1].factor
+    wide = [_spread(values) for values in (x, y)]
+    if len(x) > POINTS_DRAWN:
+        seen = _seen(*(np.log(values) if apart else values for values, apart in zip((x, y), wide, strict=True)))
+        x, y, colour = x[seen], y[seen], colour and (colour[0][seen], colour[1])
     style: dict[str, Any] = {
         "s": 16 if len(x) <= POINTS_VECTOR else 6,
         "linewidths": 0,
@@ -229,12 +235,30 @@ def cloud(
         norm = Normalize(0, max(len(axis.values) - 1, 1))
         ax.scatter(x, y, c=places, norm=norm, cmap="viridis", **style)
         named_bar(ax, axis, norm)
-    for which, values in (("x", x), ("y", y)):
-        positive = values[np.isfinite(values)]
-        if positive.size and positive.min() > 0.0 and positive.max() > DECADES * positive.min():
+    for which, apart in zip(("x", "y"), wide, strict=True):
+        if apart:
             logarithmic(ax, which)
     ax.set(xlabel=with_unit(names[0], scales[0]), ylabel=with_unit(names[1], scales[1]))
     plain_axes(ax)
+
+
+def _spread(values: np.ndarray) -> bool:
+    """Return whether values are so far apart that they are drawn on a logarithmic scale."""
+    known = values[np.isfinite(values)]
+    return bool(known.size and known.min() > 0.0 and known.max() > DECADES * known.min())
+
+
+def _seen(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the indices of the points that later ones do not cover: the last one in every small cell of the plane."""
+    known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    cells = np.zeros(len(known), int)
+    for values in (x[known], y[known]):
+        low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
+        cells = cells * CELLS_SEEN + (CELLS_SEEN * (values - low) / (high - low or 1.0)).astype(int).clip(
+            max=CELLS_SEEN - 1
+        )
+    _, last = np.unique(cells[::-1], return_index=True)
+    return np.sort(known[len(known) - 1 - last])
 
 
 def histogram(

@@ -9,7 +9,7 @@ from ..draw import comparison
 from ..main_effects import main_effects
 from ..picture import Picture, capital
 from ..section import Gallery, Section, filled
-from ..study import P99, RATIO, Axis, Joint, Study, position
+from ..study import P99, RATIO, Axis, Joint, Study, grouped, position
 from .drivers import ideal_varies
 
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
@@ -76,7 +76,8 @@ def medians(study: Study, values: np.ndarray, across: Axis, up: Axis) -> np.ndar
     row, column = position(up, study.cases[up.path]), position(across, study.cases[across.path])
     cell = row * len(across.values) + column
     table = np.full(len(up.values) * len(across.values), np.nan)
-    filled_cells = np.isfinite(values) & (row >= 0) & (column >= 0)
-    for place in np.unique(cell[filled_cells]):
-        table[place] = np.median(values[filled_cells & (cell == place)])
+    known = np.isfinite(values) & (row >= 0) & (column >= 0)
+    for place, cases in enumerate(grouped(np.where(known, cell, -1), len(table))):
+        if len(cases):
+            table[place] = np.median(values[cases])
     return table.reshape(len(up.values), len(across.values))
