@@ -155,7 +155,11 @@ class Grid:
 
     def case(self, index: int) -> Case:
         """Return the case at `index`, defaults filled in, with the keys that are in use."""
-        return case_of(self.written_case(index))
+        return self.case_at(self.point(index))
+
+    def case_at(self, point: Mapping[str, Value]) -> Case:
+        """Return the case at a `point`, for whoever has use for that, too."""
+        return case_of(self._tree(point))
 
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
@@ -163,7 +167,9 @@ class Grid:
 
     def written_case(self, index: int) -> dict[str, Any]:
         """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
-        point = self.point(index)
+        return self._tree(self.point(index))
+
+    def _tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
         return self._pattern(words_at(point)).case(point)
 
     def identities(self) -> Iterator[int]:

@@ -184,8 +184,10 @@ def prepare(run: StoredRun) -> Study:
     finished = (summary["status"] == "ok").to_numpy(dtype=bool)
     texts = {"status", "message", *(axis.path for axis in axes if not axis.numeric)}
     figures = [column for column in summary.columns if column not in texts]
-    cases = summary[finished].copy()
-    cases[figures] = cases[figures].astype("float64")
+    cases = summary.copy(deep=False) if finished.all() else summary[finished].copy()  # of a million, a copy counts
+    for column in figures:
+        if cases[column].dtype != np.float64:
+            cases[column] = cases[column].astype("float64")
     for joint in joints:
         if joint.column("force_peak_ideal") in cases:
             ideal = cases[joint.column("force_peak_ideal")]

@@ -25,6 +25,7 @@ from ..results import Trajectory
 from ..store import durable
 from . import signals
 
+AT_ONCE = 64  # cases made before the first of them runs
 _PR_SET_PDEATHSIG = 1
 NOTE_LENGTH = 22  # bytes that say who is at which case; after them a watchdog writes where a late case was
 
@@ -164,15 +165,22 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
         )
     rows, begin, stop = [], time.perf_counter(), os.fspath(job.stop)
     with signals.patience(), _noting(job.note(batch)) as note:
-        for index, case in enumerate(batch.cases):
+        for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
             if signals.requested() or os.path.exists(stop):
                 break
             note.say(index)
-            values = job.grid.case(case.grid_index)
-            rows.append(store.Row(case.case_id, job.grid.point(case.grid_index), _solve(job, values, note.handle)))
+            rows.append(store.Row(task.case_id, point, _solve(job, case, note.handle)))
         seconds = time.perf_counter() - begin
         committed = store.commit(job.directory, job.form, batch.name, rows) if rows else None
     return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+
+
+def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
+    """Yield tasks, points and cases; some are made at once, which takes a third of making each after another's run."""
+    for first in range(0, len(batch.cases), AT_ONCE):
+        tasks = batch.cases[first : first + AT_ONCE]
+        points = [grid.point(task.grid_index) for task in tasks]
+        yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
 
 
 class _Noting:
