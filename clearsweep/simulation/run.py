@@ -90,7 +90,7 @@ class Run:
             k=np.zeros((dop853.ROWS, n)),
             o=np.zeros((dop853.ROWS, observables.columns(many))),
             f=np.zeros((7, n)),
-            scale=_scale(scene),
+            scale=_scale(scene, many, [state.scale for _, state, _ in internal]),
             mode=np.array([modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]),
             latched=np.array([ONSET_FLOOR] * many + [began for _, began in every_latched(joints)]),
             apart=np.array([modes.apart for _, modes in contacts]),
@@ -146,9 +146,9 @@ def onset_rates(run: Run) -> np.ndarray:
     joints, work = run.value.joints, run.work
     rates, place = np.full(len(joints), math.nan), first_place(joints, work.time + 1)
     for j, joint in enumerate(joints):
-        law = as_it_is(joint.law, work.end, work.latched, place)
-        if touches(int(work.mode[place.contact])) and keeps_onset(law):
-            rates[j] = work.latched[place.contact]
+        if touches(int(work.mode[place.contact])):
+            law = as_it_is(joint.law, work.end, work.latched, place)
+            rates[j] = work.latched[place.contact] if keeps_onset(law) else math.nan
         place = after_joint(place, joint)
     return rates
 
@@ -166,16 +166,15 @@ def _unit(scene: Scene) -> np.ndarray:
     return np.concatenate([unit, unit * scene.value.reference_rate])
 
 
-def _scale(scene: Scene) -> np.ndarray:
-    """Return the error (n,) that one step may make in each component of the state."""
+def _scale(scene: Scene, contacts: int, internal: list[float]) -> np.ndarray:
+    """Return the error (n,) that one step may make in each component of the state; `internal`: scales of its laws."""
     value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, size, lengths = min(joint.clearance for joint in value.joints), scene.built.size, scene.built.lengths
     place = np.maximum(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size) / lengths
     rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.reference_rate / lengths
     moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.reference_rate
-    root = np.full(len(every_contact(value.joints)), ROOT_WEIGHT * tolerance * math.sqrt(clearance))
-    internal = np.array([state.scale for _, state, _ in every_internal_state(value.joints)])
-    return np.concatenate([place, rate, [moment], root, tolerance * internal])
+    root = np.full(contacts, ROOT_WEIGHT * tolerance * math.sqrt(clearance))
+    return np.concatenate([place, rate, [moment], root, tolerance * np.array(internal)])
 
 
 def integrated(scene: Scene, times: np.ndarray, end: float, watchers: Sequence[Watcher] = ()) -> Run:
