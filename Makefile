@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 BENCH := .venv-bench
 DOCS := .venv-docs
 
-.PHONY: run test test-quick test-plain test-all mutate lint verify bench docs torture clean
+.PHONY: run test test-quick test-plain test-all mutate lint verify bench scale docs torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -53,6 +53,10 @@ bench: $(BENCH)/.ready
 	done
 	@PYTHONPATH=tests $(BENCH)/bin/python -m bench.speed $(ARGS)
 	@case "$(ARGS)" in *--json*) ;; *) $(BENCH)/bin/python tests/bench/efficiency.py ;; esac
+
+# ARGS: --made-up N,N, --real N,N, --write (N: 10000, 100000 or 1000000; results/speed.md)
+scale: $(READY)
+	$(BIN)/python tests/scale.py $(ARGS)
 
 $(BENCH)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(BENCH)

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 import scale_cases
+import speed_page
 from scale_cases import COUNTS
 
 import clearsweep
@@ -30,8 +31,6 @@ from clearsweep.sweeping import closing, estimate, sweep
 from clearsweep.sweeping.simulator import SIMULATION
 
 ROOT = Path(__file__).parent.parent
-PAGE = ROOT / "results" / "speed.md"
-MARK = "<!-- below: written by `make scale ARGS=--write` -->\n"
 LEAST = 100  # cases whose run is taken for the start-up of the others
 JOBS = 2
 SHORT = 1e-3  # s, what a stand-in takes where the share of the cases in all is asked
@@ -241,7 +240,7 @@ def main() -> None:
     page = "\n\n".join(text) + "\n"
     print(page)
     if asked.write:
-        PAGE.write_text(PAGE.read_text(encoding="utf-8").partition(MARK)[0] + MARK + page, encoding="utf-8")
+        speed_page.write_scale(page)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The driver survives what executors do to it: pools that break, workers that vanish or leave early."""
 
+import pickle
 import subprocess
 from concurrent.futures import BrokenExecutor, Future
 
@@ -97,6 +98,14 @@ def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
 def test_a_pool_that_breaks_again_and_again_ends_the_run_with_advice(driven):
     with pytest.raises(ClearsweepError, match="--executor serial"):
         driven(Unreliable(*["breaks"] * 20))
+
+
+def test_a_job_that_is_sent_again_and_again_is_unpacked_once(tmp_path):
+    sent, other = (pickle.dumps(Job(tmp_path, grids.load(grid(n), CATALOGUE), Fake, None)) for n in (2, 3))
+    first = pickle.loads(sent)
+    assert first.grid.case_id(1) == grids.load(grid(2), CATALOGUE).case_id(1)
+    assert pickle.loads(sent) is first
+    assert len(pickle.loads(other).grid) == 3
 
 
 def test_workers_with_another_version_of_the_model_are_refused_and_commit_nothing(tmp_path):

@@ -35,6 +35,35 @@ def further(monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", (*figures.JOINT, FURTHER, *figures.FIGURES[len(figures.JOINT) :]))
 
 
+def test_a_case_gives_the_same_bits_whatever_ran_before_in_its_process():
+    held = grid.load(
+        slider_crank("rod-slider", changes={"simulate.revolutions": 0.5, "simulate.discard": 0}), simulation.catalogue()
+    ).case(0)
+    other = held._replace(joints=(held.joints[0]._replace(clearance=2e-4),))
+
+    def figures_of(case):
+        result = simulation.solve(case)
+        return {name: value for name, value in result.summary.items() if name != "run_time"}, result.events.tobytes()
+
+    first = figures_of(held)
+    assert figures_of(other) != first
+    assert figures_of(held) == first
+
+
+def test_layouts_that_are_kept_follow_the_figures_there_are(further):
+    case = grid.load(slider_crank("rod-slider"), simulation.catalogue()).case(0)
+    assert COLUMN in {column.name for column in simulation.build(case).layout.columns}
+
+
+def test_layouts_are_kept_by_all_that_decides_them():
+    case = grid.load(slider_crank("rod-slider"), simulation.catalogue()).case(0)
+    assert simulation.build(case).layout is simulation.build(case).layout
+    for changes in ({"horizon": True}, {"error_check": True}):
+        changed = case._replace(simulate=case.simulate._replace(**changes))
+        assert simulation.build(changed).layout == Layout.of(changed, simulation.catalogue())
+    assert COLUMN not in {column.name for column in simulation.build(case).layout.columns}
+
+
 def source(**changes):
     """Return a grid of one case of two revolutions; `changes` has `__` for dots."""
     asked = {key.replace("__", "."): value for key, value in changes.items()}

@@ -36,7 +36,7 @@ from .batch import (
 from .directory import FINAL_FILES, RunDirectory
 from .record import read_record
 
-HELD_ROWS = 65536  # rows of the summary held in memory at a time, all of whole batches
+HELD_ROWS = 32768  # rows of the summary held in memory at a time, all of whole batches
 CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
 CHUNKS_AT_ONCE = 32  # pieces compressed side by side before they are written
 OPEN_FILES = 128  # of batches, open at a time
@@ -77,7 +77,9 @@ def merge(
 
 def _mark(run: RunDirectory, form: Form, rows: np.ndarray) -> str:
     """Return a hash of what the merged files hold, which both carry: batches are named by their content."""
-    digest = hashlib.sha256(repr(form).encode() + rows["id"].tobytes() + rows["row"].tobytes())
+    digest = hashlib.sha256(repr(form).encode())
+    for column in ("id", "row"):
+        digest.update(rows[column].tobytes())
     names = np.array([batch.name for batch in run.batches], "S")
     for start in range(0, len(rows), HELD_ROWS):
         digest.update(names[rows["batch"][start : start + HELD_ROWS]].tobytes())

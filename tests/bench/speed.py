@@ -14,9 +14,9 @@ import time
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
+import speed_page
 from scipy.optimize import isotonic_regression
 
 from clearsweep.simulation.trajectory import work_counts
@@ -225,11 +225,9 @@ def main() -> None:
     results = measure(asked.rounds, lambda what: print(f"bench: {what}", file=sys.stderr, flush=True))
     print(json.dumps(results, indent=2, allow_nan=False) if asked.json else text(results))
     if asked.write:
-        page = Path(__file__).parents[2] / "results" / "speed.md"
-        page.write_text(
+        speed_page.write_bench(
             f"# Speed beside others\n\nWritten by `{results['command']} ARGS=--write` on "
-            f"{results['date']}.\n\n```text\n{text(results)}\n```\n",
-            encoding="utf-8",
+            f"{results['date']}.\n\n```text\n{text(results)}\n```\n"
         )
 
 
