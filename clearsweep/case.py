@@ -6,20 +6,41 @@ known reads it.  All else has a field.
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from .outline import Outline
 
 
 class Mechanism(NamedTuple):
-    """The bodies: `values` by dotted path below `mechanism`, such as 'crank.length' (m)."""
+    """The bodies: `values` by dotted path below `mechanism`, such as 'crank.length' (m), and words by theirs."""
 
     type: str
-    values: Mapping[str, float]
+    values: Mapping[str, Any]
+
+
+Table = Mapping[str, tuple[float, ...]]  # column -> its values in SI
 
 
 class Drive(NamedTuple):
-    """What turns the crank."""
+    """What turns the crank: a speed, a table of it over time, a torque, or a motor."""
 
-    speed: float  # rad/s
+    speed: float = 0.0  # rad/s, constant
+    table: Table | None = None  # time (s), speed (rad/s)
+    torque: float = 0.0  # N m, constant; of a motor at rest
+    no_load_speed: float = math.inf  # rad/s, at which a motor gives no torque
+    initial_speed: float = 0.0  # rad/s, of a free crank
+    inertia: float = 0.0  # kg m^2, of a flywheel
+    start_angle: float = 0.0  # rad
+
+
+class Load(NamedTuple):
+    """What acts on a mechanism from outside."""
+
+    name: str
+    form: str  # the name of a law of the family 'load'
+    values: Mapping[str, Any]  # numbers and words by key
+    table: Table | None = None
+    friction: "Friction | None" = None
 
 
 class Material(NamedTuple):
@@ -78,6 +99,12 @@ class Joint(NamedTuple):
     journal: str | None = None  # the body it sits on; None where there is no choice
     friction: Friction | None = None
     wear: Wear | None = None
+    height: float | None = None  # m, of a guide's block
+
+    @property
+    def is_guide(self) -> bool:
+        """Return whether it is prismatic: a block between walls."""
+        return self.height is not None
 
     @property
     def column(self) -> str:
@@ -108,6 +135,7 @@ class Simulate(NamedTuple):
     error_check: bool = False
     horizon: bool = False
     until: Until | None = None
+    time_limit: float = math.inf  # s, of a crank that is free
 
 
 class Save(NamedTuple):
@@ -126,3 +154,5 @@ class Case(NamedTuple):
     simulate: Simulate
     save: Save
     drive: Drive | None = None  # None: nothing turns
+    loads: tuple[Load, ...] = ()
+    outline: Outline = Outline()

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from math import inf
 from typing import Any, NamedTuple
 
+from .outline import Outline
+
 
 class Field(NamedTuple):
     """One number a user writes."""
@@ -58,7 +60,8 @@ class Order(NamedTuple):
 class Law(NamedTuple):
     """One law of a family, as a user names it."""
 
-    family: str  # 'law' (contact.law), 'elastic', 'friction' (friction.law), 'wear' (wear.law), 'pressure'
+    family: str  # 'law' (contact.law), 'elastic', 'friction' (friction.law), 'wear' (wear.law), 'pressure', or
+    # 'mechanism', 'drive', 'load', which have no `law` to choose by
     name: str
     summary: str
     formula: str
@@ -70,6 +73,8 @@ class Law(NamedTuple):
     ranges: tuple[Range, ...] = ()
     uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
     orders: tuple[Order, ...] = ()
+    remembers: bool = False  # family 'friction': depends on more than the present sliding
+    sticks: bool = False  # family 'friction': holds surfaces that do not slide
 
 
 class JointSite(NamedTuple):
@@ -78,7 +83,7 @@ class JointSite(NamedTuple):
     name: str  # as in the grid: 'rod-slider'
     proximal: str  # the body towards the drive
     distal: str
-    kind: str = "revolute"  # or 'line': a gap with two ends, which is always there
+    kind: str = "revolute"  # 'guide': prismatic; or 'line': a gap with two ends, which is always there
     journal: str = ""  # the body it sits on unless the grid says otherwise; left out: the distal one
 
     @property
@@ -87,18 +92,40 @@ class JointSite(NamedTuple):
         return (self.proximal, self.distal) if self.journal == self.proximal else (self.distal, self.proximal)
 
 
+class Choice(NamedTuple):
+    """A key that holds one of a few words."""
+
+    name: str
+    options: tuple[str, ...]
+    text: str
+    default: str | None = None  # None: required
+
+
+class Columns(NamedTuple):
+    """A key that holds a table, or the name of a file that does."""
+
+    name: str
+    text: str
+    over: tuple[Field, ...]  # it has one of these columns, which increases
+    values: tuple[Field, ...]  # and at least one of these
+
+
 class Keys(NamedTuple):
     """A section of the grid file that belongs to a mechanism."""
 
     path: str  # 'mechanism.crank'; 'mechanism' for keys of no body
     text: str
-    fields: tuple[Field, ...]  # named '0', '1' where a list of quantities is written
-    need: str = "required"  # or 'implied': there even if it is not written
+    fields: tuple[Field, ...] = ()  # named '0', '1' where a list of quantities is written
+    need: str = "required"  # 'optional', or 'implied': there even if it is not written
+    words: tuple[Choice, ...] = ()  # named '0', '1' where a list of words is written
+    tables: tuple[Columns, ...] = ()
+    family: str = ""  # of the laws among which a key `law` chooses
 
     @property
     def pair(self) -> bool:
-        """Return whether it is written as a list of two quantities."""
-        return self.fields[0].name == "0"
+        """Return whether it is written as a list of two."""
+        names = (*(field.name for field in self.fields), *(choice.name for choice in self.words))
+        return "0" in names
 
 
 class Output(NamedTuple):
@@ -132,10 +159,14 @@ class Mechanism(NamedTuple):
     keys: tuple[Keys, ...]
     channels: tuple[Channel, ...]  # after the time, as its compiled form describes itself
     turns: bool  # a drive turns it: there are revolutions
-    build: Callable  # (bodies, drive, joint -> compiled Joint, joint -> (2,) m, place of its distal pin) -> Built
+    #: its own equations: (bodies, drive, joint -> compiled Joint, joint -> (2,) m, place of its distal pin) -> Built
+    build: Callable | None
     output: Output | None = None
     orders: tuple[Order, ...] = ()
     ideal: Callable | None = None  # (bodies, drive, angles in rad) -> mechanics.mechanism.contract.IdealMotion
+    outlined: Callable | None = None  # outline.Outline -> the mechanism with the keys and parts that this has
+    machine: Callable | None = None  # case.Case -> machine.Machine, of which it is built where `build` is None
+    free: bool = False  # its crank is free
 
     @property
     def law(self) -> Law:
@@ -172,7 +203,7 @@ class Figure(NamedTuple):
     unit: str  # SI
     text: str
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
-    needs: tuple[str, ...] = ()  # 'turns' or 'rests' (the mechanism); 'wear' (the joint); 'horizon', 'until' (simulate)
+    needs: tuple[str, ...] = ()  # 'turns', 'free', 'rests' (the mechanism); 'wear' (the joint); 'horizon', 'until'
     value: Callable | None = None  # (simulation.window.Window, place of the joint) -> value; None: see `sums`
     sums: Any = None  # the sums it is made of, such as simulation.sums.Mean: it settles, `simulate.until` may judge it
     kind: str = "float"  # or 'int'
@@ -200,6 +231,11 @@ class Catalogue(NamedTuple):
     def mechanism(self, name: str) -> Mechanism | None:
         """Return the mechanism called `name`, or None."""
         return next((mechanism for mechanism in self.mechanisms if mechanism.name == name), None)
+
+    def outlined(self, name: str, outline: Outline) -> Mechanism | None:
+        """Return the mechanism called `name` with what a grid of this outline has, or None."""
+        mechanism = self.mechanism(name)
+        return mechanism.outlined(outline) if mechanism and mechanism.outlined else mechanism
 
     def of(self, family: str) -> tuple[Law, ...]:
         """Return the laws of one family."""

@@ -1,0 +1,135 @@
+"""A planar machine as it is described: rigid bodies, the joints between them, what drives it and what loads it; SI.
+
+Any planar mechanism of a grid is put into these words, whatever its own keys are; `mechanics.mechanism.planar` makes
+the equations of motion of them.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+GROUND = "ground"  # the body that does not move
+
+
+class Body(NamedTuple):
+    """A rigid body; its frame turns with it."""
+
+    mass: float  # kg; 0 for the ground
+    inertia: float  # kg m^2, about the centre of mass
+    center: tuple[float, float]  # m, centre of mass in its own frame
+    points: Mapping[str, tuple[float, float]]  # m, by name, in its own frame
+
+
+class At(NamedTuple):
+    """A point of a body, by name."""
+
+    body: str
+    point: str
+
+
+class Pin(NamedTuple):
+    """A revolute joint: two points coincide, but for its clearance."""
+
+    name: str
+    proximal: At
+    distal: At
+
+
+class Guide(NamedTuple):
+    """A prismatic joint: the distal point stays on a line through the proximal one, and the frames stay parallel."""
+
+    name: str
+    proximal: At
+    distal: At
+    axis: float  # rad, of the line in the frame of the proximal body
+
+
+class Constant(NamedTuple):
+    """A crank at constant speed."""
+
+    speed: float  # rad/s
+    start_angle: float = 0.0  # rad
+
+
+class Course(NamedTuple):
+    """A crank whose speed follows a table, straight between its rows and constant beyond them."""
+
+    times: np.ndarray  # (rows,) s, increasing
+    speeds: np.ndarray  # (rows,) rad/s
+    start_angle: float = 0.0
+
+
+class Motor(NamedTuple):
+    """A free crank under a torque `stall_torque` (1 - speed / no_load_speed); a constant one if that is infinite."""
+
+    stall_torque: float  # N m
+    no_load_speed: float = math.inf  # rad/s
+    initial_speed: float = 0.0  # rad/s
+    inertia: float = 0.0  # kg m^2, of a flywheel, added to the crank's about its centre of mass
+    start_angle: float = 0.0  # rad
+
+
+class Push(NamedTuple):
+    """A force of fixed direction at a point of a body, and a torque on it."""
+
+    name: str
+    at: At
+    fx: float  # N
+    fy: float
+    torque: float  # N m
+
+
+class Tabled(NamedTuple):
+    """A Push that depends on the crank angle, repeating over the span of its table, or on time, held beyond it."""
+
+    name: str
+    at: At
+    over: str  # 'angle' or 'time'
+    knots: np.ndarray  # (rows,) rad or s, increasing
+    fx: np.ndarray  # (rows,) N, between them monotone cubic (PCHIP)
+    fy: np.ndarray
+    torque: np.ndarray  # (rows,) N m
+    scale: float = 1.0
+
+
+class Spring(NamedTuple):
+    """A spring and damper in the line from a point of one body to a point of another."""
+
+    name: str
+    first: At
+    second: At
+    stiffness: float  # N/m
+    free_length: float  # m
+    damping: float  # N s/m
+
+
+class Rubbing(NamedTuple):
+    """Friction in a joint without clearance: in a pin a couple, radius times its law's force, in a guide a force."""
+
+    name: str
+    joint: str
+    friction: tuple  # compiled form of a friction law, as in a clearance joint
+    radius: float = 0.0  # m, of a pin
+
+
+class Aim(NamedTuple):
+    """The motion by which the machine is judged: of a point along a direction, or of a body's angle."""
+
+    body: str
+    point: str = ""  # '': the angle
+    along: float = 0.0  # rad
+
+
+class Machine(NamedTuple):
+    """A planar machine."""
+
+    bodies: Mapping[str, Body]  # 'ground' among them
+    joints: tuple  # of Pin and Guide, in the order in which they were written
+    driven: str  # name of the Pin that the drive turns: its proximal body is the ground
+    drive: tuple  # Constant, Course or Motor
+    gravity: float  # m/s^2, along -y
+    aim: Aim
+    start: Mapping[str, float] = {}  # rad, angles of bodies near which loops are closed at the start angle; else 0
+    loads: tuple = ()  # of Push, Tabled, Spring, Rubbing

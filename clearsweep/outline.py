@@ -1,0 +1,74 @@
+"""What a grid names itself, and so decides which keys it has: the form of its drive, its loads, bodies and joints.
+
+None of it is a number and none can be swept: all cases of a grid have one outline.
+"""
+
+from typing import NamedTuple
+
+GROUND = "ground"
+ANY = "NAME"  # stands for a name that a user chooses, where keys are listed
+
+
+class BodyOutline(NamedTuple):
+    """A body of a `planar` mechanism."""
+
+    name: str
+    points: tuple[str, ...]
+
+
+class JointOutline(NamedTuple):
+    """A joint of a `planar` mechanism; its two points are 'body.point', '' where that could not be read."""
+
+    name: str
+    type: str  # 'revolute' or 'prismatic'
+    proximal: str
+    distal: str
+    journal: str = ""  # a body; '': the distal one
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """Return the proximal and the distal body."""
+        return self.proximal.partition(".")[0], self.distal.partition(".")[0]
+
+
+class LoadOutline(NamedTuple):
+    """A load."""
+
+    name: str
+    form: str  # the name of a law of the family 'load'
+    on: str = ""  # the body it acts on, or the joint
+
+
+class Outline(NamedTuple):
+    """What a grid names itself."""
+
+    type: str = ""  # mechanism.type
+    drive: str = "speed"  # the name of a law of the family 'drive'
+    loads: tuple[LoadOutline, ...] = ()
+    bodies: tuple[BodyOutline, ...] = ()  # of a `planar` mechanism, the ground among them
+    joints: tuple[JointOutline, ...] = ()  # of a `planar` mechanism
+    turning: bool = False  # the output of a `planar` mechanism is an angle
+    clearances: frozenset[str] = frozenset()  # joints with clearance
+    written: frozenset[str] = frozenset()  # keys that are there, of those that change the equations, see GENERAL
+
+    @property
+    def general(self) -> bool:
+        """Return whether there is anything that a mechanism alone, at constant speed from angle zero, has not."""
+        return bool(self.drive != "speed" or self.loads or self.written)
+
+    @property
+    def free(self) -> bool:
+        """Return whether the crank is free, its motion not prescribed."""
+        return self.drive in ("torque", "motor")
+
+
+#: Keys that a slider-crank's own equations do not know: one of them, and it is built as any planar machine is.
+GENERAL = ("mechanism.slider.offset", "drive.start_angle", "joints.slider-ground")
+
+#: An outline with everything that a grid may name, for lists of keys.
+EVERYTHING = Outline(
+    drive=ANY,
+    loads=(LoadOutline(ANY, ANY, ANY),),
+    bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),
+    joints=(JointOutline(ANY, ANY, "", ""),),
+)
