@@ -24,7 +24,7 @@ from .joint.impact_mass import joints_now
 from .joint.loads import loads_of, put_internal_rates
 from .joint.places import after_joint, extent, first_place
 from .joint.sticking import with_sticking_forces
-from .mechanism.contract import accelerate, describe, energy, gaps, output_error, place
+from .mechanism.contract import accelerate, crank_rate, describe, energy, gaps, load_power, output_error, place
 from .observe.observables import (
     ACCELERATION,
     DRIVE,
@@ -136,7 +136,7 @@ def rates(scene, y, mode, latched, k, o, row):
     n = len(scene.coordinates)
     time = 2 * n
     p, _, loads, motion = look(scene, y, mode, latched)
-    kinetic, gravity_power = energy(scene.mechanism, p)
+    kinetic, outside = energy(scene.mechanism, p)
 
     kappa = clock(scene, y, mode)
     for i in range(n):
@@ -144,8 +144,8 @@ def rates(scene, y, mode, latched, k, o, row):
         k[row, n + i] = kappa * motion.accelerations[i]
     k[row, time] = kappa
     o[row, KAPPA] = kappa
-    o[row, DRIVE] = motion.torque * scene.reference_rate
-    o[row, GRAVITY] = gravity_power
+    o[row, DRIVE] = motion.torque * crank_rate(scene.mechanism, p, scene.reference_rate)
+    o[row, GRAVITY] = outside + load_power(scene.mechanism, motion)
     o[row, ACCELERATION] = motion.output
     o[row, TORQUE] = motion.torque
     if row == 0 or row >= END:  # wanted where the state is accurate, at the ends of a step and on the interpolant
@@ -247,20 +247,51 @@ JOINT_CHANNELS = (
 )
 
 
+class _Samples(NamedTuple):
+    """Where a joint's values go: its first contact, and the column of the first."""
+
+    place: tuple  # Place
+    column: int
+
+
+@kernel
+def _after_samples(samples, joint):
+    return _Samples(after_joint(samples.place, joint), samples.column + len(JOINT_CHANNELS))
+
+
+@inlined
+def _put_gap(joint, gap, samples, into):
+    (out, side), column = into, samples.column
+    sign = side[samples.place.contact]
+    out[column], out[column + 1] = sign * gap.x, sign * gap.y
+    out[column + 2], out[column + 3] = sign * gap.vx, sign * gap.vy
+
+
+@inlined
+def _put_force(joint, load, samples, into):
+    contact = load.contacts[0]
+    for i in range(1, len(load.contacts)):
+        if load.contacts[i].normal > contact.normal:
+            contact = load.contacts[i]
+    into[0][samples.column + 4], into[0][samples.column + 5] = contact.normal, contact.tangential
+
+
+_put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_force, _after_samples)
+
+
 def sample_entry(scene, y, mode, latched, side, out, channels):
-    """Put the time histories' values at the state `y` into `out`, in the order of the `channels`, so many."""
+    """Put the time histories' values at the state `y` into `out`, in the order of the `channels`, so many.
+
+    Of a joint with several contacts the forces are those of the one that bears most.
+    """
     here = scene[0]
     contacts, n, latching = size_of(here)
     values = shaped(out, (channels,))
     side, y = shaped(side, (contacts,)), shaped(y, (n,))
     pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(latched, (latching,)))
-    column = describe(here.mechanism, y, pose, motion, values)
-    for j in range(len(here.joints)):
-        gap, contact = relative[j], loads[j].contacts[0]
-        values[column], values[column + 1] = side[j] * gap.x, side[j] * gap.y
-        values[column + 2], values[column + 3] = side[j] * gap.vx, side[j] * gap.vy
-        values[column + 4], values[column + 5] = contact.normal, contact.tangential
-        column += 6
+    samples = _Samples(first_place(here.joints, 0), describe(here.mechanism, y, pose, motion, values))
+    _put_gaps(here.joints, relative, samples, (values, side))
+    _put_forces(here.joints, loads, samples, (values, side))
 
 
 _STATE = (types.float64, types.int64, types.float64)  # y, mode, latched

@@ -61,6 +61,11 @@ def value(x):
     return x.value if isinstance(x, Dual) else x
 
 
+def plain(x):
+    """Return a number without slopes, however deep they nest."""
+    return plain(x.value) if isinstance(x, Dual) else x
+
+
 def slope(x):
     """Return the slope of a number, 0 where it has none."""
     return x.slope if isinstance(x, Dual) else 0.0
@@ -339,6 +344,11 @@ def _item(state, i):
 @overload(value, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _value(x):
     return (lambda x: x.value) if isinstance(x, DualType) else (lambda x: x)
+
+
+@overload(plain, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _plain(x):
+    return (lambda x: plain(x.value)) if isinstance(x, DualType) else (lambda x: x)
 
 
 @overload(slope, strict=False, jit_options=dict(OPTIONS, forceinline=True))

@@ -1,4 +1,4 @@
-"""What `clearsweep laws` prints."""
+"""What `clearsweep list` prints."""
 
 import math
 import textwrap
@@ -7,6 +7,8 @@ from ...case import Contact, Joint, Material, Materials
 from ...catalogue import Field, Law
 from ...errors import InputError, nearest
 from ..mechanism import MECHANISMS
+from ..mechanism.drives import DRIVES
+from ..mechanism.loads import LOADS
 from .elastic.contract import elastic_force
 from .recipe import RECIPES, Recipe
 
@@ -29,6 +31,8 @@ ONSET = (
 )
 _KEYS = {
     "mechanism": "mechanism.type",
+    "drive": "drive",
+    "load": "loads",
     "law": "contact.law",
     "elastic": "contact.elastic",
     "friction": "friction.law",
@@ -45,13 +49,14 @@ def text(name: str | None = None) -> str:
     chosen = [law for law in everything if law.name == name]
     if not chosen:
         known = dict.fromkeys(law.name for law in everything)
-        raise InputError(f"laws: unknown law '{name}'{nearest(name, known)} (known: {', '.join(known)})")
+        raise InputError(f"list: unknown law '{name}'{nearest(name, known)} (known: {', '.join(known)})")
     return "\n\n".join(map(_described, chosen))
 
 
 def _everything() -> tuple[Law, ...]:
-    """Return the mechanisms and all laws."""
-    return (*(mechanism.law for mechanism in MECHANISMS.values()), *(recipe.law for recipe in RECIPES.values()))
+    """Return the mechanisms, drives, loads and all laws."""
+    mechanisms = (mechanism.law for mechanism in MECHANISMS.values())
+    return (*mechanisms, *DRIVES.values(), *LOADS.values(), *(recipe.law for recipe in RECIPES.values()))
 
 
 def _list() -> str:
@@ -64,12 +69,13 @@ def _list() -> str:
 
 
 def _described(law: Law) -> str:
-    recipe = RECIPES.get((law.family, law.name))  # None of a mechanism
+    recipe = RECIPES.get((law.family, law.name))  # None of a mechanism, a drive or a load
     blocks = [f"{_KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
     if law.fields or law.needs:
         onset = [_wrapped("  ", ONSET)] if law.uses_onset else []
         blocks.append("\n".join(["parameters", *map(_parameter, law.fields), *map(_needed, law.needs), *onset]))
-    blocks += [_wrapped("", f"source: {law.source}")]
+    if law.source:
+        blocks.append(_wrapped("", f"source: {law.source}"))
     if law.notes:
         blocks.append(_wrapped("", f"notes: {law.notes}"))
     if any(field.name == "restitution" for field in law.fields):

@@ -8,7 +8,7 @@ import math
 
 from ...case import Joint
 from ...catalogue import Law
-from . import dry
+from . import dry, guide
 from .describe import text
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
@@ -54,9 +54,11 @@ def _elastic(joint: Joint) -> Recipe | None:
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
 
-def joint_term(joint: Joint, distal: str) -> dry.Joint:
+def joint_term(joint: Joint, distal: str) -> dry.Joint | guide.Guide:
     """Return the compiled form of a joint, `distal` being its body away from the drive; here its kind is chosen."""
     law, elastic = contact_terms(joint)
+    if joint.is_guide:
+        return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, friction_term(joint))
     side = 1.0 if joint.journal in (None, distal) else -1.0
     radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
     return dry.Joint(

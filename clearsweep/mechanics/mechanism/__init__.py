@@ -1,8 +1,9 @@
 """Mechanisms: where the bodies are, how they accelerate, what they would do without clearance."""
 
-from . import impact_pair, slider_crank
+from . import four_bar, impact_pair, slider_crank, topology
 
 __all__ = ["MECHANISMS"]
 
 #: Every mechanism that a grid can name, by its name; the first one is meant where none is named.
-MECHANISMS = {mechanism.name: mechanism for mechanism in (slider_crank.MECHANISM, impact_pair.MECHANISM)}
+KINDS = (slider_crank, four_bar, topology, impact_pair)
+MECHANISMS = {kind.MECHANISM.name: kind.MECHANISM for kind in KINDS}

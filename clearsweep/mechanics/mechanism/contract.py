@@ -25,6 +25,8 @@ from ..compiled.family import family, inlined, kernel, map_joints
 from ..compiled.moving import Moving
 from ..joint.places import after_number
 
+STEPS = 720  # of a turn: with a parabola through the largest value, exact to about 1e-9
+
 
 class IdealMotion(NamedTuple):
     """A mechanism without clearance at angles of what drives it, arrays of any shape (...)."""
@@ -52,16 +54,17 @@ def largest_reactions(mechanism: Mechanism, bodies: Mapping[str, float], drive: 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
 def _largest_reactions(ideal: Callable, bodies: tuple, drive: float) -> Mapping[str, float]:
-    count = 720  # with the parabola, exact to about 1e-9
-    angles = 2.0 * np.pi * np.arange(count) / count
-    result = {}
-    for name, forces in ideal(dict(bodies), drive, angles).reactions.items():
-        size = np.hypot(forces[:, 0], forces[:, 1])
-        top = int(np.argmax(size))
-        before, here, after = size[top - 1], size[top], size[(top + 1) % count]
-        bend = before - 2.0 * here + after
-        result[name] = float(here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here)  # parabola
-    return result
+    angles = 2.0 * np.pi * np.arange(STEPS) / STEPS
+    return {name: peak_of(forces) for name, forces in ideal(dict(bodies), drive, angles).reactions.items()}
+
+
+def peak_of(forces: np.ndarray) -> float:
+    """Return the largest size (N) of forces (N, 2) N at even angles of whole turns, by a parabola."""
+    size = np.hypot(forces[:, 0], forces[:, 1])
+    top = int(np.argmax(size))
+    before, here, after = size[top - 1], size[top], size[(top + 1) % len(size)]
+    bend = before - 2.0 * here + after
+    return float(here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here)
 
 
 # ---------------------------------------------------------------------------------------------- the compiled form
@@ -118,12 +121,32 @@ def impact_masses(mechanism, pose, relative):
 
 @family
 def energy(mechanism, pose):
-    """Return the kinetic energy (J) and the power of gravity (W)."""
+    """Return the kinetic energy (J) and the power (W) of gravity and of loads that depend on the pose alone."""
 
 
 @family
 def body_angles(mechanism, y):
     """Return the angles (rad) of the proximal and the distal body of every open joint at the state `y`."""
+
+
+@family
+def crank_rate(mechanism, pose, nominal):
+    """Return the rate (rad/s) at which the drive's torque does work; `nominal` where that is constant."""
+
+
+@crank_rate.member(None)
+def _constant_rate(mechanism, pose, nominal):
+    return nominal
+
+
+@family
+def load_power(mechanism, motion):
+    """Return the power (W) of loads that depend on the Motion, such as friction in joints without clearance."""
+
+
+@load_power.member(None)
+def _no_load(mechanism, motion):
+    return 0.0
 
 
 @family

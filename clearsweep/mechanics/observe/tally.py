@@ -34,7 +34,8 @@ from .record import write_samples
 
 # Columns of Tally.whole: five integrals of power since the start (J), the balance they make, figures of the window.
 WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
-ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX, WHOLE = range(8, 13)
+ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX = range(8, 12)
+OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began; rad/s, of a free crank
 # Columns of Tally.joint: figures of the window, then PEAK (N) and APPROACH (m/s) of the present contact.
 (
     FORCE_SQUARE,
@@ -161,6 +162,25 @@ def note_motion(at, h, dense):
 
 
 @kernel
+def note_speed(at, h):
+    """Update the least and the largest speed of a free crank: of the cubic through the ends of the step."""
+    work = at[0]
+    whole, place = work.tally.whole, work.along + work.time // 2
+    begin, end = work.y[place], work.end[place]
+    first, last = h * work.k[0, place], h * work.k[END, place]
+    lean, bend = 3.0 * (end - begin) - 2.0 * first - last, first + last - 2.0 * (end - begin)
+    low, high = min(begin, end), max(begin, end)
+    root = lean * lean - 3.0 * bend * first
+    if root >= 0.0:
+        away = lean + math.copysign(math.sqrt(root), lean)  # both turning points without cancellation
+        for u in (-away / (3.0 * bend) if bend != 0.0 else 2.0, -first / away if away != 0.0 else 2.0):
+            if 0.0 < u < 1.0:
+                value = begin + u * (first + u * (lean + u * bend))
+                low, high = min(low, value), max(high, value)
+    whole[SPEED_MIN], whole[SPEED_MAX] = min(whole[SPEED_MIN], low), max(whole[SPEED_MAX], high)
+
+
+@kernel
 def note_wear(at, h):
     """Enter the wear of the step of length `h`."""
     work = at[0]
@@ -197,10 +217,12 @@ def note_step(at, h, windowed, dense):
             tally.joint[j, DEPTH_MAX] = max(tally.joint[j, DEPTH_MAX], observed(at, END, j).depth)
     if windowed:
         dense = note_motion(at, h, dense)
+        if work.along != time:
+            note_speed(at, h)
         if work.wear.code != 0 and touching:
             note_wear(at, h)
     i = work.counts[SAMPLES]
-    if i < record.times.size and record.times[i] <= work.end[time]:
+    if i < record.times.size and record.times[i] <= work.end[record.along]:
         if not dense:
             finish_dense(at, h)
         write_samples(at)
@@ -216,3 +238,5 @@ def open_window(at):
         for column in range(PEAK):
             tally.joint[j, column] = 0.0
         tally.joint[j, DEPTH_MAX] = -math.inf
+    tally.whole[OPENED] = at[0].end[at[0].time] if at[0].counts[STEPS] else at[0].y[at[0].time]
+    tally.whole[SPEED_MIN], tally.whole[SPEED_MAX] = math.inf, -math.inf

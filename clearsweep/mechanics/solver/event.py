@@ -35,6 +35,8 @@ class Work(NamedTuple):
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
+    along: int  # place in the state of what the run is measured along: the time, or the angle of a free crank
+    knots: np.ndarray  # (k,) where along it a step has to end, as an acceleration jumps there
     reference_rate: float  # rad/s, Scene.reference_rate
     sigma: float  # m^0.5, Scene.sigma
     longest: float  # s, a step spans no more
@@ -110,7 +112,7 @@ def fastest(at, j, last):
 def may_meet(at, h, stop):
     """Return whether the step from `work.y` to `work.end` can hold an event; True wherever that is not excluded."""
     work = at[0]
-    if work.end[work.time] >= stop:
+    if work.end[work.along] >= stop:
         return True
     for j in range(work.mode.size):
         if meets(work.mode[j]):
@@ -190,7 +192,7 @@ def excess(at, kind, j, stop, x):
     if kind == SEPARATION:
         return -dense_component(x, work.time + 1 + j, work.y, work.f)
     if kind == STOP:
-        return dense_component(x, work.time, work.y, work.f) - stop
+        return dense_component(x, work.along, work.y, work.f) - stop
     return guard_value(at, kind - GUARD, x)
 
 
@@ -198,7 +200,7 @@ def excess(at, kind, j, stop, x):
 def crossing(at, event, a, b):
     """Return the share in [a, b] at which the event's function grows through zero, to rounding (Illinois).
 
-    event : (kind, contact, time of a STOP).
+    event : (kind, contact, place of a STOP along the run).
     """
     kind, j, stop = event
     fa, fb = excess(at, kind, j, stop, a), excess(at, kind, j, stop, b)
@@ -375,7 +377,7 @@ def first_event(at, h, stop):
     """Return (share of the step, kind, contact) of the first event in it; needs the dense output in `work.f`."""
     work, guards = at[0], at[0].guards
     best, kind, contact = 2.0, NOTHING, 0
-    if work.end[work.time] >= stop:
+    if work.end[work.along] >= stop:
         best, kind = crossing(at, (STOP, 0, stop), 0.0, 1.0), STOP
     pass_guards(at)
     for j in range(work.mode.size):

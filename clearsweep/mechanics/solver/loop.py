@@ -43,22 +43,26 @@ from .step import begin_step, finish_ends, go_through, latch, meet, take_step
 from .step_control import GROW, TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
 
 AUTO = 2  # of Control.method
-OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
+BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
+HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
 
 class Control(NamedTuple):
     """When to stop, how accurate to be, and what to keep."""
 
-    window: float  # s, where figures begin to be taken
-    end: float  # s
+    window: float  # s, or rad of a free crank: where figures begin to be taken
+    end: float  # the same: where to stop
     separations: int  # stop after so many; 0: never
     step_budget: int
     event_budget: int
     keep_events: bool
     method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
-    pause: float = math.inf  # s, return PAUSED at the first step end from here on; called again, go on undisturbed
+    pause: float = math.inf  # the same: return PAUSED at the first step end from here on; called again, go on
     stretch: int = 1 << 16  # steps after which to return PAUSED, too, so that whoever called can look at the clock
+    limit: float = math.inf  # s, after which to give up
+    patience: float = math.inf  # s, within which a free crank has to move on; inf: it is not free
 
 
 @kernel
@@ -174,10 +178,41 @@ def begin(at, windowed):
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
     if windowed:
         open_window(at)
-    while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[work.time]:
+    while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[record.along]:
         write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
     return first_length(at, work.proposals, proposal_of(at)), GROW, 0.0
+
+
+@kernel
+def next_stop(at, here, target):
+    """Return where along the run the next step has to end: the first knot beyond `here`, or the `target`."""
+    for knot in at[0].knots:
+        if knot > here:
+            return min(knot, target)
+    return target
+
+
+@kernel
+def interruption(at, control, rest, progress):
+    """Return why not to take the next step, OK if to take it; `rest`: a number of steps after which to pause.
+
+    progress : (3,) farthest angle (rad) of a free crank, angle from which it has to move on and time (s) it began to.
+    """
+    work = at[0]
+    moment, angle = work.y[work.time], work.y[work.along]
+    if angle >= control.pause or work.counts[STEPS] >= rest:
+        return PAUSED
+    if work.method[0] == IMPLICIT and work.slopes[0] == 0:
+        return TURNS_STIFF
+    if control.patience == math.inf:
+        return OK
+    if moment >= control.limit:
+        return TIME_LIMIT
+    progress[0] = max(progress[0], angle)
+    if angle > progress[1] + HARDLY:
+        progress[1], progress[2] = angle, moment
+    return STALLED if progress[0] - angle > BACK or moment - progress[2] > control.patience else OK
 
 
 @njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
@@ -192,19 +227,18 @@ def integrate(control, work):
 
     The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
     """
-    at, time, proposals = pointer_to(work), work.time, work.proposals
+    at, along, proposals = pointer_to(work), work.along, work.proposals
     events, earlier = np.empty((64 if control.keep_events else 0, 5)), work.counts[EVENTS]
-    windowed = control.window <= work.y[time]
-    stop = control.end if windowed else control.window
+    windowed = control.window <= work.y[along]
+    target = control.end if windowed else control.window
+    stop, progress = next_stop(at, work.y[along], target), np.array([work.y[along], work.y[along], work.y[work.time]])
     h, grow, expected = begin(at, windowed)
     tries, spent, rest = 0, work.counts[EVALUATIONS], work.counts[STEPS] + control.stretch
     while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
-        if tries == 0 and (work.y[time] >= control.pause or work.counts[STEPS] >= rest):
+        reason = OK if tries else interruption(at, control, rest, progress)
+        if reason != OK:
             work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
-            return PAUSED, events[: work.counts[EVENTS] - earlier]
-        if work.method[0] == IMPLICIT and work.slopes[0] == 0:
-            work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
-            return TURNS_STIFF, events[: work.counts[EVENTS] - earlier]
+            return reason, events[: work.counts[EVENTS] - earlier]
         h = min(h, work.longest / work.o[0, KAPPA])
         error = take_step(at, h)
         error = max(error, travel_ratio(at, h) ** 8)  # the step control takes the eighth root
@@ -230,10 +264,12 @@ def integrate(control, work):
             spent = work.counts[EVALUATIONS]
             continue
         if kind == STOP:
-            if windowed:
-                return OK, events[: work.counts[EVENTS] - earlier]
-            windowed, stop = True, control.end
-            open_window(at)
+            if stop == target:
+                if windowed:
+                    return OK, events[: work.counts[EVENTS] - earlier]
+                windowed, target = True, control.end
+                open_window(at)
+            stop = next_stop(at, work.end[along], target)
         else:
             count, event = work.counts[EVENTS] - earlier, apply_event(at, kind, contact, windowed)
             events = log_event(events, count, event) if control.keep_events else events

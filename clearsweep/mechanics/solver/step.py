@@ -98,7 +98,7 @@ def finish_ends(at):
 def truncate_at_event(at, share, event, h):
     """Take the step again with the share of its length at which the event was found; return its length.
 
-    event : (kind, contact, time of a STOP).  An onset, a separation or a stop is put exactly at the end of the step.
+    event : (kind, contact, place of a STOP along the run).  An onset, a separation or a stop is put exactly at the end.
     """
     work = at[0]
     kind, contact, stop = event
@@ -113,18 +113,18 @@ def truncate_at_event(at, share, event, h):
     elif kind == SEPARATION:
         miss, slope = work.end[work.time + 1 + contact], work.k[END, work.time + 1 + contact]
     elif kind == STOP:
-        miss, slope = work.end[work.time] - stop, work.o[END, KAPPA]
+        miss, slope = work.end[work.along] - stop, work.k[END, work.along]
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[END, i] * miss / slope
     if kind == STOP:
-        work.end[work.time] = stop
+        work.end[work.along] = stop
     return h
 
 
 @kernel
 def meet(at, h, stop):
-    """Look for events in the step just taken and cut it at the first; `stop` (s) is a time at which to stop.
+    """Look for events in the step just taken and cut it at the first; `stop` is where along the run to stop.
 
     Return what was met, by which contact, the step's length now, and whether its dense output is made.
     """

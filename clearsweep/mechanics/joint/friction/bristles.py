@@ -58,6 +58,7 @@ enter(
             BRISTLES,
             Field("shape", "1", "1: exponential approach to sliding; larger: slower", 1.0, low_open=False, default=1.0),
         ),
+        remembers=True,
         notes="z, the bend of the bristles, begins at 0 with every contact.  No static friction above the kinetic "
         "one; creeps under a load that comes and goes.  A shape below 1, which reaches sliding with a corner, is not "
         "offered.  Friction settles within mu / sigma0 of sliding: 1 um with mu = 0.1 and 1e5 1/m, which is stiff.  "
@@ -156,6 +157,7 @@ enter(
         "after Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Autom. Control 40:419; per load, the "
         "falling damping after Olsson 1996, Control Systems with Friction, Lund",
         DAMPED_BRISTLES,
+        remembers=True,
         notes="z, the bend of the bristles, begins at 0 with every contact.  With a damping that does not fall, a "
         "large damping_velocity, the bristles drive where sigma1 > 4 g / |slip|: from 1.3 mm/s on with mu = 0.1, "
         "sigma1 = 316 s/m; left out, damping_velocity is 4 sqrt(2 e) min(mu, mu_s) / sigma1 and they never do under a "
@@ -220,6 +222,7 @@ enter(
                 default=0.7,
             ),
         ),
+        remembers=True,
         notes="Under a load that comes and goes but stays below elastic_share mu N nothing is displaced for good; "
         "lugre, whose a is 1 throughout, creeps.  Else as lugre: z begins at 0 with every contact; left out, "
         "damping_velocity is 4 sqrt(2 e) mu / sigma1, with which the bristles never drive under a steady load; "

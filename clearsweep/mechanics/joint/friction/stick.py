@@ -61,6 +61,8 @@ enter(
             *STRIBECK,
             Field("band", "m/s", "sliding speed below which the surfaces stick; well below stribeck_velocity"),
         ),
+        remembers=True,
+        sticks=True,
         notes="T in the band follows from the motion: it makes the sliding speed die away with the crank's rate, so "
         "what is left of it, less than band, is a creep of no meaning.  The edge of the band is located; T jumps "
         "there.  Static friction is bounded by the load alone, so surfaces let go when the load on them falls.",

@@ -5,8 +5,10 @@ import math
 import numpy as np
 
 from ....catalogue import Channel, Field, JointSite, Keys, Mechanism, Order, Output
+from ....outline import Outline
+from .. import described
 from ..contract import Built, Ideal, IdealMotion, Open
-from . import masses, motion  # noqa: F401 - enter the equations of motion
+from . import general, masses, motion  # noqa: F401 - enter the equations of motion
 from .ideal import reactions, slider
 from .pose import ROD, SLIDER, Links, SliderCrank, places
 
@@ -30,11 +32,19 @@ _ROD = (
     Field("inertia", "kg*m^2", "moment of inertia about the centre of mass"),
     _CENTER,
 )
+_SLIDER = (
+    Field("mass", "kg", "mass"),
+    Field("offset", "m", "of the line on which it moves, along y; default 0", -math.inf, optional=True),
+    Field("inertia", "kg*m^2", "about the centre of mass; needed where slider-ground has clearance", optional=True),
+)
 _SITES = (
     JointSite("ground-crank", "ground", "crank"),
     JointSite("crank-rod", "crank", "rod"),
     JointSite("rod-slider", "rod", "slider", journal="rod"),
 )
+_GUIDE = JointSite("slider-ground", "ground", "slider", "guide")
+_BODIES = ("ground", "crank", "rod", "slider")
+_OUTPUT = Output("slider", "m")
 _CHANNELS = (
     Channel("crank_angle", "rad", "crank angle, unwrapped"),
     Channel("crank/torque", "N*m", "drive torque on the crank"),
@@ -47,6 +57,16 @@ _CHANNELS = (
     Channel("rod/y", "m", "rod's centre of mass, y"),
     Channel("rod/vx", "m/s", "velocity of the rod's centre of mass, x"),
     Channel("rod/vy", "m/s", "velocity of the rod's centre of mass, y"),
+    *described.body_channels("crank"),
+    *(channel for channel in described.body_channels("slider") if channel.name != "slider/x"),
+)
+
+
+_KEYS = (
+    Keys("mechanism.crank", "the crank", _CRANK),
+    Keys("mechanism.rod", "the rod", _ROD),
+    Keys("mechanism.slider", "the slider", _SLIDER),
+    Keys("mechanism", "", (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),)),
 )
 
 
@@ -88,25 +108,32 @@ def ideal(bodies, drive, angles) -> IdealMotion:
     return IdealMotion(x, v, a, reactions(bodies, drive, angles))
 
 
+def outlined(outline: Outline) -> Mechanism:
+    """Return the slider-crank with the drive and the loads of a grid; without any, with its own equations."""
+    joints = tuple(site.name for site in (*_SITES, _GUIDE))
+    sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints)
+    mechanism = MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free)
+    if not outline.general:
+        return mechanism
+    channels = described.channels_of(_BODIES, _OUTPUT, ("place", "v", "a"))
+    return mechanism._replace(channels=channels, build=None, ideal=None)
+
+
 MECHANISM = Mechanism(
     "slider-crank",
     "crank at constant speed, rod, slider; clearance in any of its three revolute joints",
     "Newton-Euler in minimal coordinates; ideal: x = r cos(t) + sqrt(l^2 - r^2 sin^2(t))",
     "Newton-Euler; coordinates by which joints are open, see mechanics/mechanism",
-    "The rod is longer than the crank; the slider moves along the x axis through the crank's pivot.",
-    bodies=("ground", "crank", "rod", "slider"),
-    joints=_SITES,
-    keys=(
-        Keys("mechanism.crank", "the crank", _CRANK),
-        Keys("mechanism.rod", "the rod", _ROD),
-        Keys("mechanism.slider", "the slider", (Field("mass", "kg", "mass"),)),
-        Keys("mechanism", "", (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),)),
-        Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied"),
-    ),
+    "The rod is longer than the crank; the slider moves along the x axis, past the crank's pivot by its offset.",
+    bodies=_BODIES,
+    joints=(*_SITES, _GUIDE),
+    keys=_KEYS,
     channels=_CHANNELS,
     turns=True,
     build=build,
-    output=Output("slider", "m"),
+    output=_OUTPUT,
     orders=(Order("mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod"),),
     ideal=ideal,
+    outlined=outlined,
+    machine=general.machine,
 )

@@ -194,4 +194,9 @@ def _describe(mechanism, y, p, motion, out):
     out[6], out[7] = y[ROD], p.rod_rate
     out[8], out[9] = p.pin.x + arm * p.c2, p.pin.y + arm * p.s2
     out[10], out[11] = p.pin.vx - arm * p.rod_rate * p.s2, p.pin.vy + arm * p.rod_rate * p.c2
-    return 12
+    center, rim = links.crank_center, links.crank_center * links.speed
+    out[12], out[13] = p.pivot.x + center * p.c1, p.pivot.y + center * p.s1
+    out[14], out[15] = p.pivot.vx - rim * p.s1, p.pivot.vy + rim * p.c1
+    out[16], out[17] = links.speed * time, links.speed
+    out[18], out[19], out[20], out[21], out[22] = 0.0, p.v, 0.0, 0.0, 0.0  # of the slider, which moves along x alone
+    return 23

@@ -1,0 +1,174 @@
+"""A guide with clearance: a block between two straight walls, which it can touch with each of its four corners.
+
+The proximal body has the walls, the distal one the block (Flores, Leine & Glocker 2010, "Modeling and analysis of
+planar rigid multibody systems with translational clearance joints based on the non-smooth dynamics approach", Multibody
+System Dynamics 23).  All is told in the frame of the walls: x along them, y across, from the middle between them.  A
+corner presses on the wall where it is, and friction acts there too, so that the powers of the forces on both bodies add
+up to normal force times rate of penetration and friction times sliding speed exactly.
+
+The corners are numbered from 1 to 4: ahead and on the left of the direction of the guide, then behind on the left,
+behind on the right, ahead on the right.
+"""
+
+from typing import NamedTuple
+
+from ..compiled.dual import as_type_of
+from ..compiled.family import inlined, kernel, map_joints
+from .contract import (
+    CLIPPED,
+    FREE,
+    PRESSED,
+    Contact,
+    ContactModes,
+    Load,
+    Part,
+    Place,
+    contact_modes,
+    load,
+    parts,
+)
+from .dry import Clip
+from .friction.contract import friction_force
+from .loss.contract import contact_force, lowest_force, sign_beyond
+from .places import after_law, after_number, as_it_is
+
+CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height
+
+
+class Guide(NamedTuple):
+    """A clearance joint between walls and a block."""
+
+    clearance: float  # m, on each side
+    side: float  # +1: the block is on the distal body
+    length: float  # m, of the block, along the walls
+    height: float  # m, across them
+    law: tuple  # contact_force, of each corner
+    elastic: tuple  # elastic_force
+    friction: tuple  # friction_force
+
+
+class GuideGap(NamedTuple):
+    """The block in the frame of the walls, and how fast both bodies turn."""
+
+    x: float  # m, of the distal point from the proximal one, along the walls
+    y: float  # m, across
+    vx: float  # m/s, as seen from the walls
+    vy: float  # m/s
+    spin_proximal: float  # rad/s
+    spin_distal: float  # rad/s
+    axis_x: float  # direction of the walls in the fixed frame
+    axis_y: float
+    cosine: float  # of the angle of the block relative to the walls
+    sine: float
+
+
+class Corner(NamedTuple):
+    """What a corner does, in the frame of the walls, from the block's point."""
+
+    fx: float  # N, on the block
+    fy: float
+    x: float  # m
+    y: float
+    contact: Contact
+
+
+class _Signs(NamedTuple):
+    length: float
+    height: float
+
+
+class _Course(NamedTuple):
+    """What all corners share."""
+
+    joint: tuple
+    gap: GuideGap
+    place: tuple  # Place of the joint
+    present: tuple  # Present
+
+
+_SIGNS = tuple(_Signs(*corner) for corner in CORNERS)
+
+
+@contact_modes.member(Guide)
+def _four_contacts(joint):
+    return (
+        ContactModes(FREE, PRESSED),
+        ContactModes(FREE, PRESSED),
+        ContactModes(FREE, PRESSED),
+        ContactModes(FREE, PRESSED),
+    )
+
+
+@parts.member(Guide)
+def _clips_and_laws(joint):
+    return (
+        Part(Clip(), 0),
+        Part(joint.law, 0),
+        Part(joint.friction, 0),
+        Part(Clip(), 1),
+        Part(joint.law, 1),
+        Part(joint.friction, 1),
+        Part(Clip(), 2),
+        Part(joint.law, 2),
+        Part(joint.friction, 2),
+        Part(Clip(), 3),
+        Part(joint.law, 3),
+        Part(joint.friction, 3),
+    )
+
+
+@kernel
+def _corner(signs, _, number, course):
+    joint, gap, place, present = course
+    half_length, half_height = 0.5 * signs.length * joint.length, 0.5 * signs.height * joint.height
+    x = gap.cosine * half_length - gap.sine * half_height
+    y = gap.sine * half_length + gap.cosine * half_height
+    turning = gap.spin_distal - gap.spin_proximal
+    depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
+    rate = signs.height * (gap.vy + turning * x)
+    slip = -signs.height * (gap.vx - turning * y)
+    mode, c = present.mode[place.contact + number], place.contact + number
+    if mode == FREE:
+        zero = as_type_of(0.0, depth)
+        apart = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
+        return Corner(zero, zero, x, y, apart)
+    after = after_law(after_law(place, joint.law), joint.friction)  # of each corner alike, clips having no numbers
+    internal, latching = after.internal - place.internal, after.latched - place.latched
+    here = Place(place.contact, place.internal + number * internal, place.latched + number * latching, place.guard)
+    law = as_it_is(joint.law, present.y, present.latched, here)
+    friction = as_it_is(joint.friction, present.y, present.latched, after_law(here, joint.law))
+    root = present.y[present.roots + c]
+    pen = root * abs(root)
+    force, elastic = contact_force(law, joint.elastic, abs(pen), rate, present.latched[c])
+    lowest = lowest_force(law)
+    raw = force - lowest
+    if pen < 0.0:
+        sign = sign_beyond(law, joint.elastic)
+        force, elastic = sign * force, sign * elastic
+    normal = force if mode != CLIPPED else as_type_of(0.0, force)
+    rubbing = normal if lowest == 0.0 else max(normal, 0.0)
+    tangential = as_type_of(friction_force(friction, rubbing, slip), slip)
+    contact = Contact(normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw)
+    return Corner(-signs.height * tangential, -signs.height * normal, x, y, contact)
+
+
+_corners = map_joints(_corner, after_number)
+
+
+@load.member(Guide)
+def _load_at_the_corners(joint, gap, place, present):
+    a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _Course(joint, gap, place, present))
+    along, across = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
+    on_block = _moment(a) + _moment(b) + _moment(c) + _moment(d)
+    return Load(
+        fx=gap.axis_x * along - gap.axis_y * across,
+        fy=gap.axis_y * along + gap.axis_x * across,
+        moment_proximal=-on_block - gap.x * across + gap.y * along,
+        moment_distal=on_block,
+        contacts=(a.contact, b.contact, c.contact, d.contact),
+    )
+
+
+@inlined
+def _moment(corner):
+    return corner.x * corner.fy - corner.y * corner.fx

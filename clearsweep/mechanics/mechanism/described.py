@@ -1,0 +1,56 @@
+"""What mechanisms that are built as planar machines have in common: their keys and channels, by what a grid names."""
+
+from collections.abc import Mapping
+
+from ...catalogue import Channel, Keys, Output
+from ...outline import GROUND, Outline
+from . import drives, loads
+
+
+def column_name(name: str) -> str:
+    """Return a name as channels have it."""
+    return name.replace("-", "_")
+
+
+def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
+    """Return the sections of drive and loads; points : of each body, () where none can be chosen; joints : names."""
+    sections = [*drives.keys(outline)]
+    if outline.loads:
+        sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
+    for load in outline.loads:
+        sections += loads.keys(load, points, joints)
+    return tuple(sections)
+
+
+def channels_of(bodies: tuple[str, ...], output: Output, names: tuple[str, str, str]) -> tuple[Channel, ...]:
+    """Return the time histories, in the order in which a machine describes itself.
+
+    bodies : the ground among them; names : of the output's place, rate and acceleration.
+    """
+    units = (output.unit, f"{output.unit}/s", f"{output.unit}/s^2")
+    texts = (f"place of the {output.name}, by which it is judged", "its rate", "its acceleration")
+    if output.unit == "rad":
+        texts = (f"angle of the {output.name}, by which it is judged", *texts[1:])
+    moving = [column_name(body) for body in bodies if body != GROUND]
+    return (
+        Channel("crank_angle", "rad", "crank angle, unwrapped"),
+        Channel("crank/torque" if "crank" in moving else "drive/torque", "N*m", "drive torque on the crank"),
+        *(Channel(f"{output.name}/{name}", *rest) for name, *rest in zip(names, units, texts, strict=True)),
+        *(channel for body in moving for channel in body_channels(body)),
+    )
+
+
+def body_channels(body: str) -> tuple[Channel, ...]:
+    """Return the time histories that every moving body has."""
+    return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for name, unit, text in BODY)
+
+
+#: The time histories of every moving body.
+BODY = (
+    ("x", "m", "{}'s centre of mass, x"),
+    ("y", "m", "{}'s centre of mass, y"),
+    ("vx", "m/s", "velocity of the {}'s centre of mass, x"),
+    ("vy", "m/s", "velocity of the {}'s centre of mass, y"),
+    ("angle", "rad", "angle of the {}, counter-clockwise"),
+    ("rate", "rad/s", "its rate"),
+)

@@ -1,0 +1,90 @@
+"""What turns a crank: the keys of each form of drive, and the words in which a machine has it."""
+
+import math
+
+import numpy as np
+
+from ... import case, machine
+from ...catalogue import Columns, Field, Keys, Law
+from ...outline import ANY, Outline
+
+_START = Field("start_angle", "rad", "crank angle at t = 0; default 0", -math.inf, optional=True)
+_FREE = (
+    Field("initial_speed", "rad/s", "crank speed at t = 0", low_open=False, default=0.0),
+    Field(
+        "inertia", "kg*m^2", "of a flywheel, added to the crank's about its centre of mass", low_open=False, default=0.0
+    ),
+)
+_COURSE = Columns(
+    "table",
+    "crank speed over time, straight between the rows and constant beyond them",
+    (Field("time", "s", "time", -math.inf),),
+    (Field("speed", "rad/s", "crank speed", low_open=False),),
+)
+DRIVES = {
+    law.name: law
+    for law in (
+        Law(
+            "drive",
+            "speed",
+            "a crank at constant speed",
+            "angle = start_angle + speed t",
+            "",
+            (Field("speed", "rad/s", "constant crank speed"), _START),
+        ),
+        Law(
+            "drive",
+            "speed-table",
+            "a crank whose speed follows a table over time",
+            "angle = start_angle + integral of speed, exactly; speed straight between rows, constant beyond them",
+            "",
+            (_START,),
+            notes="Written speed: {table: runup.csv}, a file with the columns `time [s]` and `speed [rpm]`.",
+        ),
+        Law(
+            "drive",
+            "torque",
+            "a free crank under a constant torque",
+            "torque = constant; the crank's angle is a coordinate",
+            "",
+            (Field("torque", "N*m", "on the crank", -math.inf), *_FREE, _START),
+        ),
+        Law(
+            "drive",
+            "motor",
+            "a free crank under a motor's characteristic",
+            "torque = stall_torque (1 - speed / no_load_speed); the crank's angle is a coordinate",
+            "",
+            (
+                Field("motor.stall_torque", "N*m", "torque at rest"),
+                Field("motor.no_load_speed", "rad/s", "speed at which the torque is gone"),
+                *_FREE,
+                _START,
+            ),
+        ),
+    )
+}
+
+
+def keys(outline: Outline) -> tuple[Keys, ...]:
+    """Return the section `drive` for the form of drive that a grid has; for ANY, all of them."""
+    fields: dict[str, Field] = {}
+    for law in DRIVES.values() if outline.drive == ANY else (DRIVES[outline.drive],):
+        fields |= {field.name: field for field in law.fields}
+    inside = {name.partition(".")[2]: field for name, field in fields.items() if "." in name}
+    sections = [Keys("drive", "the drive", tuple(fields[name] for name in fields if "." not in name), "implied")]
+    if inside:
+        motor = tuple(field._replace(name=name) for name, field in inside.items())
+        sections.append(Keys("drive.motor", "a motor", motor, "optional" if outline.drive == ANY else "required"))
+    if outline.drive in ("speed-table", ANY):
+        sections.append(Keys("drive.speed", "the speed over time", tables=(_COURSE,)))
+    return tuple(sections)
+
+
+def drive_of(drive: case.Drive, outline: Outline) -> tuple:
+    """Return the drive as a machine has it."""
+    if outline.free:
+        return machine.Motor(drive.torque, drive.no_load_speed, drive.initial_speed, drive.inertia, drive.start_angle)
+    if drive.table is None:
+        return machine.Constant(drive.speed, drive.start_angle)
+    return machine.Course(np.array(drive.table["time"]), np.array(drive.table["speed"]), drive.start_angle)

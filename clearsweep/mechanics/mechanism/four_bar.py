@@ -1,0 +1,99 @@
+"""The four-bar linkage: crank, coupler and rocker, and clearance in any of its four revolute joints."""
+
+import math
+
+from ...case import Case
+from ...catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
+from ...machine import Aim, At, Body, Machine, Pin
+from ...outline import Outline
+from . import described
+from .drives import drive_of
+from .loads import Places, loads_of
+
+_LENGTH = Field("length", "m", "distance between its pins")
+_LINK = (
+    _LENGTH,
+    Field("mass", "kg", "mass", low_open=False),
+    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
+    Field(
+        "center",
+        "m",
+        "distance of the centre of mass from the first pin, for the rocker its ground pivot; default: half the length",
+        -math.inf,
+        optional=True,
+    ),
+)
+_SITES = (
+    JointSite("ground-crank", "ground", "crank"),
+    JointSite("crank-coupler", "crank", "coupler"),
+    JointSite("coupler-rocker", "coupler", "rocker", journal="coupler"),
+    JointSite("rocker-ground", "rocker", "ground", journal="rocker"),
+)
+_BODIES = ("ground", "crank", "coupler", "rocker")
+_OUTPUT = Output("rocker", "rad")
+_BRANCH = Choice(
+    "branch",
+    ("open", "crossed"),
+    "the coupler's pin on the left of the line from crank pin to rocker pivot, or not",
+    "open",
+)
+_KEYS = (
+    Keys("mechanism.ground", "the crank's pivot is at the origin, the rocker's at (length, 0)", (_LENGTH,)),
+    *(Keys(f"mechanism.{body}", f"the {body}", _LINK) for body in _BODIES[1:]),
+    Keys("mechanism", "", (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),), words=(_BRANCH,)),
+)
+
+
+def outlined(outline: Outline) -> Mechanism:
+    """Return the four-bar with the drive and the loads of a grid."""
+    sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), tuple(site.name for site in _SITES))
+    return MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free)
+
+
+def closed(values, angle: float) -> tuple[float, float]:
+    """Return the angles (rad) of coupler and rocker that close the linkage at a crank angle, or nearly do."""
+    ground, crank, coupler, rocker = (values[f"{body}.length"] for body in _BODIES)
+    x, y = ground - crank * math.cos(angle), -crank * math.sin(angle)  # from the crank pin to the rocker pivot
+    span = math.hypot(x, y) or ground
+    along = (coupler**2 - rocker**2 + span**2) / (2.0 * span)
+    across = math.sqrt(max(coupler**2 - along**2, 0.0)) * (1.0 if values["branch"] == "open" else -1.0)
+    px, py = (along * x - across * y) / span, (along * y + across * x) / span  # from the crank pin to the coupler's
+    return math.atan2(py, px), math.atan2(py - y, px - x)
+
+
+def machine(case: Case) -> Machine:
+    """Return the four-bar of a case as a machine."""
+    values = case.mechanism.values
+    bodies = {"ground": Body(0.0, 0.0, (0.0, 0.0), {"first": (0.0, 0.0), "second": (values["ground.length"], 0.0)})}
+    for name in _BODIES[1:]:
+        length, mass, inertia, center = (values[f"{name}.{key}"] for key in ("length", "mass", "inertia", "center"))
+        bodies[name] = Body(mass, inertia, (center, 0.0), {"first": (0.0, 0.0), "second": (length, 0.0)})
+    pins = (
+        Pin("ground-crank", At("ground", "first"), At("crank", "first")),
+        Pin("crank-coupler", At("crank", "second"), At("coupler", "first")),
+        Pin("coupler-rocker", At("coupler", "second"), At("rocker", "second")),
+        Pin("rocker-ground", At("rocker", "first"), At("ground", "second")),
+    )
+    coupler, rocker = closed(values, case.drive.start_angle)
+    loads = loads_of(case.loads, Places(bodies, {}))
+    drive = drive_of(case.drive, case.outline)
+    start = {"coupler": coupler, "rocker": rocker}
+    return Machine(bodies, pins, "ground-crank", drive, values["gravity"], Aim("rocker"), start, loads)
+
+
+MECHANISM = Mechanism(
+    "four-bar",
+    "crank, coupler and rocker; clearance in any of its four revolute joints",
+    "Newton-Euler; ideal: the triangle of coupler, rocker and the line from crank pin to rocker pivot",
+    "Newton-Euler of rigid bodies in a plane, see mechanics/mechanism/planar",
+    "The crank turns fully where ground, crank, coupler and rocker let it (Grashof).",
+    bodies=_BODIES,
+    joints=_SITES,
+    keys=_KEYS,
+    channels=described.channels_of(_BODIES, _OUTPUT, ("place", "speed", "acceleration")),
+    turns=True,
+    build=None,
+    output=_OUTPUT,
+    outlined=outlined,
+    machine=machine,
+)

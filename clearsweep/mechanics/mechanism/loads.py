@@ -1,0 +1,171 @@
+"""What acts on a mechanism from outside: the keys of each form of load, and the words in which a machine has it."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from ... import case, machine
+from ...catalogue import Choice, Columns, Field, Keys, Law
+from ...outline import ANY, GROUND, LoadOutline
+from ..joint.recipe import compiled_term
+
+CENTER = "center"  # the point of a body that is its centre of mass
+_FORCE = (
+    Field("0", "N", "along x, in the fixed frame", -math.inf),
+    Field("1", "N", "along y, in the fixed frame", -math.inf),
+)
+_TORQUE = Field("torque", "N*m", "on the body, counter-clockwise", -math.inf, optional=True)
+_SCALE = Field("scale", "1", "factor on all its forces and torques", -math.inf, default=1.0)
+_TABLE = Columns(
+    "table",
+    "force and torque over the crank angle, repeating over the table's span, or over time, held beyond it; between "
+    "the rows monotone cubic (PCHIP)",
+    (
+        Field("crank_angle", "rad", "crank angle", -math.inf),
+        Field("time", "s", "time", -math.inf),
+    ),
+    (
+        Field("fx", "N", "force along x", -math.inf),
+        Field("fy", "N", "force along y", -math.inf),
+        Field("torque", "N*m", "torque on the body", -math.inf),
+    ),
+)
+_ANCHOR = (
+    Field("0", "m", "of the anchor in the frame of the first body, x", -math.inf),
+    Field("1", "m", "of the anchor in the frame of the first body, y", -math.inf),
+)
+_SPRING = (
+    Field("stiffness", "N/m", "of the spring", low_open=False),
+    Field("free_length", "m", "length without force", low_open=False, default=0.0),
+    Field("damping", "N*s/m", "of the damper beside it", low_open=False, default=0.0),
+)
+_RADIUS = Field("radius", "m", "of the pin; not of a guide", optional=True)
+LOADS = {
+    law.name: law
+    for law in (
+        Law(
+            "load",
+            "force",
+            "a force of fixed direction and a torque, constant",
+            "force: [fx, fy], torque",
+            "",
+            (*(field._replace(name=f"force.{field.name}", optional=True) for field in _FORCE), _TORQUE),
+            notes="Written on: BODY; `point` says where (planar), by default a slider's pin, else the centre of mass.",
+        ),
+        Law(
+            "load",
+            "table",
+            "forces and a torque that depend on the crank angle or on time, such as an indicator diagram",
+            "scale x table, PCHIP between rows; over the angle periodic in the table's span",
+            "Fritsch & Butland 1984, SIAM J. Sci. Stat. Comput. 5:300",
+            (_SCALE,),
+            notes="Written on: BODY, table: gas.csv with the columns `crank_angle [deg]` or `time [s]`, and any of "
+            "`fx [N]`, `fy [N]`, `torque [N*m]`.",
+        ),
+        Law(
+            "load",
+            "spring",
+            "a spring and damper from a point of one body to a point of another",
+            "force = stiffness (l - free_length) + damping dl/dt along the line from anchor to point",
+            "",
+            (*(field._replace(name=f"anchor.{field.name}") for field in _ANCHOR), *_SPRING),
+            notes="Written between: [BODY, BODY], anchor: [x, y] on the first.",
+        ),
+        Law(
+            "load",
+            "friction",
+            "friction in a joint without clearance",
+            "in a pin a couple coefficient x |reaction| x radius, in a guide a force coefficient x |reaction|",
+            "",
+            (_RADIUS,),
+            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law without memory.",
+        ),
+    )
+}
+
+
+def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
+    """Return the sections of a load; points : of each body by name, () where none can be chosen; joints : names."""
+    path, bodies = f"loads.{load.name}", tuple(name for name in points if name != GROUND)
+    there = tuple(points.get(load.on, ()))
+    chosen = (Choice("point", tuple(dict.fromkeys((*there, CENTER))), "the point where it acts", CENTER),)
+    on = Choice("on", bodies, "the body it acts on")
+    at = (on, *(chosen if there else ()))
+    force = Keys(f"{path}.force", "a force of fixed direction", _FORCE, "optional")
+    table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", at, (_TABLE,))
+    ends = tuple(Choice(str(k), tuple(points), f"the {word} body") for k, word in enumerate(("first", "second")))
+    between = Keys(f"{path}.between", "the bodies it joins", words=ends)
+    anchor = Keys(f"{path}.anchor", "where it holds on to the first body", _ANCHOR)
+    rubbing = Keys(f"{path}.friction", "the friction", (_RADIUS,), family="friction")
+    on_joint = Keys(path, LOADS["friction"].summary, (), "optional", (on._replace(options=joints),))
+    forms = {
+        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", at), force),
+        "table": (table,),
+        "spring": (
+            Keys(path, LOADS["spring"].summary, _SPRING, "optional", chosen if there else ()),
+            between,
+            anchor,
+        ),
+        "friction": (on_joint, rubbing),
+    }
+    if load.form != ANY:
+        return forms[load.form]
+    everything = Keys(path, "a load", (_TORQUE, _SCALE, *_SPRING), "optional", at, (_TABLE,))
+    return everything, force, *(each._replace(need="optional") for each in (between, anchor, rubbing))
+
+
+class Places:
+    """Where loads hold on to the bodies of a machine: points are added to these as loads ask for them."""
+
+    def __init__(self, bodies: dict[str, machine.Body], pins: Mapping[str, str]):
+        """pins : body -> its point on which a load acts unless it says where; else the centre of mass."""
+        self.bodies, self.pins = bodies, pins
+
+    def at(self, body: str, values: Mapping) -> machine.At:
+        """Return the point of a body on which a load with these values acts."""
+        name = values.get("point", self.pins.get(body, CENTER))
+        if name not in self.bodies[body].points:
+            return self.new(body, name, self.bodies[body].center)
+        return machine.At(body, name)
+
+    def new(self, body: str, name: str, place: tuple[float, float]) -> machine.At:
+        """Return a further point of a body, at `place` (m) in its frame."""
+        old = self.bodies[body]
+        self.bodies[body] = old._replace(points={**old.points, name: place})
+        return machine.At(body, name)
+
+
+def loads_of(loads: tuple[case.Load, ...], places: Places) -> tuple:
+    """Return the loads as a machine has them."""
+    return tuple(_FORMS[load.form](load, places) for load in loads)
+
+
+def _push(load: case.Load, places: Places) -> machine.Push:
+    values = load.values
+    force = (values.get("force.0", 0.0), values.get("force.1", 0.0))
+    return machine.Push(load.name, places.at(values["on"], values), *force, values.get("torque", 0.0))
+
+
+def _tabled(load: case.Load, places: Places) -> machine.Tabled:
+    table = {name: np.array(column) for name, column in load.table.items()}
+    over = "angle" if "crank_angle" in table else "time"
+    knots = table["crank_angle" if over == "angle" else "time"]
+    columns = [table.get(name, np.zeros(knots.size)) for name in ("fx", "fy", "torque")]
+    at = places.at(load.values["on"], load.values)
+    return machine.Tabled(load.name, at, over, knots, *columns, load.values["scale"])
+
+
+def _spring(load: case.Load, places: Places) -> machine.Spring:
+    values = load.values
+    first = places.new(values["between.0"], f"anchor of {load.name}", (values["anchor.0"], values["anchor.1"]))
+    second = places.at(values["between.1"], values)
+    return machine.Spring(load.name, first, second, values["stiffness"], values["free_length"], values["damping"])
+
+
+def _rubbing(load: case.Load, places: Places) -> machine.Rubbing:
+    term = compiled_term("friction", load.friction.law, load)
+    return machine.Rubbing(load.name, load.values["on"], term, load.friction.values.get("radius", 0.0))
+
+
+_FORMS = {"force": _push, "table": _tabled, "spring": _spring, "friction": _rubbing}

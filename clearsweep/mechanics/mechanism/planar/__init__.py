@@ -1,0 +1,169 @@
+"""Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from ....catalogue import Channel
+from ....machine import GROUND, Aim, At, Course, Guide, Machine, Motor
+from ...joint.contract import Load
+from ..contract import Built, Ideal, Open
+from . import members  # noqa: F401 - enters the equations of motion
+from .anatomy import anatomy, kinds_of
+from .binding import bound_of
+from .closure import ClosureError, MobilityError, extent
+from .course import course
+from .drive import drive_of, driven
+from .equations import function_of
+from .form import AngleAim, Hinge, Planar, PointAim, Slide, direction_of, numbered, point_of
+from .hanging import ANGLE, Coordinate
+from .ideal import ideal, ideal_of, masses_of
+from .loads import loads_of, stops_of
+
+__all__ = ["ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
+
+
+def channels(machine: Machine) -> tuple[Channel, ...]:
+    """Return the time histories of a machine, in the order in which its compiled form describes itself."""
+    unit = "m" if machine.aim.point else "rad"
+    found = [
+        Channel("crank_angle", "rad", "crank angle, unwrapped"),
+        Channel("crank/torque", "N*m", "drive torque on the crank"),
+        Channel("output/place", unit, "place of the output"),
+        Channel("output/rate", f"{unit}/s", "its rate"),
+        Channel("output/acceleration", f"{unit}/s^2", "its acceleration"),
+    ]
+    for body in machine.bodies:
+        name = body.replace("-", "_")
+        if body != GROUND:
+            found += [
+                Channel(f"{name}/x", "m", f"centre of mass of {body}, x"),
+                Channel(f"{name}/y", "m", f"centre of mass of {body}, y"),
+                Channel(f"{name}/vx", "m/s", f"velocity of the centre of mass of {body}, x"),
+                Channel(f"{name}/vy", "m/s", f"velocity of the centre of mass of {body}, y"),
+                Channel(f"{name}/angle", "rad", f"angle of {body}, counter-clockwise"),
+                Channel(f"{name}/rate", "rad/s", "its rate"),
+            ]
+    return tuple(found)
+
+
+def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
+    """Return a machine in its compiled form and its start.
+
+    joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
+    proximal one where the motion begins, at rest relative to each other.  Raises ClosureError, MobilityError.
+    """
+    known = ideal_of(machine)
+    value = _value(machine, joints)
+    tree = anatomy(kinds_of(value))
+    everything = [known.course_of(item) for item in tree.hang.coordinates]
+    value = value._replace(turn=course([known.aimed(known.turn)], machine.drive.start_angle))
+    bound = bound_of(value, tree, everything) if tree.hang.closing else []
+    columns = [known.aimed(known.turn), *(everything[i] for i in bound)]
+    value = value._replace(bound=tuple(map(numbered, bound)), turn=course([*columns], machine.drive.start_angle))
+    state = anatomy(kinds_of(value)).state
+    start = _start(machine, state, offsets)
+    lengths = np.array([_length(machine, item) for item in state])
+    _check_masses(machine, value, start)
+    return Built(value, start, lengths, known.closure.size, known.rate())
+
+
+def _check_masses(machine: Machine, value: Planar, start: np.ndarray) -> None:
+    """Raise MobilityError where something moves that has no mass."""
+    none = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in value.joints if isinstance(joint.site, Open))
+    try:
+        with np.errstate(all="ignore"):
+            found = function_of(value, "accelerate")(value, function_of(value, "place")(value, start), none)
+        sound = bool(np.all(np.isfinite([*found.accelerations, found.torque])))
+    except ZeroDivisionError:
+        sound = False
+    if not sound:
+        light = [name for name in _moving(machine) if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)]
+        raise MobilityError(
+            f"with these joints open, something moves that has no mass or moment of inertia: {', '.join(light)}"
+        )
+
+
+def _start(machine: Machine, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
+    """Return coordinates, their rates and time."""
+    angle, known = machine.drive.start_angle, ideal_of(machine)
+    there = known.apart(offsets, angle)
+    if not np.all(np.isfinite(there.q)):
+        raise ClosureError("its joints cannot begin as far apart as asked for", _moving(machine)[0], angle)
+    found = [known.read(item, there) for item in state]
+    places = [float(values[0][0]) for values in found]
+    speed = crank_speed(machine)
+    rates = [speed * float(values[1][0]) for values in found]
+    return np.array([*places, *rates, 0.0])
+
+
+def crank_speed(machine: Machine) -> float:
+    """Return the rate (rad/s) of the crank where the motion begins."""
+    if isinstance(machine.drive, Motor):
+        return machine.drive.initial_speed
+    return driven(drive_of(machine.drive), 0.0)[1]
+
+
+def stops(machine: Machine) -> list[float]:
+    """Return the times (s) at which an acceleration or the slope of a load jumps: where steps had better end."""
+    found = {time for load in machine.loads for time in stops_of(load)}
+    if isinstance(machine.drive, Course):
+        found |= set(map(float, machine.drive.times))
+    return sorted(time for time in found if time > 0.0)
+
+
+def _value(machine: Machine, joints: Mapping) -> Planar:
+    """Return the compiled form, nothing being bound."""
+    numbers = {name: numbered(i) for i, name in enumerate([GROUND, *_moving(machine)])}
+    placed = []
+    for joint in machine.joints:
+        site = Open() if joint.name in joints else Ideal()
+        ends = (numbers[joint.proximal.body], numbers[joint.distal.body])
+        points = (_point(machine, joint.proximal), _point(machine, joint.distal))
+        if isinstance(joint, Guide):
+            axis = direction_of(math.cos(joint.axis), math.sin(joint.axis))
+            placed.append(Slide(site, *ends, *points, axis))
+        else:
+            placed.append(Hinge(site, *ends, *points))
+    crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
+    return Planar(
+        bodies=tuple(masses_of(machine)),
+        joints=tuple(placed),
+        bound=(),
+        crank=numbers[crank],
+        drive=drive_of(machine.drive),
+        gravity=machine.gravity,
+        loads=loads_of(
+            machine.loads,
+            lambda at: (numbers[at.body], _point(machine, at)),
+            lambda name: numbered([joint.name for joint in machine.joints].index(name)),
+        ),
+        aim=_aim(machine, machine.aim, numbers),
+        turn=(),
+    )
+
+
+def _moving(machine: Machine) -> list[str]:
+    return [name for name in machine.bodies if name != GROUND]
+
+
+def _point(machine: Machine, at: At) -> tuple:
+    body = machine.bodies[at.body]
+    center = (0.0, 0.0) if at.body == GROUND else body.center
+    x, y = np.subtract(body.points[at.point], center)
+    return point_of(float(x), float(y))
+
+
+def _aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
+    if not aim.point:
+        return AngleAim(numbers[aim.body])
+    along = direction_of(math.cos(aim.along), math.sin(aim.along))
+    return PointAim(numbers[aim.body], _point(machine, At(aim.body, aim.point)), along)
+
+
+def _length(machine: Machine, item: Coordinate) -> float:
+    """Return how far (m) bodies move for a unit of a coordinate."""
+    if item.kind != ANGLE:
+        return 1.0
+    return extent(machine.bodies[_moving(machine)[item.of - 1]]) or 1.0

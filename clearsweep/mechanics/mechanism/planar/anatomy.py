@@ -1,0 +1,136 @@
+"""What the type of a compiled planar machine says: read once, for the code that is written for it."""
+
+from typing import Any, NamedTuple
+
+from ..contract import Open
+from .drive import Free, Steady
+from .form import AlongX, Centre, OnAxis, Planar, PointAim, Slide
+from .hanging import Coordinate, Hanging, Link, hanging
+from .loads import Rubbed, Springing
+
+Vector = tuple[str | None, str | None]
+
+
+class Site(NamedTuple):
+    """A joint and where its points are to be read."""
+
+    link: Link
+    near: Vector  # on the proximal body, from its centre of mass
+    far: Vector
+    axis: Vector  # of a guide
+
+
+class LoadKind(NamedTuple):
+    """A load and where it acts."""
+
+    form: type
+    ends: tuple[tuple[int, Vector], ...]  # bodies and points
+
+
+class Rub(NamedTuple):
+    """Friction in a joint without clearance."""
+
+    load: int  # its number among the loads
+    joint: int
+
+
+class Anatomy(NamedTuple):
+    """A type of machine in words."""
+
+    sites: tuple[Site, ...]
+    hang: Hanging
+    crank: int  # number of the driven body
+    free: bool  # the drive leaves the crank's angle to the motion
+    steady: bool  # the crank's speed is constant
+    bound: tuple[Coordinate, ...]  # what loops determine
+    loads: tuple[LoadKind | None, ...]  # None where it is friction
+    rubs: tuple[Rub, ...]
+    aim: tuple  # (number of the body, point or None, direction)
+
+    @property
+    def bodies(self) -> int:
+        """Return how many bodies there are, the ground among them."""
+        return len(self.hang.group)
+
+    @property
+    def state(self) -> list[Coordinate]:
+        """Return the coordinates in the order of the state."""
+        return [item for item in self.hang.coordinates if item not in self.bound]
+
+    @property
+    def groups(self) -> list[int]:
+        """Return the groups that turn, in the order in which a pose has them."""
+        return [g for g in dict.fromkeys(self.hang.group) if g != 0]
+
+    @property
+    def open(self) -> list[int]:
+        """Return the joints with clearance."""
+        return [j for j, site in enumerate(self.sites) if site.link.open]
+
+
+def kinds_of(value: Any) -> Any:
+    """Return the types in nested tuples, or of the compiler's type of them, in one form."""
+    if hasattr(value, "instance_class"):
+        return (value.instance_class, *map(kinds_of, value.types))
+    if hasattr(value, "types"):
+        return (tuple, *map(kinds_of, value.types))
+    return (type(value), *map(kinds_of, value)) if isinstance(value, tuple) else float
+
+
+def anatomy(kinds: tuple) -> Anatomy:
+    """Return the Anatomy of what `kinds_of` gives of a Planar."""
+    sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_of(kinds, "joints")[1:]))
+    crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
+    hang = hanging(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
+    rubs = tuple(
+        Rub(i, _number(_of(kind, "joint"))) for i, kind in enumerate(_of(kinds, "loads")[1:]) if kind[0] is Rubbed
+    )
+    loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_of(kinds, "loads")[1:]))
+    aim, path = _of(kinds, "aim"), "mechanism.aim"
+    assert kinds[0] is Planar
+    point = _vector(_of(aim, "at"), f"{path}.at") if aim[0] is PointAim else None
+    along = _vector(_of(aim, "along"), f"{path}.along") if aim[0] is PointAim else None
+    bound = tuple(hang.coordinates[_number(kind)] for kind in _of(kinds, "bound")[1:])
+    return Anatomy(
+        sites,
+        hang,
+        crank,
+        drive is Free,
+        drive is Steady,
+        bound,
+        loads,
+        rubs,
+        (_number(_of(aim, "body")), point, along),
+    )
+
+
+def _of(kinds: tuple, field: str) -> tuple:
+    return kinds[1 + kinds[0]._fields.index(field)]
+
+
+def _number(kinds: tuple) -> int:
+    return len(kinds) - 1
+
+
+def _site(kinds: tuple, path: str) -> Site:
+    slides = kinds[0] is Slide
+    link = Link(slides, _of(kinds, "site")[0] is Open, _number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
+    axis = _vector(_of(kinds, "axis"), f"{path}.axis") if slides else (None, None)
+    return Site(link, _vector(_of(kinds, "near"), f"{path}.near"), _vector(_of(kinds, "far"), f"{path}.far"), axis)
+
+
+def _load(kinds: tuple, path: str) -> LoadKind | None:
+    if kinds[0] is Rubbed:
+        return None
+    pairs = (("first", "near"), ("second", "far")) if kinds[0] is Springing else (("body", "at"),)
+    ends = tuple((_number(_of(kinds, body)), _vector(_of(kinds, at), f"{path}.{at}")) for body, at in pairs)
+    return LoadKind(kinds[0], ends)
+
+
+def _vector(kinds: tuple, path: str) -> Vector:
+    form = kinds[0]
+    if form is Centre:
+        return None, None
+    if form is AlongX:
+        return "1.0", None
+    return f"{path}.x", None if form is OnAxis else f"{path}.y"

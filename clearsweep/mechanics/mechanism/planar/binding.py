@@ -1,0 +1,44 @@
+"""Which coordinates of a planar machine its loops determine best."""
+
+import itertools
+
+import numpy as np
+from scipy.linalg import qr
+
+from ..contract import place
+from .anatomy import Anatomy
+from .drive import Steady
+from .equations import function_of
+from .form import Planar
+from .hanging import ANGLE, Coordinate
+
+LOOKS = 36  # places of a turn that are looked at
+
+
+def bound_of(value: Planar, machine: Anatomy, courses: list) -> list[int]:
+    """Return the numbers of the coordinates that loops determine, those for which they stay farthest from singular.
+
+    value : a machine of which nothing is bound so far; courses : of all coordinates in the machine without clearance.
+    """
+    if not machine.free:
+        value = value._replace(drive=Steady(1.0, value.turn.start))
+    loops, looks = function_of(value, "loops"), []
+    angles = range(0, len(courses[0][0]) - 1, max((len(courses[0][0]) - 1) // LOOKS, 1))
+    for k in angles:
+        time = 2.0 * np.pi * k / (len(courses[0][0]) - 1)
+        y = np.array([*(course[0][k] for course in courses), *(0.0 for _ in courses), time])
+        looks.append(np.array(loops(value, place(value, y))))
+    rows = np.array(looks)
+    may = [i for i, item in enumerate(machine.hang.coordinates) if item != Coordinate(ANGLE, machine.hang.crank)]
+    scale = np.max(np.abs(rows), axis=(0, 2), keepdims=True)
+    rows = (rows / scale)[:, :, may]
+    rows /= np.maximum(np.max(np.abs(rows), axis=(0, 1)), 1e-300)
+    count = rows.shape[1]
+    choices = {tuple(sorted(qr(look, mode="r", pivoting=True)[1][:count])) for look in rows}
+    if len(may) <= 8:
+        choices |= set(itertools.combinations(range(len(may)), count))
+
+    def weakest(choice: tuple) -> float:
+        return float(np.min(np.linalg.svd(rows[:, :, list(choice)], compute_uv=False)[:, -1]))
+
+    return sorted(may[i] for i in max(sorted(choices), key=weakest))

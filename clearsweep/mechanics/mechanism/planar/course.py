@@ -1,0 +1,54 @@
+"""Motions of the machine without clearance as tables over a turn of its crank, in compiled form.
+
+Between the stations of a turn a polynomial of degree five meets values and both derivatives at either end: with 720
+stations as exact as the stations themselves.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled.family import kernel
+from ...compiled.held import held, item_of
+
+WIDTH = 3  # numbers at a station: value and its first two derivatives by the crank's angle
+
+
+class Course(NamedTuple):
+    """Quantities over a turn: columns of (value, derivative, second derivative) at even stations, from end to end."""
+
+    table: float  # address of (stations + 1, columns, WIDTH) numbers
+    stations: float
+    columns: float
+    start: float  # rad, crank's angle at the first station
+
+
+def course(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float) -> Course:
+    """Return the Course of quantities, each given with its derivatives at all stations."""
+    table = np.array([list(column) for column in columns]).transpose(2, 0, 1)  # (stations + 1, columns, WIDTH)
+    return Course(held(table), float(table.shape[0] - 1), float(table.shape[1]), start)
+
+
+@kernel
+def at_angle(given, column, angle):
+    """Return value and derivative of a column of a Course at an angle (rad) of the crank; angles wind on every turn."""
+    stations, columns = int(given.stations), int(given.columns)
+    turns = (angle - given.start) * (0.5 / math.pi)
+    whole = math.floor(turns)
+    along = (turns - whole) * stations
+    station = min(int(along), stations - 1)
+    t, h = along - station, 2.0 * math.pi / stations
+    near = WIDTH * (columns * station + column)
+    far = near + WIDTH * columns
+    f0, d0, s0 = item_of(given.table, near), h * item_of(given.table, near + 1), h * h * item_of(given.table, near + 2)
+    f1, d1, s1 = item_of(given.table, far), h * item_of(given.table, far + 1), h * h * item_of(given.table, far + 2)
+    rise = f1 - f0 - d0 - 0.5 * s0
+    tilt, bend = d1 - d0 - s0, s1 - s0
+    a3, a4 = 10.0 * rise - 4.0 * tilt + 0.5 * bend, -15.0 * rise + 7.0 * tilt - bend
+    a5 = 6.0 * rise - 3.0 * tilt + 0.5 * bend
+    value = f0 + t * (d0 + t * (0.5 * s0 + t * (a3 + t * (a4 + t * a5))))
+    slope = d0 + t * (s0 + t * (3.0 * a3 + t * (4.0 * a4 + t * 5.0 * a5)))
+    first, last = WIDTH * column, WIDTH * (columns * stations + column)
+    winding = item_of(given.table, last) - item_of(given.table, first)
+    return value + winding * whole, slope / h

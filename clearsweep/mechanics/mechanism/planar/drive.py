@@ -1,0 +1,109 @@
+"""What turns the crank of a planar machine: its compiled form, and the same for the machine without clearance."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ....machine import Constant, Course, Motor
+from ...compiled.dual import plain
+from ...compiled.family import family
+from ...compiled.held import held, item_of
+
+_WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
+
+
+class Steady(NamedTuple):
+    """A constant speed."""
+
+    speed: float  # rad/s
+    start: float  # rad
+
+
+class Scheduled(NamedTuple):
+    """A speed by a table, straight between its rows, so that the angle is a parabola there."""
+
+    table: float  # address of (rows, 4): s, rad, rad/s, rad/s^2
+    rows: float
+
+
+class Free(NamedTuple):
+    """A torque that falls with the speed, straight; the crank's angle is a coordinate."""
+
+    torque: float  # N m, at rest
+    slope: float  # N m s, by how much less for every rad/s
+
+
+@family
+def driven(drive, time):
+    """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a crank that is not free at `time` (s)."""
+
+
+@driven.member(Steady)
+def _steady(drive, time):
+    return drive.speed * time + drive.start, drive.speed, 0.0
+
+
+@driven.member(Scheduled)
+def _scheduled(drive, time):
+    now, low, high = plain(time), 0, int(drive.rows)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if item_of(drive.table, _WIDTH * middle) <= now:
+            low = middle
+        else:
+            high = middle
+    row = _WIDTH * low
+    gone, speed = time - item_of(drive.table, row), item_of(drive.table, row + 2)
+    acceleration = item_of(drive.table, row + 3)
+    angle = item_of(drive.table, row + 1) + gone * (speed + 0.5 * acceleration * gone)
+    return angle, speed + acceleration * gone, acceleration
+
+
+@family
+def torque_at(drive, rate):
+    """Return the torque (N m) on a free crank that turns at `rate` (rad/s)."""
+
+
+@torque_at.member(Free)
+def _falling(drive, rate):
+    return drive.torque - drive.slope * rate
+
+
+def drive_of(drive: Constant | Course | Motor) -> tuple:
+    """Return the compiled form of a drive."""
+    if isinstance(drive, Constant):
+        return Steady(drive.speed, drive.start_angle)
+    if isinstance(drive, Course):
+        rows = schedule(drive)
+        return Scheduled(held(rows), float(len(rows)))
+    return Free(
+        drive.stall_torque, 0.0 if math.isinf(drive.no_load_speed) else drive.stall_torque / drive.no_load_speed
+    )
+
+
+def schedule(drive: Course) -> np.ndarray:
+    """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) from there on.
+
+    The speed is constant before the first row and after the last; the angle is `start_angle` at time 0.
+    """
+    times, speeds = np.asarray(drive.times, dtype=float), np.asarray(drive.speeds, dtype=float)
+    if times[0] > 0.0:
+        times, speeds = np.append(0.0, times), np.append(speeds[0], speeds)
+    steps = np.diff(times)
+    angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * steps))
+    accelerations = np.append(np.diff(speeds) / steps, 0.0)
+    rows = np.stack([times, angles, speeds, accelerations], -1)
+    first, angle, speed, acceleration = rows[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
+    rows[:, 1] += drive.start_angle - (angle - first * (speed - 0.5 * acceleration * first))
+    return rows
+
+
+def when(drive: Course, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return time (s), speed (rad/s) and acceleration (rad/s^2) at which the crank, turning on, has `angles` (rad)."""
+    rows = schedule(drive)
+    row = rows[np.clip(np.searchsorted(rows[:, 1], angles, side="right") - 1, 0, len(rows) - 1)]
+    ahead, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]
+    then = np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * ahead, 0.0))
+    gone = np.where(ahead == 0.0, 0.0, 2.0 * ahead / np.where(speed + then == 0.0, 1.0, speed + then))
+    return row[:, 0] + gone, then, acceleration

@@ -1,0 +1,230 @@
+"""Accelerations of a planar machine, written out for its type.
+
+Newton's and Euler's equations of all bodies, multiplied by the derivatives of their places and angles by the
+coordinates (Kane 1961; Shabana 2010, "Computational Dynamics", 3rd ed., chapter 4): a symmetric mass matrix, solved by
+its LDL factors, which are written out as well.  Where loops bind coordinates, these derivatives go through them.
+"""
+
+from .anatomy import Anatomy, Vector
+from .hanging import ANGLE, Coordinate
+from .kinematics import Bodies, Columns
+from .loops import Solver, equations
+from .writer import Lines, number, packed, tupled
+
+Matrix = dict[tuple[Coordinate, Coordinate], str | None]
+Row = dict[Coordinate, str | None]
+
+
+def mass_of(lines: Lines, body: int) -> tuple[str, str]:
+    """Return mass and moment of inertia of a body."""
+    mass, inertia = (lines.let(f"mechanism.bodies[{body - 1}].{part}") for part in ("mass", "inertia"))
+    return mass, inertia
+
+
+class Dynamics(Bodies):
+    """Mass matrix and generalised forces of the coordinates of the state and the crank's angle."""
+
+    def __init__(self, machine: Anatomy, *arguments: str):
+        super().__init__(machine, *arguments)
+        self.crank = Coordinate(ANGLE, machine.hang.crank)
+        self.unknown = list(machine.state)
+        self.every = list(dict.fromkeys([self.crank, *self.unknown]))
+        self.bound: dict[Coordinate, Row] = {}  # derivatives of what is bound by what is not
+        self.bound_bias: Row = {}
+        if machine.bound:
+            self._bind()
+        self.ways = {body: self.way(body) for body in range(1, machine.bodies)}
+        self.tree = {body: self.columns(way) for body, way in self.ways.items()}
+        self.moved: dict[int, Columns] = {body: self.unbound(columns) for body, columns in self.tree.items()}
+        self.turning: dict[int, Row] = {
+            g: self.bound.get(Coordinate(ANGLE, g), {Coordinate(ANGLE, g): "1.0"}) for g in machine.groups
+        }
+
+    def _bind(self) -> None:
+        """Find how what loops bind moves."""
+        found = equations(self)
+        rows = [equation.columns for equation in found]
+        solver = Solver(self.lines, rows, self.machine.bound)
+        self.bound = {item: {} for item in self.machine.bound}
+        for item in self.every:
+            if any(item in row for row in rows):
+                moved = solver.solved([self.lines.minus(row.get(item)) for row in rows])
+                for other, value in moved.items():
+                    self.bound[other][item] = value
+        self.bound_bias = solver.solved([self.lines.minus(equation.bias) for equation in found])
+
+    def unbound(self, columns: Columns) -> Columns:
+        """Return derivatives by the coordinates that are not bound."""
+        found = {item: vector for item, vector in columns.items() if item not in self.bound}
+        for item in columns:
+            for other, value in self.bound.get(item, {}).items():
+                found[other] = self.sum(found.get(other, (None, None)), self.scaled(value, columns[item]))
+        return found
+
+    def entry(self, first: Coordinate, second: Coordinate) -> str | None:
+        """Return an entry of the mass matrix."""
+        lines, terms = self.lines, []
+        for body, columns in self.moved.items():
+            mass, inertia = mass_of(lines, body)
+            if first in columns and second in columns:
+                squares = lines.dot(columns[first], columns[second])
+                if first == second and columns[first] == self.tree[body].get(first):
+                    if first.kind == ANGLE:  # the length of an arm does not depend on where it points
+                        arm = self.ways[body].arms[first.of]
+                        squares = lines.dot(arm, arm)
+                    else:
+                        squares = ("1.0",)
+                terms.append(lines.product(mass, lines.total(*squares)))
+            turning = self.turning.get(self.hang.group[body], {})
+            terms.append(lines.product(inertia, turning.get(first), turning.get(second)))
+        return lines.total(*terms)
+
+    def factored(self) -> tuple[Matrix, dict[Coordinate, str]]:
+        """Return the LDL factors of the mass matrix of the coordinates: what is below the diagonal of L, and 1 / D."""
+        lines, unknown = self.lines, self.unknown
+        lower: Matrix = {}
+        scaled: Matrix = {}  # L D
+        inverse: dict[Coordinate, str] = {}
+        for j, b in enumerate(unknown):
+            used = [lines.minus(lines.product(scaled[b, k], lower[b, k])) for k in unknown[:j]]
+            inverse[b] = lines.let(f"1.0 / {number(lines.total(self.entry(b, b), *used))}")
+            for a in unknown[j + 1 :]:
+                used = [lines.minus(lines.product(scaled[a, k], lower[b, k])) for k in unknown[:j]]
+                scaled[a, b] = lines.total(self.entry(a, b), *used)
+                lower[a, b] = lines.let(lines.product(scaled[a, b], inverse[b]))
+        return lower, inverse
+
+    def forward(self, lower: Matrix, right: Row) -> Row:
+        """Return L^-1 times a column."""
+        lines = self.lines
+        done: Row = {}
+        for i, a in enumerate(self.unknown):
+            used = [lines.minus(lines.product(lower[a, k], done[k])) for k in self.unknown[:i]]
+            done[a] = lines.total(right.get(a), *used)
+        return done
+
+    def solved(self, right: Row) -> Row:
+        """Return the accelerations of the coordinates for generalised forces."""
+        lines = self.lines
+        lower, inverse = self.factored()
+        left = self.forward(lower, right)
+        found: Row = {}
+        for i in range(len(self.unknown) - 1, -1, -1):
+            a = self.unknown[i]
+            used = [lines.minus(lines.product(lower[k, a], found[k])) for k in self.unknown[i + 1 :]]
+            found[a] = lines.total(lines.product(left[a], inverse[a]), *used)
+        return found
+
+    def with_bound(self, found: Row) -> Row:
+        """Return accelerations together with those of what is bound."""
+        lines, every = self.lines, dict(found)
+        for item, row in self.bound.items():
+            parts = (lines.product(value, found.get(other)) for other, value in row.items())
+            every[item] = lines.total(self.bound_bias[item], *parts)
+        return every
+
+    def forces(self) -> tuple[dict[int, list[Vector]], dict[int, list]]:
+        """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
+        lines, machine = self.lines, self.machine
+        force: dict[int, list[Vector]] = {body: [] for body in range(machine.bodies)}
+        moment: dict[int, list] = {body: [] for body in range(machine.bodies)}
+        for body in range(1, machine.bodies):
+            weight = lines.product(mass_of(lines, body)[0], "mechanism.gravity")
+            force[body].append((None, lines.minus(weight)))
+        for i, j in enumerate(machine.open):
+            site = machine.sites[j]
+            load = tuple(lines.let(f"loads[{i}].{part}") for part in ("fx", "fy"))
+            ends = (
+                (site.link.proximal, site.near, self.minus(load), "moment_proximal"),
+                (site.link.distal, site.far, load, "moment_distal"),
+            )
+            for body, point, pull, own in ends:
+                force[body].append(pull)
+                moment[body] += [lines.let(f"loads[{i}].{own}"), self.moment(body, point, pull)]
+        for body, point, pull, torque in self.applied():
+            force[body].append(pull)
+            moment[body] += [torque, self.moment(body, point, pull)]
+        return force, moment
+
+    def moment(self, body: int, point: Vector, force: Vector) -> str | None:
+        """Return the moment about its centre of mass of a force at a point of a body."""
+        lines, arm = self.lines, self.turned(self.hang.group[body], point)
+        return lines.total(lines.product(arm[0], force[1]), lines.minus(lines.product(arm[1], force[0])))
+
+    def generalised(self, driven: str | None) -> Row:
+        """Return the generalised forces of all coordinates, less what their rates and a driven crank take of them."""
+        lines = self.lines
+        known = self.with_bound({self.crank: driven})  # accelerations that are known before those of the coordinates
+        force, moment = self.forces()
+        terms: dict[Coordinate, list] = {item: [] for item in self.every}
+        for body, columns in self.moved.items():
+            mass, inertia = mass_of(lines, body)
+            tree = self.tree[body]
+            moved = self.sum(self.bias(self.ways[body]), self.along({i: tree[i] for i in tree if i in known}, known))
+            left = self.sum((None, None), *force[body], self.minus(self.scaled(mass, moved)))
+            for item, column in columns.items():
+                terms[item] += lines.dot(column, left)
+            group = self.hang.group[body]
+            if group != 0:
+                spun = lines.minus(lines.product(inertia, known.get(Coordinate(ANGLE, group))))
+                turning = lines.total(*moment[body], spun)
+                for item, value in self.turning[group].items():
+                    terms[item].append(lines.product(value, turning))
+        return {item: lines.total(*parts) for item, parts in terms.items()}
+
+    def motion(self) -> tuple[str, Row]:
+        """Return a Motion as it is written, and the accelerations of all coordinates."""
+        lines, machine, crank = self.lines, self.machine, self.crank
+        alpha = None
+        if not (machine.free or machine.steady):
+            lines.text.append("_, _, alpha = driven(mechanism.drive, pose.time)")
+            alpha = "alpha"
+        right = self.generalised(alpha)
+        if machine.free:
+            torque = lines.let(f"torque_at(mechanism.drive, {self.rate[crank]})")
+            found = self.solved(right | {crank: lines.total(right[crank], torque)})
+        else:
+            found = self.solved(right)
+            pulled = (lines.product(self.entry(crank, item), found[item]) for item in self.unknown)
+            torque = lines.total(*pulled, lines.minus(right[crank]))
+        accelerations = packed([found[item] for item in self.unknown])
+        every = self.with_bound(found | ({} if machine.free else {crank: alpha}))
+        return f"Motion({accelerations}, {number(self.output(every))}, {number(torque)})", every
+
+    def output(self, found: Row) -> str | None:
+        """Return the acceleration of the output."""
+        body, point, along = self.machine.aim
+        if point is None:
+            return found.get(Coordinate(ANGLE, self.hang.group[body]))
+        way = self.way(body, point)
+        acceleration = self.sum(self.bias(way), self.along(self.columns(way), found))
+        return self.lines.total(*self.lines.dot(acceleration, along))
+
+
+def accelerate(machine: Anatomy) -> str:
+    """Return the code of the family's member of that name."""
+    write = Dynamics(machine, "mechanism", "pose", "loads")
+    motion, _ = write.motion()
+    return write.lines.function("accelerate", motion)
+
+
+def impact_masses(machine: Anatomy) -> str:
+    """Return the code of the family's member of that name.
+
+    The mass is 1 / (n^T J M^-1 J^T n), see `contract.impact_masses`; 0 where a gap is closed and has no direction.
+    """
+    write = Dynamics(machine, "mechanism", "pose", "relative")
+    lines, masses = write.lines, []
+    lower, inverse = write.factored()
+    for i, j in enumerate(machine.open):
+        if machine.sites[j].link.slides:
+            masses.append("0.0")  # no law of a guide asks for it
+            continue
+        gap = tuple(lines.let(f"relative[{i}].{part}") for part in ("x", "y"))
+        columns = write.unbound(write.columns(write.between(*write.site(j))))
+        right = {item: lines.total(*lines.dot(column, gap)) for item, column in columns.items()}
+        left = write.forward(lower, right)
+        yielded = lines.total(*(lines.product(left[item], left[item], inverse[item]) for item in write.unknown))
+        square = lines.total(*lines.dot(gap, gap))
+        masses.append(f"({square} / {yielded} if {yielded} > 0.0 else as_type_of(0.0, {yielded}))")
+    return lines.function("impact_masses", tupled(masses))

@@ -1,0 +1,213 @@
+"""The functions of a planar machine's compiled form, written out for its type.
+
+A family has one body for all planar machines, which calls what is written for the type of its argument when it is
+first asked for: plain code without loops or tables, so that of a machine nothing is left but sums and products.
+"""
+
+import functools
+import linecache
+from collections.abc import Callable
+
+from numba.extending import overload
+
+from ...compiled import calculus
+from ...compiled.dual import Dual, DualType, as_type_of, plain, value
+from ...compiled.family import OPTIONS, inlined, kernel
+from ...joint.dry import Gap
+from ...joint.friction.contract import friction_force
+from ...joint.guide import GuideGap
+from ..contract import Motion
+from . import dynamics, rubbing
+from .anatomy import Anatomy, Vector, anatomy, kinds_of
+from .course import at_angle
+from .drive import driven, torque_at
+from .dynamics import mass_of
+from .kinematics import Bodies
+from .loads import by_table
+from .placing import closed, loops, place, step
+from .pose import Pose, Turn
+from .writer import Lines, number, tupled
+
+
+def function_of(mechanism, name: str) -> Callable:
+    """Return the function called `name` that is written for the type of a machine, to be called from Python."""
+    return _functions(kinds_of(mechanism))[name]
+
+
+def written(name: str) -> Callable:
+    """Return the function called `name` of whatever type of machine it is called with first."""
+
+    def dispatch(mechanism, *rest):
+        return _functions(kinds_of(mechanism))[name](mechanism, *rest)
+
+    def select(mechanism, *rest):
+        return _functions(kinds_of(mechanism))[name]
+
+    overload(dispatch, strict=False, jit_options=dict(OPTIONS, forceinline=True))(select)
+    return dispatch
+
+
+@functools.lru_cache(maxsize=1024)
+def _functions(kinds: tuple) -> dict[str, Callable]:
+    """Return all functions of a type of machine by their names."""
+    text = source(kinds)
+    name = f"<planar machine {hash(kinds):x}>"
+    linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # for tracebacks
+    found: dict = {
+        "direction": calculus.direction,
+        "driven": driven,
+        "torque_at": torque_at,
+        "at_angle": at_angle,
+        "by_table": by_table,
+        "as_type_of": as_type_of,
+        "plain": plain,
+        "math": calculus,
+        "Gap": Gap,
+        "GuideGap": GuideGap,
+        "Motion": Motion,
+        "RubbedMotion": rubbing.RubbedMotion,
+        "friction_force": friction_force,
+        "Pose": Pose,
+        "Turn": Turn,
+    }
+    exec(compile(text, name, "exec"), found)
+    if "under_friction" in found:
+        found["under_friction"] = kernel(found["under_friction"])
+    if "step" in found:
+        found["step"], found["closed"] = inlined(found["step"]), kernel(found["closed"])
+        found["again"] = _again(found["step"])
+    return found
+
+
+def _again(take: Callable) -> Callable:
+    """Return `take`, one step of Newton's method, for numbers differentiated twice; others need no further one."""
+
+    def again(mechanism, known, bound):
+        return take(mechanism, known, bound) if any(isinstance(value(x), Dual) for x in bound) else bound
+
+    def select(mechanism, known, bound):
+        twice = any(isinstance(getattr(x, "part", None), DualType) for x in bound.types)
+        return take if twice else lambda mechanism, known, bound: bound
+
+    overload(again, strict=False, jit_options=dict(OPTIONS))(select)
+    return again
+
+
+def source(kinds: tuple) -> str:
+    """Return the code of all functions of a type of machine."""
+    machine = anatomy(kinds)
+    closing = (step, closed) if machine.bound else (loops,) if machine.hang.closing else ()
+    moving = rubbing.accelerate if machine.rubs else dynamics.accelerate
+    return "\n\n".join(write(machine) for write in (*closing, moving, *_WRITERS))
+
+
+# ---------------------------------------------------------------------------------------------- what is seen
+
+
+def _gaps(machine: Anatomy) -> str:
+    write = Bodies(machine, "mechanism", "pose")
+    gaps = []
+    for j in machine.open:
+        between, link = write.between(*write.site(j)), machine.sites[j].link
+        place, velocity = write.place(between), write.along(write.columns(between), write.rate)
+        spins = (write.spin(link.proximal), write.spin(link.distal))
+        if link.slides:
+            gaps.append(f"GuideGap({', '.join(map(number, _between_walls(write, j, place, velocity)))})")
+        else:
+            gaps.append(f"Gap({', '.join(map(number, (*place, *velocity, *spins)))})")
+    return write.lines.function("gaps", tupled(gaps))
+
+
+def _between_walls(write: Bodies, j: int, place: Vector, velocity: Vector) -> tuple:
+    """Return the fields of a GuideGap."""
+    lines, link = write.lines, write.machine.sites[j].link
+    along = write.axis(j)
+    left, spin = write.left(along), write.spin(link.proximal)
+    x, y = (lines.total(*lines.dot(axis, place)) for axis in (along, left))
+    vx, vy = (lines.total(*lines.dot(axis, velocity)) for axis in (along, left))  # less the turning of the walls
+    seen = (lines.total(vx, lines.product(spin, y)), lines.total(vy, lines.minus(lines.product(spin, x))))
+    (c, s), (cd, sd) = (write.direction(body) for body in (link.proximal, link.distal))
+    cosine = lines.total(lines.product(c, cd), lines.product(s, sd))
+    sine = lines.total(lines.product(c, sd), lines.minus(lines.product(s, cd)))
+    return (x, y, *seen, spin, write.spin(link.distal), *along, cosine, sine)
+
+
+def _energy(machine: Anatomy) -> str:
+    write = Bodies(machine, "mechanism", "pose")
+    lines, doubled, falling = write.lines, [], []
+    for body in range(1, machine.bodies):
+        mass, inertia = mass_of(lines, body)
+        velocity = write.along(write.columns(write.way(body)), write.rate)
+        doubled += [lines.product(mass, part, part) for part in velocity]
+        spin = write.spin(body)
+        doubled.append(lines.product(inertia, spin, spin))
+        falling.append(lines.product(mass, velocity[1]))
+    kinetic, fall = lines.product("0.5", lines.total(*doubled)), lines.total(*falling)
+    power = [lines.minus(lines.product("mechanism.gravity", fall))]
+    for body, point, force, torque in write.applied():
+        velocity = write.along(write.columns(write.way(body, point)), write.rate)
+        power += [*lines.dot(force, velocity), lines.product(torque, write.spin(body))]
+    return lines.function("energy", f"({number(kinetic)}, {number(lines.total(*power))})")
+
+
+def _describe(machine: Anatomy) -> str:
+    write = Bodies(machine, "mechanism", "pose", "motion", "out")
+    lines, crank = write.lines, machine.groups.index(machine.hang.crank)
+    place, velocity = _aim(write)
+    values = ["pose.time", f"pose.turns[{crank}].angle", "motion.torque", place, velocity, "motion.output"]
+    for body in range(1, machine.bodies):
+        way, group = write.way(body), machine.hang.group[body]
+        values += [*write.place(way), *write.along(write.columns(way), write.rate)]
+        values += [f"pose.turns[{machine.groups.index(group)}].angle", write.spin(body)] if group else [None, None]
+    for i, name in enumerate(values):
+        lines.text.append(f"out[{i}] = {number(name)}")
+    return lines.function("describe", str(len(values)))
+
+
+def _body_angles(machine: Anatomy) -> str:
+    pairs = []
+    for j in machine.open:
+        link = machine.sites[j].link
+        pairs.append(f"({_angle(machine, link.proximal)}, {_angle(machine, link.distal)})")
+    return Lines("mechanism", "pose").function("body_angles", tupled(pairs))
+
+
+def _angle(machine: Anatomy, body: int) -> str:
+    group = machine.hang.group[body]
+    return f"pose.turns[{machine.groups.index(group)}].angle" if group else "0.0"
+
+
+def _output_and_crank(machine: Anatomy) -> str:
+    write = Bodies(machine, "mechanism", "pose")
+    crank = f"pose.turns[{machine.groups.index(machine.hang.crank)}]"
+    found = (*map(number, _aim(write)), f"{crank}.angle", f"{crank}.rate")
+    return write.lines.function("output", f"({', '.join(found)})")
+
+
+def _crank_rate(machine: Anatomy) -> str:
+    crank = machine.groups.index(machine.hang.crank)
+    return Lines("mechanism", "pose").function("crank_rate", f"pose.turns[{crank}].rate")
+
+
+def _aim(write: Bodies) -> tuple[str | None, str | None]:
+    """Return the output's place and its rate."""
+    machine, lines = write.machine, write.lines
+    body, point, along = machine.aim
+    if point is None:
+        group = machine.hang.group[body]
+        return (f"pose.turns[{machine.groups.index(group)}].angle", write.spin(body)) if group else (None, None)
+    way = write.way(body, point)
+    velocity = write.along(write.columns(way), write.rate)
+    return lines.total(*lines.dot(write.place(way), along)), lines.total(*lines.dot(velocity, along))
+
+
+_WRITERS = (
+    place,
+    _gaps,
+    dynamics.impact_masses,
+    _energy,
+    _describe,
+    _body_angles,
+    _output_and_crank,
+    _crank_rate,
+)

@@ -1,0 +1,109 @@
+"""The compiled form of a planar machine: its types say how the bodies hang together, its values how large all is.
+
+A body is numbered by as many empty tuples as stand before it, which take no room; the ground is 0.  Points are measured
+from the centre of mass of their body in its own frame, and those on its x axis or at the centre have types of their
+own, so that nothing is multiplied by their zeros.
+"""
+
+from typing import NamedTuple
+
+
+class Mass(NamedTuple):
+    """A body that moves."""
+
+    mass: float  # kg
+    inertia: float  # kg m^2, about the centre of mass
+
+
+class Centre(NamedTuple):
+    """The centre of mass of a body, or the origin of the ground."""
+
+
+class OnAxis(NamedTuple):
+    """A point on the line through the centre of mass along the body's x axis."""
+
+    x: float  # m
+
+
+class Off(NamedTuple):
+    """A point anywhere."""
+
+    x: float  # m
+    y: float
+
+
+class AlongX(NamedTuple):
+    """The direction of a frame's x axis."""
+
+
+class Along(NamedTuple):
+    """A direction in a frame."""
+
+    x: float
+    y: float
+
+
+class Hinge(NamedTuple):
+    """A revolute joint."""
+
+    site: tuple  # Ideal() or Open()
+    proximal: tuple  # number of the body
+    distal: tuple
+    near: tuple  # Centre, OnAxis or Off, on the proximal body
+    far: tuple  # on the distal body
+
+
+class Slide(NamedTuple):
+    """A prismatic joint."""
+
+    site: tuple
+    proximal: tuple
+    distal: tuple
+    near: tuple
+    far: tuple
+    axis: tuple  # AlongX or Along, in the frame of the proximal body
+
+
+class PointAim(NamedTuple):
+    """The output is the place of a point along a direction of the fixed frame."""
+
+    body: tuple
+    at: tuple
+    along: tuple  # AlongX or Along
+
+
+class AngleAim(NamedTuple):
+    """The output is the angle of a body."""
+
+    body: tuple
+
+
+class Planar(NamedTuple):
+    """The compiled form of a planar machine."""
+
+    bodies: tuple  # of Mass, without the ground
+    joints: tuple  # of Hinge and Slide, in the order in which they were written
+    bound: tuple  # numbers of the coordinates that loops determine
+    crank: tuple  # number of the driven body
+    drive: tuple  # of `drive`
+    gravity: float  # m/s^2, along -y
+    loads: tuple  # of `loads`
+    aim: tuple  # PointAim or AngleAim
+    turn: tuple  # Course of the machine without clearance: its output, then what loops determine
+
+
+def numbered(count: int) -> tuple:
+    """Return a number as as many empty tuples."""
+    return ((),) * count
+
+
+def point_of(x: float, y: float) -> tuple:
+    """Return a point (m, from the centre of mass) in the form that has no zeros."""
+    if y != 0.0:
+        return Off(x, y)
+    return OnAxis(x) if x != 0.0 else Centre()
+
+
+def direction_of(x: float, y: float) -> tuple:
+    """Return a unit vector in the form that has no zeros."""
+    return AlongX() if (x, y) == (1.0, 0.0) else Along(x, y)

@@ -1,0 +1,288 @@
+"""The motion of a planar machine without clearance and the forces in its joints."""
+
+import functools
+import math
+import pickle
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.integrate import DOP853, OdeSolution
+from scipy.optimize import brentq
+
+from ....machine import GROUND, At, Constant, Course, Guide, Machine, Motor, Push, Rubbing, Spring, Tabled
+from ...joint.friction.contract import friction_force
+from ..contract import IdealMotion
+from .closure import Alike, Closure, Turn, between, turn_of
+from .drive import drive_of, torque_at, when
+from .form import Mass
+from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .loads import by_rows, table_of
+
+SWEEPS = 200  # over reactions and the friction that they bring
+SETTLED = 1e-14  # of the largest of these
+LONGEST = 30.0  # times as long as it would take at its usual rate, a free crank is waited for
+STEPS = 300  # for a turn of it
+
+
+class Ideal:
+    """A machine without clearance, closed over a turn of its crank."""
+
+    def __init__(self, machine: Machine):
+        self.machine, self.closure = machine, Closure(machine)
+        self.turn = turn_of(machine)
+        masses = masses_of(machine)
+        self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
+        self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
+        self._course: tuple | None = None
+
+    def at(self, angles: np.ndarray) -> Turn:
+        """Return the machine at angles (N,) rad of its crank, unwrapped from its start."""
+        q = self.closure.closed(between(self.turn, angles).q, angles)
+        return Turn(angles, q, *self.closure.derivatives(q, angles))
+
+    def aimed(self, there: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the output and its first two derivatives by the crank's angle."""
+        aim, q, first, second = self.machine.aim, there.q, there.first, there.second
+        i = 3 * self.closure.index[aim.body]
+        if not aim.point:
+            return q[:, i + 2], first[:, i + 2], second[:, i + 2]
+        body = self.machine.bodies[aim.body]
+        x, y = np.subtract(body.points[aim.point], body.center)
+        c, s = math.cos(aim.along), math.sin(aim.along)
+        cosine, sine = np.cos(q[:, i + 2]), np.sin(q[:, i + 2])
+        ahead = c * (x * cosine - y * sine) + s * (x * sine + y * cosine)  # of the arm, along and across the direction
+        aside = c * (-x * sine - y * cosine) + s * (x * cosine - y * sine)
+        turned, bent = first[:, i + 2], second[:, i + 2]
+        return (
+            c * q[:, i] + s * q[:, i + 1] + ahead,
+            c * first[:, i] + s * first[:, i + 1] + aside * turned,
+            c * second[:, i] + s * second[:, i + 1] + aside * bent - ahead * turned**2,
+        )
+
+    def apart(self, offsets: Mapping, angle: float) -> Turn:
+        """Return the machine at an angle of its crank, joints being apart by `offsets`; nan where they cannot."""
+        angles, near = np.array([angle]), int(np.argmin(np.abs(self.turn.angles - angle)))
+        apart = Closure(self.machine, offsets)
+        q = apart.closed(self.turn.q[near : near + 1], angles)
+        if not np.all(np.isfinite(q)):
+            return Turn(angles, q, q, q)
+        return Turn(angles, q, *apart.derivatives(q, angles))
+
+    def read(self, item: Coordinate, there: Turn) -> tuple[np.ndarray, np.ndarray]:
+        """Return a coordinate and its derivative by the crank's angle, each (N,)."""
+        if item.kind != RUN:
+            i = 3 * (item.of - 1) + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[item.kind]
+            return there.q[:, i], there.first[:, i]
+        joint = self.machine.joints[item.of]
+        turned, spin = (
+            joint.axis + self._angle(joint.proximal.body, there.q),
+            self._angle(joint.proximal.body, there.first),
+        )
+        along = np.stack([np.cos(turned), np.sin(turned)], -1)
+        (p, dp), (d, dd) = (self.closure.end(at, there.q, there.first)[:2] for at in (joint.proximal, joint.distal))
+        across = np.stack([-along[:, 1], along[:, 0]], -1)
+        return np.sum(along * (d - p), -1), np.sum(along * (dd - dp), -1) + spin * np.sum(across * (d - p), -1)
+
+    def course_of(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return a coordinate over the turn and its derivatives by the crank's angle, the second one nearly."""
+        values, slopes = self.read(item, self.turn)
+        return values, slopes, np.gradient(slopes, self.turn.angles, edge_order=2)
+
+    def motion(self, angles: np.ndarray) -> IdealMotion:
+        """Return the motion of the output and the reactions at angles (N,) rad of the crank, from its start on."""
+        there, (time, rate) = self.at(angles), self.passed(angles)
+        place, first, second = self.aimed(there)
+        acceleration, reactions = self.balance(there, rate, time)
+        return IdealMotion(place, first * rate, second * rate**2 + first * acceleration, reactions)
+
+    def passed(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the time (s) at which the crank passes angles (rad), and its rate (rad/s); nan where it never does."""
+        drive = self.machine.drive
+        if isinstance(drive, Constant):
+            return (angles - drive.start_angle) / drive.speed, np.full(len(angles), drive.speed)
+        if isinstance(drive, Course):
+            return when(drive, angles)[:2]
+        return self._free(angles)
+
+    # ------------------------------------------------------------------------------------------ forces
+
+    def balance(self, there: Turn, rate: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return the crank's angular acceleration (N,) and the force (N, 2) N on the distal body of every joint."""
+        outside = self.outside(there, rate, time)
+        _, jacobian, _ = self.closure.evaluate(there.q, there.angles)
+        reactions: dict[str, np.ndarray] = {}
+        rubbing, forces = np.zeros_like(outside), [load for load in self.machine.loads if isinstance(load, Rubbing)]
+        for _ in range(SWEEPS):
+            acceleration = self.accelerated(there, rate, time, outside + rubbing)
+            moved = there.second * (rate**2)[:, None] + there.first * acceleration[:, None]
+            left = outside + rubbing - self.inertia * moved
+            multipliers = np.linalg.solve(jacobian.transpose(0, 2, 1), left[..., None])[..., 0]
+            reactions = {
+                joint.name: self._reaction(joint, there, multipliers[:, 2 * j : 2 * j + 2])
+                for j, joint in enumerate(self.machine.joints)
+            }
+            if not forces:
+                break
+            before, rubbing = rubbing, self._rubbed(forces, there, rate, reactions)
+            if np.max(np.abs(rubbing - before)) <= SETTLED * np.max(np.abs(rubbing)):
+                break
+        return acceleration, reactions
+
+    def outside(self, there: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Return the forces (N, 3 bodies) of gravity and of all loads but friction, about the centres of mass."""
+        force = np.zeros_like(there.q)
+        force[:, 1::3] -= self.inertia[1::3] * self.machine.gravity
+        for load in self.machine.loads:
+            if isinstance(load, Spring):
+                self._spring(load, there, rate, force)
+            elif isinstance(load, Tabled):
+                parts = by_rows(self.tables[load.name], there.angles if load.over == "angle" else time)
+                self._add(force, there, load.at, parts[:, :2], parts[:, 2])
+            elif isinstance(load, Push):
+                pull = np.tile([load.fx, load.fy], (len(there.q), 1))
+                self._add(force, there, load.at, pull, np.full(len(there.q), load.torque))
+        return force
+
+    def accelerated(self, there: Turn, rate, time, force: np.ndarray) -> np.ndarray:
+        """Return the crank's angular acceleration (rad/s^2): what all forces do at it over what is moved by it."""
+        drive = self.machine.drive
+        if isinstance(drive, Constant):
+            return np.zeros(len(rate))
+        if isinstance(drive, Course):
+            return when(drive, there.angles)[2]
+        turning = torque_at(drive_of(drive), rate)
+        left = force - self.inertia * there.second * (rate**2)[:, None]
+        mass = np.sum(self.inertia * there.first**2, -1)
+        return (turning + np.sum(there.first * left, -1)) / mass
+
+    def _add(self, force, there: Turn, at: At, pull: np.ndarray, torque) -> None:
+        """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
+        if at.body == GROUND:
+            return
+        i, (_, _, _, lever) = 3 * self.closure.index[at.body], self.closure.end(at, there.q, there.first)
+        force[:, i : i + 2] += pull
+        force[:, i + 2] += np.sum(lever * pull, -1) + torque
+
+    def _spring(self, load: Spring, there: Turn, rate, force) -> None:
+        (p, dp), (d, dd) = (self.closure.end(at, there.q, there.first)[:2] for at in (load.first, load.second))
+        reach = d - p
+        length = np.hypot(reach[:, 0], reach[:, 1])
+        along = reach / length[:, None]
+        pull = load.stiffness * (length - load.free_length) + load.damping * rate * np.sum(along * (dd - dp), -1)
+        self._add(force, there, load.first, pull[:, None] * along, 0.0)
+        self._add(force, there, load.second, -pull[:, None] * along, 0.0)
+
+    def _rubbed(self, forces: list, there: Turn, rate, reactions) -> np.ndarray:
+        """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
+        found = np.zeros_like(there.q)
+        for load in forces:
+            joint = next(joint for joint in self.machine.joints if joint.name == load.joint)
+            normal = np.hypot(*reactions[joint.name].T)
+            turns = [self._angle(at.body, there.first) * rate for at in (joint.distal, joint.proximal)]
+            slip = load.radius * (turns[0] - turns[1])
+            if isinstance(joint, Guide):
+                slip = self.read(Coordinate(RUN, self.machine.joints.index(joint)), there)[1] * rate
+            rub = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
+            along = joint.axis + self._angle(joint.proximal.body, there.q) if isinstance(joint, Guide) else 0.0
+            pull = rub[:, None] * np.stack([np.cos(along), np.sin(along)], -1) if isinstance(joint, Guide) else 0.0
+            for at, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
+                zero = np.zeros((len(rate), 2))
+                torque = 0.0 if isinstance(joint, Guide) else sign * load.radius * rub
+                self._add(found, there, at, zero + sign * pull, torque)
+        return found
+
+    def _reaction(self, joint, there: Turn, multipliers: np.ndarray) -> np.ndarray:
+        """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
+        if isinstance(joint, Guide):
+            along = joint.axis + self._angle(joint.proximal.body, there.q)
+            return -multipliers[:, 1:] * np.stack([-np.sin(along), np.cos(along)], -1)
+        return -multipliers
+
+    # ------------------------------------------------------------------------------------------ a free crank
+
+    def _free(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return time and rate at angles of a free crank, integrated from its start."""
+        far = float(np.max(angles))
+        if self._course is None or self._course[0] < far:
+            self._course = (far, self._integrated(far))
+        reached, times, path = self._course[1]
+        found = np.full(len(angles), math.nan)
+        for i, angle in enumerate(angles):
+            k = int(np.searchsorted(reached, angle))
+            if k < len(reached):
+                low, high = times[max(k - 1, 0)], times[k]
+                found[i] = (
+                    low if high == low else brentq(lambda t, a=angle: path(t)[0] - a, low, high, xtol=1e-18, rtol=1e-14)
+                )
+        return found, np.array([path(t)[1] if math.isfinite(t) else math.nan for t in found])
+
+    def _integrated(self, far: float) -> tuple:
+        """Return angles reached up to `far`, the times of that, and a function from time to (angle, rate)."""
+        drive, scale = self.machine.drive, self.rate()
+
+        def rates(time, state):
+            here, rate, now = between(self.turn, state[:1]), state[1:], np.array([time])
+            if any(isinstance(load, Rubbing) for load in self.machine.loads):
+                return state[1], self.balance(here, rate, now)[0][0]
+            return state[1], self.accelerated(here, rate, now, self.outside(here, rate, now))[0]
+
+        turns = max((far - drive.start_angle) / (2.0 * math.pi), 1.0)
+        begin = [drive.start_angle, drive.initial_speed]
+        end = LONGEST * turns * 2.0 * math.pi / scale
+        solver = DOP853(rates, 0.0, begin, end, rtol=1e-9, atol=[1e-11, 1e-11 * scale])
+        times, pieces, angles = [0.0], [], [drive.start_angle]
+        while solver.status == "running" and angles[-1] < far and len(pieces) < STEPS * (turns + 1.0):
+            if angles[-1] < max(angles) - 2.0 * math.pi:
+                break
+            solver.step()
+            times.append(solver.t)
+            pieces.append(solver.dense_output())
+            angles.append(float(solver.y[0]))
+        if not pieces:
+            return np.array(angles), np.array(times), lambda time: np.array(begin)
+        return np.maximum.accumulate(angles), np.array(times), OdeSolution(times, pieces)
+
+    def rate(self) -> float:
+        """Return the rate (rad/s) by which times are measured: of the crank, or one that it reaches."""
+        drive, turn = self.machine.drive, self.turn
+        if isinstance(drive, Constant):
+            return drive.speed
+        if isinstance(drive, Course):
+            return float(np.max(np.abs(drive.speeds)))
+        known = max(abs(drive.initial_speed), abs(drive.no_load_speed) if math.isfinite(drive.no_load_speed) else 0.0)
+        if known > 0.0:
+            return known
+        mass = float(np.mean(np.sum(self.inertia * turn.first**2, -1)))
+        return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / mass) or 1.0
+
+    def _angle(self, body: str, q: np.ndarray) -> np.ndarray:
+        return np.zeros(len(q)) if body == GROUND else q[:, 3 * self.closure.index[body] + 2]
+
+
+def masses_of(machine: Machine) -> list[Mass]:
+    """Return mass and moment of inertia of every body that moves; a flywheel turns with the crank."""
+    crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
+    wheel = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
+    return [
+        Mass(body.mass, body.inertia + (wheel if name == crank else 0.0))
+        for name, body in machine.bodies.items()
+        if name != GROUND
+    ]
+
+
+@functools.lru_cache(maxsize=64)
+def _kept(key: bytes, machine: Alike) -> Ideal:
+    return Ideal(machine.value)
+
+
+def ideal_of(machine: Machine) -> Ideal:
+    """Return the Ideal of a machine; the cases of a sweep share few of them."""
+    return _kept(pickle.dumps(machine), Alike(machine))
+
+
+def ideal(machine: Machine, angles) -> IdealMotion:
+    """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
+    shape = np.shape(angles)
+    motion = ideal_of(machine).motion(np.asarray(angles, dtype=float).ravel())
+    reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
+    return IdealMotion(*(np.reshape(part, shape) for part in motion[:3]), reactions)

@@ -1,0 +1,225 @@
+"""Places, velocities and accelerations of the bodies of a planar machine, written out for what hangs on what.
+
+A point is reached from the ground by arms, each fixed in a body that it turns with, and by runs along guides:
+
+    r = sum over angle groups g of R_g p_g + place of a floating body,    p_g constant but for runs along guides
+
+so its derivative by the angle of g is R_g p_g turned by 90 degrees, and its acceleration without any of the coordinates
+is -omega_g^2 R_g p_g + 2 omega_g x (velocity of the runs).
+"""
+
+from typing import NamedTuple
+
+from .anatomy import Anatomy, LoadKind, Vector
+from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .loads import ByAngle, Pushing, Springing
+from .writer import Lines
+
+Columns = dict[Coordinate, Vector]  # derivatives of a place by coordinates
+
+
+class Way(NamedTuple):
+    """The way to a point: what is passed on it, a sign with what may be passed in two directions."""
+
+    arms: dict[int, Vector]  # of each group
+    runs: dict[int, str]  # guide -> sign
+    roots: dict[int, str]  # floating body -> sign
+
+
+class Kinematics:
+    """Places and their derivatives in the lines of one function; subclasses know where angles and rates come from."""
+
+    def __init__(self, machine: Anatomy, lines: Lines):
+        self.machine, self.lines, self.hang = machine, lines, machine.hang
+        self.cosine: dict[int, str] = {}
+        self.sine: dict[int, str] = {}
+        self.rate: dict[Coordinate, str | None] = {}  # of every coordinate, the driven crank's angle among them
+        self.run: dict[int, str] = {}
+        self.shift: dict[int, Vector] = {}
+
+    def from_pose(self) -> None:
+        """Take angles, rates and places from the Pose `pose`."""
+        for i, g in enumerate(self.machine.groups):
+            self.cosine[g], self.sine[g] = (self.lines.let(f"pose.turns[{i}].{part}") for part in ("c", "s"))
+            self.rate[Coordinate(ANGLE, g)] = self.lines.let(f"pose.turns[{i}].rate")
+        runs = [item.of for item in self.hang.coordinates if item.kind == RUN]
+        for i, j in enumerate(runs):
+            self.run[j] = self.lines.let(f"pose.runs[{i}][0]")
+            self.rate[Coordinate(RUN, j)] = self.lines.let(f"pose.runs[{i}][1]")
+        for i, body in enumerate(self.hang.roots()):
+            self.shift[body] = tuple(self.lines.let(f"pose.roots[{i}][{part}]") for part in range(2))
+            for part, kind in enumerate((SHIFT_X, SHIFT_Y)):
+                self.rate[Coordinate(kind, body)] = self.lines.let(f"pose.roots[{i}][{2 + part}]")
+
+    # ------------------------------------------------------------------------------------------ vectors
+
+    def sum(self, *vectors: Vector) -> Vector:
+        """Return the sum of vectors."""
+        return tuple(self.lines.total(*parts) for parts in zip(*vectors, strict=True))
+
+    def scaled(self, factor: str | None, vector: Vector) -> Vector:
+        """Return a vector times a number."""
+        return tuple(self.lines.product(factor, part) for part in vector)
+
+    def minus(self, vector: Vector) -> Vector:
+        """Return the negative of a vector."""
+        return tuple(self.lines.minus(part) for part in vector)
+
+    def signed(self, sign: str, vector: Vector) -> Vector:
+        """Return a vector, or its negative."""
+        return vector if sign == "+" else self.minus(vector)
+
+    def turned(self, group: int, vector: Vector) -> Vector:
+        """Return a vector that a group turns with, in the fixed frame."""
+        if group == 0:
+            return vector
+        lines, c, s = self.lines, self.cosine[group], self.sine[group]
+        x, y = vector
+        return (
+            lines.total(lines.product(c, x), lines.minus(lines.product(s, y))),
+            lines.total(lines.product(s, x), lines.product(c, y)),
+        )
+
+    def left(self, vector: Vector) -> Vector:
+        """Return a vector turned by 90 degrees, counter-clockwise."""
+        return self.lines.minus(vector[1]), vector[0]
+
+    # ------------------------------------------------------------------------------------------ ways
+
+    def way(self, body: int, point: Vector = (None, None)) -> Way:
+        """Return the way to a point of a body, or to its centre of mass."""
+        arms: dict[int, Vector] = {}
+        runs: dict[int, str] = {}
+        roots: dict[int, str] = {}
+        group = self.hang.group[body]
+        if body != 0 and self.hang.parents[body] is None:
+            roots[body] = "+"
+        elif body != 0:
+            parent, j = self.hang.parents[body]
+            site = self.machine.sites[j]
+            forward = site.link.proximal == parent
+            held, holding = (site.far, site.near) if forward else (site.near, site.far)
+            before = self.way(parent, holding)
+            arms, runs, roots = dict(before.arms), dict(before.runs), dict(before.roots)
+            arms[group] = self.sum(arms.get(group, (None, None)), self.minus(held))
+            if site.link.slides:
+                runs[j] = "+" if forward else "-"
+                along = self.scaled(self.run[j], site.axis)
+                arms[group] = self.sum(arms[group], self.signed(runs[j], along))
+        arms[group] = self.sum(arms.get(group, (None, None)), point)
+        return Way(arms, runs, roots)
+
+    def between(self, first: Way, second: Way) -> Way:
+        """Return the way from one point to another."""
+        arms = dict(second.arms)
+        for g, arm in first.arms.items():
+            there = arms.get(g, (None, None))
+            arms[g] = (None, None) if arm == there else self.sum(there, self.minus(arm))
+        return Way(arms, _less(second.runs, first.runs), _less(second.roots, first.roots))
+
+    def site(self, j: int) -> tuple[Way, Way]:
+        """Return the ways to both points of a joint."""
+        site = self.machine.sites[j]
+        return self.way(site.link.proximal, site.near), self.way(site.link.distal, site.far)
+
+    def direction(self, body: int) -> Vector:
+        """Return cosine and sine of a body's angle."""
+        group = self.hang.group[body]
+        return (self.cosine[group], self.sine[group]) if group else ("1.0", None)
+
+    def spin(self, body: int) -> str | None:
+        """Return the rate of a body's angle."""
+        return self.rate.get(Coordinate(ANGLE, self.hang.group[body]))
+
+    # ------------------------------------------------------------------------------------------ motion
+
+    def place(self, way: Way) -> Vector:
+        """Return the place at the end of a way."""
+        shifts = (self.signed(sign, self.shift[body]) for body, sign in way.roots.items())
+        return self.sum((None, None), *shifts, *(self.turned(g, arm) for g, arm in way.arms.items()))
+
+    def axis(self, j: int) -> Vector:
+        """Return the direction of a guide in the fixed frame."""
+        site = self.machine.sites[j]
+        return self.turned(self.hang.group[site.link.proximal], site.axis)
+
+    def columns(self, way: Way) -> Columns:
+        """Return the derivatives of the place at the end of a way."""
+        found = {Coordinate(ANGLE, g): self.left(self.turned(g, arm)) for g, arm in way.arms.items() if g != 0}
+        for j, sign in way.runs.items():
+            found[Coordinate(RUN, j)] = self.signed(sign, self.axis(j))
+        for body, sign in way.roots.items():
+            found[Coordinate(SHIFT_X, body)] = self.signed(sign, ("1.0", None))
+            found[Coordinate(SHIFT_Y, body)] = self.signed(sign, (None, "1.0"))
+        return {item: vector for item, vector in found.items() if vector != (None, None)}
+
+    def along(self, columns: Columns, rates: dict) -> Vector:
+        """Return the sum of columns times rates."""
+        return self.sum((None, None), *(self.scaled(rates[item], column) for item, column in columns.items()))
+
+    def bias(self, way: Way) -> Vector:
+        """Return the acceleration at the end of a way that the rates alone give."""
+        terms = []
+        for g, arm in way.arms.items():
+            if g != 0 and arm != (None, None):
+                rate = self.rate[Coordinate(ANGLE, g)]
+                square = self.lines.product(rate, rate)
+                terms.append(self.minus(self.scaled(square, self.turned(g, arm))))
+        for j, sign in way.runs.items():
+            g = self.hang.group[self.machine.sites[j].link.proximal]
+            if g != 0:
+                swept = self.lines.product("2.0", self.rate[Coordinate(ANGLE, g)], self.rate[Coordinate(RUN, j)])
+                across = self.scaled(swept, self.left(self.axis(j)))
+                terms.append(self.signed(sign, across))
+        return self.sum((None, None), *terms)
+
+
+class Bodies(Kinematics):
+    """Places of all bodies in a function of their pose."""
+
+    def __init__(self, machine: Anatomy, *arguments: str):
+        super().__init__(machine, Lines(*arguments))
+        self.from_pose()
+
+    def applied(self) -> list[tuple[int, Vector, Vector, str | None]]:
+        """Return body, point, force and torque of everything that acts from outside, but gravity."""
+        lines, found = self.lines, []
+        for i, load in enumerate(self.machine.loads):
+            path = f"mechanism.loads[{i}]"
+            if load is None:
+                continue
+            if load.form is Springing:
+                found += self._springing(path, load)
+                continue
+            if load.form is Pushing:
+                parts = tuple(lines.let(f"{path}.{part}") for part in ("fx", "fy", "torque"))
+            else:
+                crank = f"pose.turns[{self.machine.groups.index(self.hang.crank)}].angle"
+                at = crank if load.form is ByAngle else "pose.time"
+                parts = tuple(f"{part}_{i}" for part in ("fx", "fy", "torque"))
+                lines.once(f"{', '.join(parts)} = by_table({path}.table, {at})")
+            ((body, point),) = load.ends
+            found.append((body, point, parts[:2], parts[2]))
+        return found
+
+    def _springing(self, path: str, load: LoadKind) -> list[tuple[int, Vector, Vector, None]]:
+        """Return what a spring and damper do at both of their ends."""
+        lines = self.lines
+        (first, near), (second, far) = load.ends
+        between = self.between(self.way(first, near), self.way(second, far))
+        reach, velocity = self.place(between), self.along(self.columns(between), self.rate)
+        length = lines.let(f"math.sqrt({lines.total(*lines.dot(reach, reach))})")
+        along = self.scaled(lines.let(f"1.0 / {length}"), reach)
+        rate = lines.total(*lines.dot(tuple(map(lines.let, along)), velocity))
+        longer = lines.total(length, lines.minus(lines.let(f"{path}.free_length")))
+        pull = lines.total(lines.product(f"{path}.stiffness", longer), lines.product(f"{path}.damping", rate))
+        force = tuple(lines.let(part) for part in self.scaled(pull, along))
+        return [(first, near, force, None), (second, far, self.minus(force), None)]
+
+
+def _less(signs: dict, others: dict) -> dict:
+    """Return what is passed with a sign less what others pass with theirs."""
+    opposite = {"+": "-", "-": "+"}
+    return {item: sign for item, sign in signs.items() if item not in others} | {
+        item: opposite[sign] for item, sign in others.items() if item not in signs
+    }

@@ -1,0 +1,162 @@
+"""What acts on the bodies of a planar machine from outside: the compiled forms, and the forces that they give."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from ....machine import Push, Rubbing, Spring, Tabled
+from ...compiled.dual import plain
+from ...compiled.family import kernel
+from ...compiled.held import Held, held, item_of
+
+_PARTS = 3  # of what a table gives: force x, y, torque
+_POWERS = 4  # of the polynomials between its rows
+_WIDTH = 1 + _PARTS * _POWERS  # numbers of a row: knot, then the polynomials from there on
+
+
+class Pushing(NamedTuple):
+    """A constant force and torque on a body."""
+
+    body: tuple  # number
+    at: tuple  # point
+    fx: float  # N
+    fy: float
+    torque: float  # N m
+
+
+class Table(NamedTuple):
+    """Force and torque by a table."""
+
+    table: Held  # address of (rows, _WIDTH) numbers
+    rows: float
+    span: float  # rad, after which it repeats; 0: it holds its ends
+
+
+class ByAngle(NamedTuple):
+    """A force and torque on a body that depend on the angle of the crank."""
+
+    body: tuple
+    at: tuple
+    table: Table
+
+
+class ByTime(NamedTuple):
+    """A force and torque on a body that depend on time."""
+
+    body: tuple
+    at: tuple
+    table: Table
+
+
+class Springing(NamedTuple):
+    """A spring and damper between two points."""
+
+    first: tuple  # number of the body
+    near: tuple  # point
+    second: tuple
+    far: tuple
+    stiffness: float  # N/m
+    free_length: float  # m
+    damping: float  # N s/m
+
+
+class Rubbed(NamedTuple):
+    """Friction in a joint without clearance."""
+
+    joint: tuple  # number
+    friction: tuple  # of a friction law
+    radius: float  # m, of a pin
+
+
+@kernel
+def by_table(given, at):
+    """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""
+    rows = int(given.rows)
+    first, last = item_of(given.table, 0), item_of(given.table, _WIDTH * (rows - 1))
+    now = plain(at)
+    turned = given.span * math.floor((now - first) / given.span) if given.span > 0.0 else 0.0
+    now = min(max(now - turned, first), last)
+    low, high = 0, rows - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if item_of(given.table, _WIDTH * middle) <= now:
+            low = middle
+        else:
+            high = middle
+    row = _WIDTH * low
+    ahead = at - (turned + item_of(given.table, row))
+    if given.span == 0.0 and (plain(at) < first or plain(at) > last):
+        ahead = 0.0 * ahead + (now - item_of(given.table, row))
+    return (
+        _polynomial(given.table, row + 1, ahead),
+        _polynomial(given.table, row + 1 + _POWERS, ahead),
+        _polynomial(given.table, row + 1 + 2 * _POWERS, ahead),
+    )
+
+
+@kernel
+def _polynomial(table, place, x):
+    """Return the cubic whose coefficients, the highest first, stand from `place` on."""
+    value = item_of(table, place) * x + item_of(table, place + 1)
+    return (value * x + item_of(table, place + 2)) * x + item_of(table, place + 3)
+
+
+def table_of(load: Tabled) -> Table:
+    """Return a table in compiled form: monotone cubics (PCHIP, Fritsch & Carlson 1980) between its rows."""
+    knots = np.asarray(load.knots, dtype=float)
+    columns = load.scale * np.stack([load.fx, load.fy, load.torque], -1)
+    repeats = load.over == "angle"
+    coefficients = _periodic(knots, columns) if repeats else PchipInterpolator(knots, columns).c
+    rows = np.zeros((len(knots), _WIDTH))
+    rows[:, 0] = knots
+    rows[:-1, 1:] = coefficients.transpose(1, 2, 0).reshape(len(knots) - 1, -1)
+    rows[-1, _POWERS::_POWERS] = columns[-1]
+    return Table(held(rows), float(len(knots)), float(knots[-1] - knots[0]) if repeats else 0.0)
+
+
+def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the coefficients (4, rows - 1, 3) of monotone cubics whose slopes agree at both ends."""
+    span, more = knots[-1] - knots[0], min(2, len(knots) - 1)
+    long = np.concatenate([knots[-1 - more : -1] - span, knots, knots[1 : 1 + more] + span])
+    values = np.concatenate([columns[-1 - more : -1], columns, columns[1 : 1 + more]])
+    return PchipInterpolator(long, values).c[:, more : more + len(knots) - 1]
+
+
+def by_rows(given: Table, at: np.ndarray) -> np.ndarray:
+    """Return force x, y (N) and torque (N m) of a Table at angles (N,) rad or times (N,) s."""
+    rows = given.table.array.reshape(-1, _WIDTH)
+    first, last = rows[0, 0], rows[-1, 0]
+    now = first + np.remainder(at - first, given.span) if given.span > 0.0 else np.clip(at, first, last)
+    row = rows[np.clip(np.searchsorted(rows[:, 0], now, side="right") - 1, 0, len(rows) - 2)]
+    ahead, parts = (now - row[:, 0])[:, None], row[:, 1:].reshape(-1, _PARTS, _POWERS)
+    return ((parts[..., 0] * ahead + parts[..., 1]) * ahead + parts[..., 2]) * ahead + parts[..., 3]
+
+
+def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
+    """Return the compiled forms of loads.
+
+    place : gives the body's number and the compiled point of an At; joint : gives the number of a joint by its name.
+    """
+    found: list = []
+    for load in loads:
+        if isinstance(load, Push):
+            found.append(Pushing(*place(load.at), load.fx, load.fy, load.torque))
+        elif isinstance(load, Tabled):
+            form = ByAngle if load.over == "angle" else ByTime
+            found.append(form(*place(load.at), table_of(load)))
+        elif isinstance(load, Spring):
+            ends = (*place(load.first), *place(load.second))
+            found.append(Springing(*ends, load.stiffness, load.free_length, load.damping))
+        elif isinstance(load, Rubbing):
+            found.append(Rubbed(joint(load.joint), load.friction, load.radius))
+    return tuple(found)
+
+
+def stops_of(load: Push | Tabled | Spring) -> list[float]:
+    """Return the times (s) at which the slope of a load jumps: where a table over time begins and ends."""
+    if isinstance(load, Tabled) and load.over == "time":
+        return [float(load.knots[0]), float(load.knots[-1])]
+    return []

@@ -1,0 +1,123 @@
+"""Loops of a planar machine that no clearance opens, closed to rounding wherever the machine is looked at.
+
+The joints beside the tree give equations for as many of its coordinates, which are `bound`: no part of the state, but
+found from the others by Newton's method, begun where they are in the machine without clearance at the same angle of the
+crank.  Their rates and accelerations follow from the same equations, differentiated.  So nothing drifts, and nothing
+pulls back what would drift.
+"""
+
+import itertools
+from typing import NamedTuple
+
+from .hanging import ANGLE, Coordinate
+from .kinematics import Kinematics
+from .writer import Lines
+
+Row = dict[Coordinate, str | None]
+
+
+class Equation(NamedTuple):
+    """An equation of a loop: value = 0."""
+
+    value: str | None
+    columns: Row  # its derivatives
+    bias: str | None  # its second derivative in time without accelerations
+
+
+def equations(write: Kinematics, *, moving: bool = True) -> list[Equation]:
+    """Return the equations of all loops; without their bias where rates are not known."""
+    lines, found = write.lines, []
+    for j in write.hang.closing:
+        link = write.machine.sites[j].link
+        way = write.between(*write.site(j))
+        place, columns = write.place(way), write.columns(way)
+        bias = write.bias(way) if moving else (None, None)
+        if not link.slides:
+            for part in range(2):
+                row = {item: column[part] for item, column in columns.items() if column[part] is not None}
+                found.append(Equation(place[part], row, bias[part]))
+            continue
+        group, along = write.hang.group[link.proximal], write.axis(j)
+        normal = write.left(along)
+        row = {item: lines.total(*lines.dot(normal, column)) for item, column in columns.items()}
+        terms = [*lines.dot(normal, bias)]
+        if group != 0:
+            turning = Coordinate(ANGLE, group)
+            ahead = lines.minus(lines.total(*lines.dot(along, place)))
+            row[turning] = lines.total(row.get(turning), ahead)
+            if moving:
+                rate = lines.total(*lines.dot(along, write.along(columns, write.rate)))
+                terms.append(lines.minus(lines.product("2.0", write.rate[turning], rate)))
+        found.append(Equation(lines.total(*lines.dot(normal, place)), row, lines.total(*terms)))
+    return found
+
+
+class Solver:
+    """The solution of the linear equations of loops for what is bound: small sets that hang together, one by one."""
+
+    def __init__(self, lines: Lines, rows: list[Row], bound: tuple[Coordinate, ...]):
+        self.lines, self.rows = lines, rows
+        self.blocks = [(block, unknown, self._inverse(block, unknown)) for block, unknown in _blocks(rows, bound)]
+
+    def _inverse(self, block: tuple[int, ...], unknown: tuple[Coordinate, ...]) -> dict:
+        """Return the inverse of the matrix of some equations and unknowns, by minors: entries (unknown, equation)."""
+        lines, kept = self.lines, {}
+
+        def minor(chosen: tuple[int, ...], among: tuple[Coordinate, ...]) -> str | None:
+            if not chosen:
+                return "1.0"
+            if (chosen, among) not in kept:
+                terms = []
+                for k, item in enumerate(among):
+                    rest = minor(chosen[1:], among[:k] + among[k + 1 :])
+                    term = lines.product(self.rows[chosen[0]].get(item), rest)
+                    terms.append(term if k % 2 == 0 else lines.minus(term))
+                kept[chosen, among] = lines.total(*terms)
+            return kept[chosen, among]
+
+        scale = lines.let(f"1.0 / {minor(block, unknown)}")
+        found = {}
+        for (i, row), (k, item) in itertools.product(enumerate(block), enumerate(unknown)):
+            part = lines.product(minor(block[:i] + block[i + 1 :], unknown[:k] + unknown[k + 1 :]), scale)
+            found[item, row] = lines.let(part if (i + k) % 2 == 0 else lines.minus(part))
+        return found
+
+    def solved(self, right: list[str | None]) -> dict[Coordinate, str | None]:
+        """Return the unknowns for right-hand sides, one of each equation."""
+        lines = self.lines
+        done: dict[Coordinate, str | None] = {}
+        for block, unknown, inverse in self.blocks:
+            left = {}
+            for row in block:
+                known = (lines.product(self.rows[row].get(item), value) for item, value in done.items())
+                left[row] = lines.total(right[row], *map(lines.minus, known))
+            for item in unknown:
+                done[item] = lines.total(*(lines.product(inverse[item, row], left[row]) for row in block))
+        return done
+
+    def transposed(self, right: dict[Coordinate, str | None]) -> list[str | None]:
+        """Return the multipliers, one of each equation, that the transposed equations give for right-hand sides."""
+        lines = self.lines
+        done: dict[int, str | None] = {}
+        for block, unknown, inverse in reversed(self.blocks):
+            left = {}
+            for item in unknown:
+                known = (lines.product(self.rows[row].get(item), value) for row, value in done.items())
+                left[item] = lines.total(right[item], *map(lines.minus, known))
+            for row in block:
+                done[row] = lines.total(*(lines.product(inverse[item, row], left[item]) for item in unknown))
+        return [done[row] for row in range(len(self.rows))]
+
+
+def _blocks(rows: list[Row], bound: tuple[Coordinate, ...]) -> list[tuple[tuple[int, ...], tuple[Coordinate, ...]]]:
+    """Return sets of equations, each with as many unknowns that those before have not: the smallest first."""
+    left, known, found = list(range(len(rows))), set(), []
+    while left:
+        for chosen in (some for size in range(1, len(left) + 1) for some in itertools.combinations(left, size)):
+            unknown = {item for row in chosen for item in rows[row] if item in bound and item not in known}
+            if len(unknown) == len(chosen):
+                break
+        found.append((chosen, tuple(item for item in bound if item in unknown)))
+        known |= unknown
+        left = [row for row in left if row not in chosen]
+    return found

@@ -1,0 +1,75 @@
+"""The planar machine's members of the families of `contract`: what is written for its type is called."""
+
+from ..contract import (
+    accelerate,
+    body_angles,
+    crank_rate,
+    describe,
+    energy,
+    gaps,
+    impact_masses,
+    load_power,
+    output_error,
+    place,
+)
+from .course import at_angle
+from .equations import written
+from .form import Planar
+from .rubbing import rubbed_power
+
+_placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judged, _rate_of = map(
+    written,
+    ("place", "gaps", "accelerate", "impact_masses", "energy", "describe", "body_angles", "output", "crank_rate"),
+)
+
+
+@place.member(Planar)
+def _place(mechanism, y):
+    return _placed(mechanism, y)
+
+
+@gaps.member(Planar)
+def _gaps(mechanism, pose):
+    return _gaps_of(mechanism, pose)
+
+
+@accelerate.member(Planar)
+def _accelerate(mechanism, pose, loads):
+    return _accelerated(mechanism, pose, loads)
+
+
+@impact_masses.member(Planar)
+def _impact_masses(mechanism, pose, relative):
+    return _masses(mechanism, pose, relative)
+
+
+@energy.member(Planar)
+def _energy(mechanism, pose):
+    return _energy_of(mechanism, pose)
+
+
+@crank_rate.member(Planar)
+def _crank_rate(mechanism, pose, nominal):
+    return _rate_of(mechanism, pose)
+
+
+@load_power.member(Planar)
+def _load_power(mechanism, motion):
+    return rubbed_power(motion)
+
+
+@body_angles.member(Planar)
+def _body_angles(mechanism, y):
+    return _angles(mechanism, _placed(mechanism, y))
+
+
+@output_error.member(Planar)
+def _output_error(mechanism, pose):
+    here, moving, angle, rate = _judged(mechanism, pose)
+    there, slope = at_angle(mechanism.turn, 0, angle)
+    return here - there, moving - slope * rate
+
+
+@describe.member(Planar)
+def _describe(mechanism, y, pose, motion, out):
+    return _described(mechanism, pose, motion, out)

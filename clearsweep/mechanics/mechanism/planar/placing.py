@@ -1,0 +1,146 @@
+"""The pose of a planar machine from its state, written out for its type."""
+
+from .anatomy import Anatomy
+from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .kinematics import Kinematics
+from .loops import Solver, equations
+from .writer import Lines, number, packed, tupled
+
+_CLOSED = """def closed(mechanism, known, bound):
+    for _ in range({attempts}):
+        found = step(mechanism, known, bound)
+        change = max({changes}, 0.0)
+        bound = found
+        if change < {near}:
+            return bound
+    return ({nan},)
+"""
+ATTEMPTS = 30
+NEAR = 1e-8  # rad or m, by which the last step of Newton's method but one moves: the last leaves its square
+
+
+class _Placing(Kinematics):
+    """A pose in the making."""
+
+    def __init__(self, machine: Anatomy, *arguments: str):
+        super().__init__(machine, Lines(*arguments))
+        bound = machine.bound
+        self.known_groups = [g for g in machine.groups if Coordinate(ANGLE, g) not in bound]
+        self.known_runs = [item.of for item in machine.hang.coordinates if item.kind == RUN and item not in bound]
+        self.roots = [
+            (kind, body)
+            for body in machine.hang.roots()
+            for kind in (SHIFT_X, SHIFT_Y)
+            if Coordinate(kind, body) not in bound
+        ]
+
+    def name(self, item: Coordinate) -> str:
+        """Return the name of a coordinate in the code."""
+        return f"{('angle', 'run', 'x', 'y')[item.kind]}{item.of}"
+
+    def known(self) -> list[str]:
+        """Return the names of all that closing the loops begins with."""
+        turned = [name for g in self.known_groups for name in (f"c{g}", f"s{g}")]
+        others = [Coordinate(RUN, j) for j in self.known_runs] + [Coordinate(*root) for root in self.roots]
+        return turned + [self.name(item) for item in others]
+
+    def place_all(self) -> None:
+        """Take the names of all coordinates for places."""
+        for g in self.machine.groups:
+            self.cosine[g], self.sine[g] = f"c{g}", f"s{g}"
+        for item in self.hang.coordinates:
+            if item.kind == RUN:
+                self.run[item.of] = self.name(item)
+        for body in self.hang.roots():
+            self.shift[body] = (f"x{body}", f"y{body}")
+
+    def take_bound(self) -> None:
+        """Give names to what the tuple `bound` holds."""
+        for i, item in enumerate(self.machine.bound):
+            self.lines.text.append(f"{self.name(item)} = bound[{i}]")
+            if item.kind == ANGLE:
+                self.lines.text.append(f"c{item.of}, s{item.of} = direction({self.name(item)})")
+
+
+def place(machine: Anatomy) -> str:
+    """Return the code of the family's member of that name."""
+    write, state = _Placing(machine, "mechanism", "y"), machine.state
+    lines, crank = write.lines, Coordinate(ANGLE, machine.hang.crank)
+    lines.text.append(f"time = y[{2 * len(state)}]")
+    if not machine.free:
+        lines.text.append(f"{write.name(crank)}, rate, _ = driven(mechanism.drive, time)")
+        write.rate[crank] = "rate"
+    for i, item in enumerate(state):
+        lines.text.append(f"{write.name(item)} = y[{i}]")
+        write.rate[item] = lines.let(f"y[{len(state) + i}]")
+    for g in write.known_groups:
+        lines.text.append(f"c{g}, s{g} = direction({write.name(Coordinate(ANGLE, g))})")
+    write.place_all()
+    if machine.bound:
+        _close(write)
+    return lines.function("place", _pose(write))
+
+
+def _close(write: _Placing) -> None:
+    """Write how bound coordinates and their rates are found."""
+    machine, lines, known = write.machine, write.lines, write.known()
+    bare = tupled([f"plain({name})" for name in known])
+    angle = lines.let(f"plain({write.name(Coordinate(ANGLE, machine.hang.crank))})")
+    guess = tupled([f"at_angle(mechanism.turn, {1 + i}, {angle})[0]" for i in range(len(machine.bound))])
+    lines.text += [
+        f"bound = closed(mechanism, {bare}, {guess})",
+        f"bound = step(mechanism, {tupled(known)}, bound)",
+        f"bound = again(mechanism, {tupled(known)}, bound)",
+    ]
+    write.take_bound()
+    rows = [equation.columns for equation in equations(write, moving=False)]
+    solver, right = Solver(lines, rows, machine.bound), []
+    for row in rows:
+        moved = (lines.product(value, write.rate[item]) for item, value in row.items() if item not in machine.bound)
+        right.append(lines.minus(lines.total(*moved)))
+    write.rate |= solver.solved(right)
+
+
+def _pose(write: _Placing) -> str:
+    machine, turns, runs, roots = write.machine, [], [], []
+    for g in machine.groups:
+        item = Coordinate(ANGLE, g)
+        turns.append(f"Turn(c{g}, s{g}, {write.name(item)}, {number(write.rate[item])})")
+    for item in machine.hang.coordinates:
+        if item.kind == RUN:
+            runs.append(f"({write.name(item)}, {number(write.rate[item])})")
+    for body in machine.hang.roots():
+        x, y = Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)
+        roots.append(f"(x{body}, y{body}, {number(write.rate[x])}, {number(write.rate[y])})")
+    return f"Pose({tupled(turns)}, {tupled(runs)}, {tupled(roots)}, time)"
+
+
+def step(machine: Anatomy) -> str:
+    """Return the code of one step of Newton's method towards closed loops."""
+    write = _Placing(machine, "mechanism", "known", "bound")
+    lines = write.lines
+    for i, name in enumerate(write.known()):
+        lines.text.append(f"{name} = known[{i}]")
+    write.take_bound()
+    write.place_all()
+    found = equations(write, moving=False)
+    solver = Solver(lines, [equation.columns for equation in found], machine.bound)
+    change = solver.solved([equation.value for equation in found])
+    values = [lines.total(write.name(item), lines.minus(change[item])) for item in machine.bound]
+    return lines.function("step", packed(values))
+
+
+def closed(machine: Anatomy) -> str:
+    """Return the code that closes loops from where they are nearly closed; nan where that fails."""
+    count = len(machine.bound)
+    changes = ", ".join(f"abs(found[{i}] - bound[{i}])" for i in range(count))
+    nan = ", ".join(["math.nan"] * count)
+    return _CLOSED.format(attempts=ATTEMPTS, changes=changes, near=NEAR, nan=nan)
+
+
+def loops(machine: Anatomy) -> str:
+    """Return the code of the derivatives of all equations of loops by the coordinates, all of which a pose has."""
+    write = Kinematics(machine, Lines("mechanism", "pose"))
+    write.from_pose()
+    rows = [packed([e.columns.get(item) for item in machine.hang.coordinates]) for e in equations(write)]
+    return write.lines.function("loops", tupled(rows))

@@ -1,0 +1,190 @@
+"""Friction in joints of a planar machine that have no clearance, written out for its type.
+
+The friction in a pin is a couple, in a guide a force, by a friction law of the reaction, and the reactions depend on
+all friction.  Both are found in turn until nothing changes: the couples are small beside what the reactions do at the
+length of a body, so that each turn leaves a tenth or less of what was wrong.
+"""
+
+from typing import NamedTuple
+
+from ...compiled.family import family
+from ..contract import Motion
+from .anatomy import Anatomy, Rub, Vector
+from .dynamics import Dynamics, Row, mass_of
+from .hanging import ANGLE, Coordinate
+from .kinematics import Bodies
+from .loops import Solver, equations
+from .writer import number, tupled
+
+SWEEPS = 200  # over friction and reactions
+SETTLED = 1e-15  # of the largest friction, by which it still changes
+
+_SOLVED = """def accelerate(mechanism, pose, loads):
+    normal = under_friction(mechanism, pose, loads, {zeros})[1]
+    rub = {friction}
+    settled = False
+    for _ in range({sweeps}):
+        normal = under_friction(mechanism, pose, loads, rub)[1]
+        before, rub = rub, {friction}
+        change, largest = 0.0, 0.0
+        for i in range({count}):
+            change = max(change, abs(plain(rub[i]) - plain(before[i])))
+            largest = max(largest, abs(plain(rub[i])))
+        if change <= {near} * largest:
+            settled = True
+            break
+    motion = under_friction(mechanism, pose, loads, rub)[0]
+    lost = {power}
+    return RubbedMotion(motion.accelerations, motion.output, motion.torque, lost if settled else math.nan * lost)
+"""
+
+
+class RubbedMotion(NamedTuple):
+    """How a machine with friction in its ideal joints accelerates: a Motion, and the power of that friction."""
+
+    accelerations: tuple
+    output: float
+    torque: float  # N m
+    power: float  # W; nan where friction and reactions were not found
+
+
+@family
+def rubbed_power(motion):
+    """Return the power (W) of friction in joints without clearance."""
+
+
+@rubbed_power.member(Motion)
+def _nothing_rubs(motion):
+    return 0.0
+
+
+@rubbed_power.member(RubbedMotion)
+def _power(motion):
+    return motion.power
+
+
+class Reacting(Dynamics):
+    """Accelerations under given friction, and the reactions that belong to them."""
+
+    def forces(self):
+        """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
+        force, moment = super().forces()
+        for i, rub in enumerate(self.machine.rubs):
+            site, size = self.machine.sites[rub.joint], self.lines.let(f"rub[{i}]")
+            ends = ((site.link.distal, site.far, "+"), (site.link.proximal, site.near, "-"))
+            for body, point, sign in ends:
+                if not site.link.slides:
+                    moment[body].append(size if sign == "+" else self.lines.minus(size))
+                    continue
+                pull = self.signed(sign, self.scaled(size, self.axis(rub.joint)))
+                force[body].append(pull)
+                moment[body].append(self.moment(body, point, pull))
+        return force, moment
+
+    def normals(self, found: Row) -> list[str | None]:
+        """Return the size of the reaction in each joint that rubs, for the accelerations of all coordinates."""
+        lines, machine = self.lines, self.machine
+        missing, turning = self._missing(found)
+        closing = self._multipliers(missing, turning)
+        for j, pull in closing.items():
+            link = machine.sites[j].link
+            missing[link.distal] = self.sum(missing[link.distal], self.minus(pull))
+            missing[link.proximal] = self.sum(missing[link.proximal], pull)
+        sizes = []
+        for rub in machine.rubs:
+            reaction = closing.get(rub.joint) or self._through(rub.joint, missing)
+            if machine.sites[rub.joint].link.slides:
+                across = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
+                sizes.append(f"abs({across})")
+            else:
+                sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
+        return [lines.let(size) for size in sizes]
+
+    def _missing(self, found: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
+        """Return force and moment on each body that its joints give it."""
+        lines = self.lines
+        force, moment = self.forces()
+        missing: dict[int, Vector] = {0: (None, None)}
+        turning: dict[int, str | None] = {0: None}
+        for body, way in self.ways.items():
+            mass, inertia = mass_of(lines, body)
+            moved = self.sum(self.bias(way), self.along(self.tree[body], found))
+            there = [tuple(map(lines.minus, pull)) for pull in force[body]]
+            missing[body] = self.sum(self.scaled(mass, moved), *there)
+            spun = lines.product(inertia, found.get(Coordinate(ANGLE, self.hang.group[body])))
+            turning[body] = lines.total(spun, *map(lines.minus, moment[body]))
+        return missing, turning
+
+    def _multipliers(self, missing: dict, turning: dict) -> dict[int, Vector]:
+        """Return the force on the distal body of each joint that closes a loop."""
+        lines, machine, right = self.lines, self.machine, {}
+        if not machine.bound:
+            return {}
+        for item in machine.bound:
+            terms = [part for body in self.ways for part in self._work(item, body, missing)]
+            if item.kind == ANGLE:
+                terms += [turning[body] for body in self.ways if self.hang.group[body] == item.of]
+            right[item] = lines.total(*terms)
+        rows = [equation.columns for equation in equations(self, moving=False)]
+        multipliers = Solver(lines, rows, machine.bound).transposed(right)
+        found, row = {}, 0
+        for j in self.hang.closing:
+            if machine.sites[j].link.slides:
+                found[j] = self.scaled(multipliers[row], self.left(self.axis(j)))
+                row += 1
+            else:
+                found[j] = (multipliers[row], multipliers[row + 1])
+                row += 2
+        return found
+
+    def _work(self, item: Coordinate, body: int, missing: dict) -> tuple:
+        column = self.tree[body].get(item)
+        return self.lines.dot(column, missing[body]) if column else ()
+
+    def _through(self, joint: int, missing: dict) -> Vector:
+        """Return the force that a joint of the tree passes on to what hangs on it."""
+        hung = [body for body in self.ways if self._hangs(body, joint)]
+        return self.sum((None, None), *(missing[body] for body in hung))
+
+    def _hangs(self, body: int, joint: int) -> bool:
+        while self.hang.parents[body] is not None:
+            body, through = self.hang.parents[body]
+            if through == joint:
+                return True
+        return False
+
+
+def accelerate(machine: Anatomy) -> str:
+    """Return the code of the family's member of that name, for machines with friction in joints without clearance."""
+    write = Reacting(machine, "mechanism", "pose", "loads", "rub")
+    motion, found = write.motion()
+    first = write.lines.function("under_friction", f"({motion}, {tupled(write.normals(found))})")
+    seen, friction, power = Bodies(machine, "mechanism", "pose"), [], []
+    for i, rub in enumerate(machine.rubs):
+        slip, path = _slip(seen, rub), f"mechanism.loads[{rub.load}]"
+        if machine.sites[rub.joint].link.slides:
+            friction.append(f"friction_force({path}.friction, normal[{i}], {slip})")
+        else:
+            friction.append(f"{path}.radius * friction_force({path}.friction, normal[{i}], {path}.radius * {slip})")
+        power.append(f"rub[{i}] * {slip}")
+    head, body = _SOLVED.split("\n", 1)
+    text = body.format(
+        zeros=tupled(["0.0"] * len(friction)),
+        friction=tupled(friction),
+        sweeps=SWEEPS,
+        count=len(friction),
+        near=SETTLED,
+        power=" + ".join(power),
+    )
+    slips = "".join(f"    {line}\n" for line in seen.lines.text)
+    return f"{first}\n\n{head}\n{slips}{text}"
+
+
+def _slip(write: Bodies, rub: Rub) -> str:
+    """Return the rate at which the distal body turns or slides on the proximal one."""
+    lines, link = write.lines, write.machine.sites[rub.joint].link
+    if not link.slides:
+        turning = lines.total(write.spin(link.distal), lines.minus(write.spin(link.proximal)))
+        return number(lines.let(turning))
+    velocity = write.along(write.columns(write.between(*write.site(rub.joint))), write.rate)
+    return number(lines.total(*lines.dot(write.axis(rub.joint), velocity)))

@@ -1,0 +1,386 @@
+"""Planar machines: their equations of motion against absolute coordinates, closed forms and virtual powers."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from planar_machines import (
+    advanced,
+    four_bar,
+    guide,
+    multiplied,
+    open_values,
+    pin,
+    quick_return,
+    read,
+    slider_crank,
+    some_loads,
+    triad,
+    v_twin,
+    weight_and_loads,
+)
+
+from clearsweep.machine import Aim, At, Body, Constant, Course, Machine, Motor, Pin, Push, Rubbing, Spring, Tabled
+from clearsweep.mechanics.joint.contract import FREE, PRESSED, Load, Present, load
+from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
+from clearsweep.mechanics.joint.friction.sliding import Tanh
+from clearsweep.mechanics.joint.guide import Guide
+from clearsweep.mechanics.joint.loss.hysteresis import Lossless
+from clearsweep.mechanics.mechanism import contract, planar
+from clearsweep.mechanics.mechanism import slider_crank as built_in
+from clearsweep.mechanics.mechanism.planar.closure import ClosureError, MobilityError
+
+MACHINES = {
+    "slider-crank": slider_crank,
+    "four-bar": four_bar,
+    "v-twin": v_twin,
+    "shaper": quick_return,
+    "triad": triad,
+}
+RNG_SEED = 5
+
+
+def openings(machine):
+    """Return every joint alone, the first one beside each other, and none."""
+    names = [joint.name for joint in machine.joints]
+    return [*((name,) for name in names), *((names[0], name) for name in names[1:]), ()]
+
+
+CASES = [(name, opened) for name, make in MACHINES.items() for opened in openings(make())]
+
+
+def some_state(machine, opened, rng):
+    """Return a machine built with joints open and a state near its start."""
+    pins = [joint.name for joint in machine.joints if isinstance(joint, Pin)]
+    offsets = {name: 1e-4 * rng.normal(size=2) for name in opened if name in pins}
+    built = planar.build(machine, dict.fromkeys(opened), offsets)
+    y, count = built.start.copy(), len(built.lengths)
+    y[:count] += 1e-4 * rng.normal(size=count)
+    y[count : 2 * count] += rng.normal(size=count)
+    y[-1] += 0.013
+    return built, y
+
+
+# ---------------------------------------------------------------------------------------------- equations of motion
+
+
+@pytest.mark.parametrize(("name", "opened"), CASES, ids=lambda part: part if isinstance(part, str) else "+".join(part))
+def test_accelerations_are_those_of_absolute_coordinates_with_multipliers(name, opened):
+    machine, rng = MACHINES[name](), np.random.default_rng(RNG_SEED)
+    built, y = some_state(machine, opened, rng)
+    loads = some_loads(len(opened), rng)
+    q, rates, accelerations, motion = advanced(built, y, loads)
+    force = weight_and_loads(machine, opened, q, loads)
+    expected, torque = multiplied(machine, opened, q, rates, force, 0.0)
+    assert accelerations == pytest.approx(expected, rel=1e-7, abs=1e-7 * np.max(np.abs(expected)))
+    assert motion.torque == pytest.approx(torque, rel=1e-10, abs=1e-10)
+    assert open_values(machine, opened, q) < 1e-15
+
+
+@pytest.mark.parametrize("name", ["v-twin", "shaper", "triad"])
+def test_loops_without_clearance_stay_closed_wherever_the_crank_is(name):
+    machine = MACHINES[name]()
+    opened = (machine.joints[-1].name,)
+    built, y = some_state(machine, opened, np.random.default_rng(RNG_SEED))
+    for turns in np.linspace(0.0, 3.0, 40):
+        y[-1] = turns * 2.0 * math.pi / machine.drive.speed
+        q, _ = read(built, y)
+        assert open_values(machine, opened, q) < 3e-16 * 2.0
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_slider_crank_in_these_words_has_the_equations_of_the_one_that_is_built_in(count):
+    bodies = {
+        "crank.length": 0.05, "crank.mass": 0.3, "crank.inertia": 1e-4, "crank.center": 0.025, "rod.length": 0.12,
+        "rod.mass": 0.21, "rod.inertia": 2.5e-4, "rod.center": 0.06, "slider.mass": 0.14, "gravity": 9.81,
+    }  # fmt: skip
+    rng = np.random.default_rng(RNG_SEED)
+    for opened in itertools.combinations(("ground-crank", "crank-rod", "rod-slider"), count):
+        offsets = {name: 1e-4 * rng.normal(size=2) for name in opened}
+        loads, found = some_loads(count, rng), []
+        for built in (
+            planar.build(slider_crank(), dict.fromkeys(opened), offsets),
+            built_in.build(bodies, 100.0, dict.fromkeys(opened), offsets),
+        ):
+            pose = contract.place(built.value, built.start)
+            relative = contract.gaps(built.value, pose)
+            motion = contract.accelerate(built.value, pose, loads)
+            masses = contract.impact_masses(built.value, pose, relative)
+            angles = contract.body_angles(built.value, built.start)
+            judged = (*contract.energy(built.value, pose), *contract.output_error(built.value, pose))
+            found.append(np.array([*np.ravel(relative), *motion[1:], *masses, *np.ravel(angles), *judged]))
+        assert found[0] == pytest.approx(found[1], rel=1e-12, abs=1e-13)
+
+
+# ---------------------------------------------------------------------------------------------- powers
+
+
+KNOTS = np.linspace(0.0, 2.0 * math.pi, 13)
+PRESSURE = 16.0 * np.cos(KNOTS) + 2.0 * np.sin(3.0 * KNOTS)
+PRESSURE[-1] = PRESSURE[0]
+OVER_TIME = np.array([0.0, 0.01, 0.02, 0.04])
+LOADS = (
+    Push("press", At("slider", "pin"), -20.0, 10.0, 3.0),
+    Tabled("gas", At("slider", "pin"), "angle", KNOTS, PRESSURE, 0.3 * PRESSURE, 0.01 * PRESSURE, 1.5),
+    Tabled("ramp", At("rod", "big"), "time", OVER_TIME, 300.0 * OVER_TIME, -200.0 * OVER_TIME, 3.0 * OVER_TIME),
+    Spring("return", At("ground", "main"), At("slider", "pin"), 80.0, 0.1, 0.5),
+    Spring("tie", At("crank", "pin"), At("slider", "pin"), 50.0, 0.2, 0.2),
+    Rubbing("seal", "slider-ground", Tanh(0.2, 1e-2)),
+    Rubbing("bush", "crank-rod", Tanh(0.3, 1e-2), 0.01),
+)
+DRIVES = {
+    "constant": Constant(60.0, 0.4),
+    "table": Course(np.array([0.0, 0.01, 0.05]), np.array([50.0, 80.0, 60.0]), 0.4),
+    "motor": Motor(20.0, 150.0, 60.0, 2e-3, 0.4),
+    "torque": Motor(2.0, math.inf, 60.0, 0.0, 0.4),
+}
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize("opened", [(), ("rod-slider",), ("ground-crank", "rod-slider")], ids="+".join)
+def test_the_kinetic_energy_grows_by_the_powers_of_drive_gravity_loads_and_joints(drive, opened):
+    machine, rng = slider_crank(DRIVES[drive], loads=LOADS), np.random.default_rng(RNG_SEED)
+    built, y = some_state(machine, opened, rng)
+    loads = some_loads(len(opened), rng)
+    pose = contract.place(built.value, y)
+    motion = contract.accelerate(built.value, pose, loads)
+    power = motion.torque * contract.crank_rate(built.value, pose, math.nan)
+    power += contract.energy(built.value, pose)[1] + contract.load_power(built.value, motion)
+    for gap, pull in zip(contract.gaps(built.value, pose), loads, strict=True):
+        power += pull.fx * gap.vx + pull.fy * gap.vy
+        power += pull.moment_proximal * gap.spin_proximal + pull.moment_distal * gap.spin_distal
+
+    def kinetic(moved):
+        return contract.energy(built.value, contract.place(built.value, moved))[0]
+
+    assert along(kinetic, y, motion.accelerations) == pytest.approx(power, rel=1e-7, abs=1e-6)
+
+
+def along(function, y, accelerations, step=1e-6):
+    """Return the derivative in time of a function of the state, by differences of order four."""
+    count = len(accelerations)
+    slope = np.array([*y[count : 2 * count], *accelerations, 1.0])
+    near, far = (function(y + k * step * slope) - function(y - k * step * slope) for k in (1, 2))
+    return (8.0 * near - far) / (12.0 * step)
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_the_ideal_machine_is_the_one_without_open_joints(drive):
+    machine = slider_crank(DRIVES[drive], offset=0.01, loads=LOADS)
+    built = planar.build(machine, {}, {})
+    known, angle = planar.ideal_of(machine), np.array([0.9])
+    time, rate = known.passed(angle)
+    acceleration, _ = known.balance(known.at(angle), rate, time)
+    free = len(built.lengths)
+    y = np.array([*(angle if free else ()), *(rate if free else ()), time[0]])
+    pose = contract.place(built.value, y)
+    motion, ideal = contract.accelerate(built.value, pose, ()), planar.ideal(machine, angle)
+    assert contract.crank_rate(built.value, pose, math.nan) == pytest.approx(rate[0], rel=1e-9)
+    assert motion.output == pytest.approx(ideal.acceleration[0], rel=1e-9)
+    assert contract.output_error(built.value, pose) == pytest.approx((0.0, 0.0), abs=1e-12)
+    if free:
+        assert motion.accelerations[0] == pytest.approx(acceleration[0], rel=1e-9)
+
+
+# ---------------------------------------------------------------------------------------------- known motions
+
+
+def test_a_four_bar_moves_as_published():
+    """Physics of a four-bar with a = 0.05, b = 0.12, c = 0.1, d = 0.13 m at 60 degrees and 10 rad/s."""
+    machine = four_bar(Constant(10.0))
+    known = planar.ideal_of(machine).at(np.array([math.pi / 3.0]))
+    coupler, rocker = 5, 8
+    assert known.q[0, [coupler, rocker]] == pytest.approx((0.49208579, 1.56317708), abs=1e-8)
+    assert 10.0 * known.first[0, [coupler, rocker]] == pytest.approx((-2.34217099, 3.00230095), abs=1e-8)
+    assert 100.0 * known.second[0, [coupler, rocker]] == pytest.approx((35.727821, 50.990836), abs=1e-6)
+
+
+def test_the_ideal_slider_crank_is_the_closed_form():
+    angles = np.linspace(-1.0, 9.0, 41)
+    bodies = {
+        "crank.length": 0.05, "crank.mass": 0.3, "crank.inertia": 1e-4, "crank.center": 0.025, "rod.length": 0.12,
+        "rod.mass": 0.21, "rod.inertia": 2.5e-4, "rod.center": 0.06, "slider.mass": 0.14, "gravity": 9.81,
+    }  # fmt: skip
+    found, expected = planar.ideal(slider_crank(), angles), built_in.ideal(bodies, 100.0, angles)
+    for mine, theirs in zip(found[:3], expected[:3], strict=True):
+        assert mine == pytest.approx(theirs, rel=1e-12, abs=1e-12 * np.max(np.abs(theirs)))
+    for name, force in expected.reactions.items():
+        assert found.reactions[name] == pytest.approx(force, rel=1e-11, abs=1e-11 * np.max(np.abs(force)))
+
+
+def translational(**drive):
+    """Return the slider-crank of Flores, Leine and Glocker (2010), table 1."""
+    ground = Body(0.0, 0.0, (0.0, 0.0), {"main": (0.0, 0.0)})
+    return Machine(
+        {
+            "ground": ground,
+            "crank": Body(0.038, 7.4e-5, (0.0765, 0.0), {"pivot": (0.0, 0.0), "pin": (0.153, 0.0)}),
+            "rod": Body(0.038, 5.9e-4, (0.153, 0.0), {"big": (0.0, 0.0), "small": (0.306, 0.0)}),
+            "slider": Body(0.076, 2.7e-6, (0.0, 0.0), {"pin": (0.0, 0.0)}),
+        },
+        (
+            pin("ground-crank", "ground.main", "crank.pivot"),
+            pin("crank-rod", "crank.pin", "rod.big"),
+            pin("rod-slider", "rod.small", "slider.pin"),
+            guide("slider-ground", "ground.main", "slider.pin"),
+        ),
+        "ground-crank",
+        Motor(0.0, math.inf, 150.0),
+        9.81,
+        Aim("slider", "pin"),
+    )
+
+
+BLOCK = Guide(1e-3, 1.0, 0.1, 0.05, Lossless(), PowerThreeHalves(1e9), Tanh(0.1, 1e-2))
+
+
+def flown(machine, end):
+    """Return a free motion up to `end` (s), by scipy: its solution over time, and when the block reaches a wall."""
+    from scipy.integrate import solve_ivp
+
+    built, free = planar.build(machine, {"slider-ground": BLOCK}, {}), (Load(0.0, 0.0, 0.0, 0.0, ()),)
+
+    def rates(time, state):
+        pose = contract.place(built.value, np.append(state, time))
+        return [*state[3:], *contract.accelerate(built.value, pose, free).accelerations]
+
+    def gap(time, state):
+        return contract.gaps(built.value, contract.place(built.value, np.append(state, time)))[0]
+
+    def left(time, state):
+        return 1e-3 - abs(gap(time, state).y)
+
+    left.terminal = True
+    return solve_ivp(
+        rates, (0.0, end), built.start[:-1], "DOP853", events=left, dense_output=True, rtol=1e-12, atol=1e-12
+    ), gap
+
+
+def test_a_block_in_a_guide_with_clearance_flies_as_the_oracle_says():
+    """The converged figures of a free crank at 150 rad/s: turns, rod angle, their rates, place over clearance."""
+    path, gap = flown(translational(), 3e-3)
+    assert path.t_events[0] == pytest.approx([2.6925028e-3], abs=5e-11)
+    for time, turns, rod, crank_rate, rod_rate, place in (
+        (1e-3, 0.023251080, -0.072596395, 139.115876, -68.276294, 0.077487),
+        (2e-3, 0.043894044, -0.134949264, 120.463882, -56.473394, 0.494396),
+    ):
+        state = path.sol(time)
+        assert state[:2] == pytest.approx((2.0 * math.pi * turns, rod), abs=4e-9)
+        assert state[3:5] == pytest.approx((crank_rate, rod_rate), abs=6e-7)
+        assert gap(time, state).y / 1e-3 == pytest.approx(place, abs=6e-7)
+
+
+@pytest.mark.parametrize("tilted", [0.0, 0.8])
+def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
+    machine = quick_return(Motor(3.0, math.inf, 12.0)) if tilted else translational()
+    name, rng = "slot" if tilted else "slider-ground", np.random.default_rng(RNG_SEED)
+    built = planar.build(machine, {name: BLOCK}, {})
+    y, count = built.start.copy(), len(built.lengths)
+    y[:count] += 1e-3 * rng.normal(size=count)
+    y[count : 2 * count] += rng.normal(size=count)
+    pose = contract.place(built.value, y)
+    (gap,) = contract.gaps(built.value, pose)
+    mode, onset = np.array([PRESSED, FREE, PRESSED, PRESSED]), np.full(4, 0.1)
+    present = Present(np.append(y, [0.01, 0.0, 0.02, 0.005]), mode, onset, y.size)
+    from clearsweep.mechanics.joint.contract import Place
+
+    pull = load(BLOCK, gap, Place(0, y.size + 4, 0), present)
+    assert [contact.normal for contact in pull.contacts] == pytest.approx([1e3, 0.0, 8e3, 125.0])
+    motion = contract.accelerate(built.value, pose, (pull,))
+    taken = sum(contact.normal * contact.rate - contact.tangential * contact.slip for contact in pull.contacts)
+    given = motion.torque * contract.crank_rate(built.value, pose, math.nan) + contract.energy(built.value, pose)[1]
+
+    def kinetic(moved):
+        return contract.energy(built.value, contract.place(built.value, moved))[0]
+
+    def depths(moved):
+        (there,) = contract.gaps(built.value, contract.place(built.value, moved))
+        return np.array([contact.depth for contact in load(BLOCK, there, Place(0, y.size + 4, 0), present).contacts])
+
+    assert along(kinetic, y, motion.accelerations) == pytest.approx(given - taken, rel=1e-7)
+    rates = [contact.rate for contact in pull.contacts]
+    assert along(depths, y, motion.accelerations) == pytest.approx(rates, rel=1e-6, abs=1e-8)
+
+
+# ---------------------------------------------------------------------------------------------- what is refused
+
+
+def lengthened(machine, body, point, place):
+    """Return a machine with a point of a body elsewhere."""
+    old = machine.bodies[body]
+    return machine._replace(bodies={**machine.bodies, body: old._replace(points={**old.points, point: place})})
+
+
+def test_lengths_that_never_close_are_refused():
+    with pytest.raises(ClosureError) as refused:
+        planar.build(lengthened(four_bar(), "ground", "foot", (0.4, 0.0)), {}, {})
+    assert refused.value.body in ("coupler", "rocker")
+    assert refused.value.angle == 0.0
+
+
+def test_a_crank_that_cannot_turn_on_is_refused_where_it_stops():
+    machine = lengthened(four_bar(), "coupler", "small", (0.05, 0.0))  # 0.05 + 0.13 > 0.05 + 0.1: it rocks
+    with pytest.raises(ClosureError) as refused:
+        planar.build(machine, {}, {})
+    reach = math.acos((0.05**2 + 0.13**2 - 0.15**2) / (2.0 * 0.05 * 0.13))  # coupler and rocker in one line
+    assert refused.value.angle == pytest.approx(reach, abs=2e-3)
+
+
+def test_a_singular_position_is_refused_where_it_is():
+    machine = lengthened(four_bar(), "coupler", "small", (0.08, 0.0))  # 0.05 + 0.13 = 0.08 + 0.1: folds at half a turn
+    with pytest.raises(ClosureError) as refused:
+        planar.build(machine, {}, {})
+    assert refused.value.angle == pytest.approx(math.pi, abs=0.02)
+
+
+def test_a_machine_that_moves_in_two_ways_or_in_none_is_refused():
+    machine = four_bar()
+    with pytest.raises(MobilityError, match="3 ways"):
+        planar.build(machine._replace(joints=machine.joints[:-1]), {}, {})
+    strut = pin("strut", "crank.pin", "ground.foot")
+    with pytest.raises(MobilityError, match="-1 ways"):
+        planar.build(machine._replace(joints=(*machine.joints, strut)), {}, {})
+
+
+def test_what_moves_without_mass_is_refused():
+    machine = slider_crank()
+    bodies = {**machine.bodies, "slider": machine.bodies["slider"]._replace(inertia=0.0)}
+    with pytest.raises(MobilityError, match="slider"):
+        planar.build(machine._replace(bodies=bodies), {"slider-ground": BLOCK}, {})
+    planar.build(machine._replace(bodies=bodies), {"rod-slider": None}, {})
+
+
+# ---------------------------------------------------------------------------------------------- a whole motion
+
+
+CHANGES = {"simulate.tolerance": 1e-12, "save.orbits": "all"}
+
+
+@pytest.mark.slow
+def test_a_slider_crank_in_these_words_moves_as_the_one_that_is_built_in():
+    """Over half a revolution with 20 impacts: places and times of events to 1e-12 rad, m and s.
+
+    Rates at the end, within an impact that changes them by their own size in 50 us, to 1e-10 of the crank's.
+    """
+    from mechanism_cases import slider_crank as grid_of
+
+    import clearsweep
+    from clearsweep.simulation.run import integrated, period
+
+    scene = clearsweep.load_case(grid_of("rod-slider", changes=CHANGES))
+    machine, opened = slider_crank(Constant(scene.built.rate), gravity=0.0), {"rod-slider": scene.value.joints[0]}
+    built = planar.build(machine, opened, {})
+    value = scene.value._replace(mechanism=built.value)
+    start = np.concatenate([built.start, scene.start[5:]])
+    runs = [
+        integrated(one, np.empty(0), 0.5 * period(scene))
+        for one in (scene, dataclasses.replace(scene, built=built, value=value, start=start))
+    ]
+    ends, logs = [run.work.end[:4] for run in runs], [run.events for run in runs]
+    assert len(logs[0]) >= 40
+    assert logs[0][:, 1:3] == pytest.approx(logs[1][:, 1:3])
+    assert logs[0][:, 0] == pytest.approx(logs[1][:, 0], rel=0.0, abs=1e-12)
+    assert ends[0][:2] == pytest.approx(ends[1][:2], rel=0.0, abs=1e-12)
+    assert ends[0][2:] == pytest.approx(ends[1][2:], rel=0.0, abs=1e-10 * scene.built.rate)
