@@ -5,8 +5,10 @@ from typing import Any, NamedTuple
 
 from .case import Case, column_name
 from .catalogue import Catalogue, Figure, Mechanism
+from .outline import Outline
 
 DIFFERENCE = "_difference"  # what the name of a figure's error check ends in
+CORNERS = 4  # of a guide's block
 TIME = "t"  # the channel that all others are over
 
 
@@ -26,12 +28,19 @@ class JointLayout(NamedTuple):
 
     name: str  # 'rod_slider': the name of the joint in columns and channels
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
+    corners: int = 0  # that touch by themselves, of a guide's block; 0: the joint is one contact
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Return the names that its contacts have in the list of events."""
+        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners)) or (self.name,)
 
 
 class Parts(NamedTuple):
     """All of a case that decides its layout."""
 
     mechanism: str
+    outline: Outline
     joints: tuple[JointLayout, ...]
     horizon: bool
     error_check: bool
@@ -41,9 +50,12 @@ class Parts(NamedTuple):
 def parts_of(case: Case) -> Parts:
     """Return what of a case decides its layout."""
     simulate = case.simulate
-    joints = tuple(JointLayout(joint.column, joint.wear.bins if joint.wear else 0) for joint in case.joints)
+    joints = tuple(
+        JointLayout(joint.column, joint.wear.bins if joint.wear else 0, CORNERS if joint.is_guide else 0)
+        for joint in case.joints
+    )
     until = simulate.until.figure if simulate.until else ""
-    return Parts(case.mechanism.type, joints, simulate.horizon, simulate.error_check, until)
+    return Parts(case.mechanism.type, case.outline, joints, simulate.horizon, simulate.error_check, until)
 
 
 class Layout(NamedTuple):
@@ -67,7 +79,7 @@ class Layout(NamedTuple):
     @classmethod
     def with_parts(cls, parts: "Parts", catalogue: Catalogue) -> "Layout":
         """Return the layout of cases with these parts."""
-        mechanism = catalogue.mechanism(parts.mechanism)
+        mechanism = catalogue.outlined(parts.mechanism, parts.outline)
         assert mechanism is not None, parts.mechanism  # a case is of a known one
         asked = {name for name in ("horizon", "error_check", "until") if getattr(parts, name)}
         worn = {joint.name: {"wear"} if joint.wear_bins else set() for joint in parts.joints}
@@ -82,6 +94,11 @@ class Layout(NamedTuple):
             parts.error_check,
             parts.until,
         )
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Return the names of all contacts, as events have them."""
+        return tuple(name for joint in self.joints for name in joint.contacts)
 
     def written(self) -> dict[str, Any]:
         """Return the layout as run.json holds it."""
@@ -106,7 +123,7 @@ def columns_of(
     parts : joint with clearance ('rod_slider') -> what it has besides contact ('wear'); asked : what `simulate` asks
     for ('horizon', 'error_check', 'until'); until : the figure that `simulate.until` judges.
     """
-    there = {*asked, "turns" if mechanism.turns else "rests"}
+    there = {*asked, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
     for joint, has in parts.items():
         wanted = (figure for figure in catalogue.figures if figure.of == "joint")
@@ -153,7 +170,7 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[Joint
 
 def settling(catalogue: Catalogue, mechanism: Mechanism) -> tuple[str, ...]:
     """Return the columns that settle as a run grows longer, with clearance and wear in every joint."""
-    parts = {column_name(site.name): {"wear"} for site in mechanism.joints}
+    parts = {column_name(site.name): set() if site.kind == "guide" else {"wear"} for site in mechanism.joints}
     settled = {figure.name for figure in catalogue.figures if figure.settles}
     return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in settled)
 
@@ -174,6 +191,7 @@ def markdown(catalogue: Catalogue) -> str:
 
 _WHERE = {
     "turns": "a drive turns the mechanism",
+    "free": "the crank is free",
     "rests": "nothing turns",
     "wear": "the joint wears",
     "horizon": "`simulate.horizon`",

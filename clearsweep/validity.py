@@ -96,7 +96,7 @@ class Remarks:
         return (
             f"Contacts go deeper than their elastic law holds in {self._share('law_limit_fraction')}, longest in case "
             f"{case_id}: {worst}"
-            ". The notes of clearsweep laws NAME say how its force goes on."
+            ". The notes of clearsweep list NAME say how its force goes on."
         )
 
     def _share(self, figure: str) -> str:

@@ -1,5 +1,6 @@
 """docs/grid.md has every key of a grid file, as the program that reads them has it."""
 
+import functools
 import re
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from click.testing import CliRunner
 
 from clearsweep import grid
 from clearsweep.cli import verbs
+from clearsweep.outline import ANY
 from clearsweep.simulation.scene import catalogue
 
 PAGE = (Path(__file__).parents[1] / "docs/grid.md").read_text(encoding="utf-8")
@@ -19,7 +21,9 @@ def test_the_page_is_what_the_program_writes():
 
 def keys(schema, path=()):
     """Yield (path, keys) of every object in a JSON Schema that holds keys of its own."""
-    inner = schema.get("properties", {})
+    inner, others = schema.get("properties", {}), schema.get("additionalProperties")
+    if isinstance(others, dict) and "properties" in others:
+        inner = inner | {ANY: others}
     if inner:
         yield ".".join(path), set(inner)
     for key, value in inner.items():
@@ -39,9 +43,13 @@ def body(mechanism, path):
     return body(*other.groups()[::-1]) if other else text
 
 
-@pytest.mark.parametrize(("branch", "mechanism"), [("else", "slider-crank"), ("then", "impact-pair")])
+@pytest.mark.parametrize(
+    ("branch", "mechanism"),
+    [("else else else", "slider-crank"), ("else else then", "four-bar"), ("then", "impact-pair")],
+)
 def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
-    objects = {path: names for path, names in keys(grid.schema(catalogue())[branch]) if not path.startswith("sample")}
+    schema = functools.reduce(dict.__getitem__, branch.split(), grid.schema(catalogue()))
+    objects = {path: names for path, names in keys(schema) if not path.startswith("sample")}
     headings, missing = "".join(sections(mechanism)), []
     for path, names in objects.items():
         text = body(mechanism, path) if path else PAGE.partition("\n## Choosing cases\n")[2]

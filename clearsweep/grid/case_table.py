@@ -21,7 +21,7 @@ def read(problems: Problems, written: WrittenValue) -> WrittenValue | None:
     it, its first case is row 1) and column.
     """
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
-    readers = {".csv": _csv, ".parquet": _parquet}
+    readers = {".csv": rows_of_csv, ".parquet": _parquet}
     if file.suffix.lower() not in readers:
         problems.add(written, "cases", f"found '{written.value}'; expected the name of a .csv or .parquet file")
         return None
@@ -41,7 +41,13 @@ def read(problems: Problems, written: WrittenValue) -> WrittenValue | None:
     return _columns(problems, str(file), heads, rows)
 
 
-def _csv(file: Path) -> tuple[list[str], list[TableRow]]:
+def head_of(head: str) -> tuple[str, str]:
+    """Return name and unit in the head of a column, '' for what it has not: `drive.speed [rpm]`."""
+    match = _HEAD.fullmatch(head)
+    return (match[1], (match[2] or "").strip()) if match else ("", "")
+
+
+def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the heads, and line number and cells of every row that is not blank."""
     with open(file, newline="", encoding="utf-8-sig") as stream:
         lines = csv.reader(stream)
@@ -65,14 +71,14 @@ def _columns(problems: Problems, origin: str, heads: list[str], rows: list[Table
     places: dict[str, WrittenValue] = {}
     units, good = [], True
     for column, head in enumerate(heads, start=1):
-        here, match = WrittenValue(None, origin, 1, column), _HEAD.fullmatch(head)
-        path = match[1] if match else ""
+        here = WrittenValue(None, origin, 1, column)
+        path, unit = head_of(head)
         if not path or path in columns:
             wrong = "occurs twice; keep one of them" if path else "is no head; expected a dotted path and its unit"
             problems.add(here, "cases", f"column {column}: '{head}' {wrong}, such as drive.speed [rpm]")
             good = False
         columns[path], places[path] = WrittenValue([], origin, 1, column), here
-        units.append((match[2] or "").strip() if match else "")
+        units.append(unit)
     for line, cells in rows:
         if len(cells) != len(heads):
             sentence = f"row {line} has {len(cells)} cells, the head {len(heads)}; write a value for every column"

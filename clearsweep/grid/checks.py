@@ -5,6 +5,7 @@ import math
 from ..case import Materials
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
+from . import machine_checks
 from .draft import Draft
 from .key_table import moduli
 from .keys import Number, Section, value_key, word_key
@@ -20,6 +21,8 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
     _below(draft, "simulate.discard", "simulate.revolutions", "nothing would be left")
     _below(draft, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
     _until(draft)
+    machine_checks.check(draft, catalogue)
+    _friction(draft, catalogue)
     joints = [path for path, node in draft.shape.items() if isinstance(node, Section) and _is_joint(path)]
     whole = draft.shape.get("joints")
     if not joints and isinstance(whole, Section) and whole.need == "implied":
@@ -27,14 +30,19 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
         draft.problems.add(draft.place("joints"), "joints", text)
     for path in joints:
         _below(draft, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
-        for law in catalogue.of("friction"):
-            if law.name in draft.names.get(f"{path}.friction.law", ()):
-                _in_order(draft, f"{path}.friction", law)
         _material(draft, path)
         _elastic(draft, path, catalogue)
         if f"{path}.wear" in draft.shape:
             _wear(draft, path)
             _pressure(draft, path, catalogue)
+
+
+def _friction(draft: Draft, catalogue: Catalogue) -> None:
+    """Check that the keys of friction laws are in order, in joints and in loads."""
+    for path in [path for path in draft.shape if path.endswith(".friction")]:
+        for law in catalogue.of("friction"):
+            if law.name in draft.names.get(f"{path}.law", ()):
+                _in_order(draft, path, law)
 
 
 def _until(draft: Draft) -> None:
@@ -156,7 +164,7 @@ def _needed(draft: Draft, joint: str, law: Law) -> tuple[str, ...]:
     needed = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
     from_material = law.name == "power" and not draft.there(f"{joint}.contact.stiffness")
     sized = needed or (from_material and draft.there(f"{joint}.contact.material"))
-    radius = draft.shape[f"{joint}.bearing_radius"]
+    radius = draft.shape.get(f"{joint}.bearing_radius")
     optional = isinstance(radius, Number) and radius.uses[0].field.optional
     return ("bearing_radius", *needed) if sized and optional else needed
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..catalogue import Mechanism
+from ..outline import Outline
 from .document import Problems, WrittenValue
 from .keys import Number, Shape
 from .sampling import Distribution, Sample
@@ -15,6 +16,7 @@ class Draft:
 
     problems: Problems
     mechanism: Mechanism  # the one named, or the likeliest
+    outline: Outline
     shape: Shape = field(default_factory=dict)  # what is there: no section that is left out
     sections: dict[str, WrittenValue] = field(default_factory=dict)
     written: dict[str, WrittenValue] = field(default_factory=dict)  # the values under `shape`
@@ -22,7 +24,7 @@ class Draft:
     names: dict[str, frozenset[str]] = field(default_factory=dict)  # path of a law's name -> the names in play
     unsure: set[str] = field(default_factory=set)  # paths of law names that could not be read
     broken: set[str] = field(default_factory=set)  # paths of sections that could not be read
-    values: dict[str, float | int | str] = field(default_factory=dict)  # SI; defaults of words included
+    values: dict[str, Any] = field(default_factory=dict)  # SI; defaults of words included
     axes: dict[str, tuple[Any, ...]] = field(default_factory=dict)
     way: dict[str, str] = field(default_factory=dict)  # path that is swept -> the section that says so
     sample: Sample | None = None

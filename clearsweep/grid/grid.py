@@ -15,12 +15,13 @@ from ..case import Case
 from ..catalogue import Catalogue
 from ..errors import InputError, shown
 from ..layout import Layout
+from ..outline import Outline
 from . import checks, variations
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
 from .key_units import unit
-from .keys import Flag, Number, Section, Shape, Word, value_key
+from .keys import Flag, Number, Section, Shape, Table, Word, value_key
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
 from .resolve import case_of
 from .values import read_draft
@@ -62,6 +63,7 @@ def load(source: str | PathLike | Mapping, catalogue: Catalogue, overrides: Mapp
         draft.names,
         {draft.way[paths[0]]: paths for paths in variations.steps(draft)},
         _sample(draft),
+        draft.outline,
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -71,9 +73,9 @@ def load(source: str | PathLike | Mapping, catalogue: Catalogue, overrides: Mapp
     return replace(grid, _layout=Layout.of(grid.case(0), catalogue))
 
 
-def starter() -> str:
-    """Return the text of a commented grid to start from."""
-    return Path(__file__).with_name("starter.yaml").read_text(encoding="utf-8")
+def starter(kind: str = "slider-crank") -> str:
+    """Return the text of a commented grid to start from: 'slider-crank', 'four-bar', 'planar' or 'press'."""
+    return (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
 
 
 def _name(root: WrittenValue, file: str | None, problems: Problems) -> str:
@@ -116,6 +118,7 @@ class Grid:
     _names: dict[str, frozenset[str]]
     _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
     _sample: dict[str, Any]
+    _outline: Outline
     _layout: Layout | None = None
 
     @cached_property
@@ -159,7 +162,7 @@ class Grid:
 
     def case_at(self, point: Mapping[str, Value]) -> Case:
         """Return the case at a `point`, for whoever has use for that, too."""
-        return case_of(self._tree(point))
+        return case_of(self._tree(point), self._outline)
 
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
@@ -196,10 +199,10 @@ class Grid:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
         limits = {"limits": self.limits} if self.limits else {}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
-        pairs = tuple(f"{path}." for path, node in self._shape.items() if isinstance(node, Section) and node.pair)
+        pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        return {"name": self.name} | nested(sections | self._base | fillers) | ways | limits
+        return {"name": self.name} | nested(sections | self._base | fillers, self._pairs) | ways | limits
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
@@ -218,7 +221,7 @@ class Grid:
         if words not in self._patterns:
             flat = self._in_use(dict(words))
             numbers = {path: self.axes[path][0] for path in flat if path in self.axes and path not in dict(words)}
-            self._patterns[words] = Pattern(flat | numbers, numbers)
+            self._patterns[words] = Pattern(flat | numbers, numbers, self._pairs)
         return self._patterns[words]
 
     def _in_use(self, words: Mapping[str, str]) -> dict[str, Value]:
@@ -230,8 +233,8 @@ class Grid:
                 flat[path] = words.get(path, self._values.get(path))
             elif isinstance(node, Number) and (fields := node.fields(names)):
                 flat[path] = self._values.get(path, fields[0].default)
-            elif isinstance(node, Flag) and path in self._values:
-                flat[path] = True
+            elif isinstance(node, (Flag, Table)) and path in self._values:
+                flat[path] = self._values[path]
         return flat
 
     @cached_property
@@ -245,7 +248,7 @@ class Grid:
                 value = self._values.get(path) if path in self._written else None
             elif isinstance(node, Word):
                 value = self._values[path] if node.used(self._names) else None
-            elif isinstance(node, Flag):
+            elif isinstance(node, (Flag, Table)):
                 value = self._values.get(path)
             else:
                 fields = node.fields(self._names)
@@ -293,6 +296,11 @@ class Grid:
             used = tuple(path for path in paths if path not in chosen and value_key(self._shape, path).used(names))
             blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(self.axes[path]) for path in used))
         return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
+
+    @cached_property
+    def _pairs(self) -> tuple[str, ...]:
+        """Return the paths of sections that are written as lists of two."""
+        return tuple(path for path, node in self._shape.items() if isinstance(node, Section) and node.pair)
 
 
 def identity(case: Mapping[str, Any]) -> str:

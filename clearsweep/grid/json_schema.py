@@ -4,8 +4,9 @@ from typing import Any
 
 from .. import quantity
 from ..catalogue import Catalogue
-from .key_table import shape
-from .keys import Flag, Number, Section, Shape, Word
+from ..outline import ANY
+from .key_table import full_shape
+from .keys import Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
 
 
@@ -22,7 +23,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
 
     schemas = []
     for mechanism in catalogue.mechanisms:
-        tree = shape(mechanism, catalogue)
+        tree = full_shape(mechanism, catalogue)
         top = _object(tree, "")
         top["properties"] |= {
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
@@ -102,21 +103,56 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         if parent != path:
             continue
         if isinstance(node, Section):
-            pair = {"description": f"{node.text}: two quantities (kg)", "$ref": "#/$defs/pair"}
-            properties[key] = pair if node.pair else {"description": node.text, **_object(tree, inner)}
+            properties[key] = _pair(tree, inner, node) if node.pair else _section(tree, inner, node)
         elif isinstance(node, Word):
-            properties[key] = {"description": node.text, "enum": list(node.options)} | (
-                {"default": node.default} if node.default else {}
+            named = any(ANY in option for option in node.options)  # a user chooses what it may be
+            properties[key] = {"description": node.text} | (
+                {"type": "string"} if named else {"enum": list(node.options)}
             )
+            properties[key] |= {"default": node.default} if node.default and not named else {}
+        elif isinstance(node, Table):
+            properties[key] = _table(node)
         elif isinstance(node, Flag):
             properties[key] = {"description": node.text, "type": "boolean", "default": False}
         else:
-            properties[key] = {"description": _described(node), "$ref": "#/$defs/quantity"}
-        if isinstance(node, Section) and node.need == "required":
+            either = [{"$ref": "#/$defs/quantity"}, *(_object(tree, each) for each in (inner,) if _holds(tree, each))]
+            value = {"anyOf": either} if either[1:] else either[0]
+            properties[key] = {"description": _described(node), **value}
+        if isinstance(node, Section) and node.need == "required" and key != ANY:
             required.append(key)
-    return {"type": "object", "additionalProperties": False, "properties": properties} | (
+    others = {ANY: False} | properties  # whatever a user names is like what stands for it
+    return {"type": "object", "additionalProperties": others.pop(ANY), "properties": others} | (
         {"required": required} if required else {}
     )
+
+
+def _holds(tree: Shape, path: str) -> bool:
+    """Return whether there are keys below `path`."""
+    return any(inner.rpartition(".")[0] == path for inner in tree)
+
+
+def _section(tree: Shape, path: str, node: Section) -> dict[str, Any]:
+    return {"description": node.text, **_object(tree, path)}
+
+
+def _pair(tree: Shape, path: str, node: Section) -> dict[str, Any]:
+    """Return the schema of a list of two quantities or names."""
+    first = tree[f"{path}.0"]
+    if isinstance(first, Word):
+        items = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
+        return {"description": f"{node.text}: two names"} | items
+    assert isinstance(first, Number)
+    return {"description": f"{node.text}: two quantities ({first.uses[0].field.unit})", "$ref": "#/$defs/pair"}
+
+
+def _table(node: Table) -> dict[str, Any]:
+    """Return the schema of a table: the name of a file, or its columns."""
+    over, values = (", ".join(f"{field.name} ({field.unit})" for field in fields) for fields in node.columns[2:])
+    lists = {"type": "object", "minProperties": 2, "additionalProperties": {"type": "array", "minItems": 2}}
+    return {
+        "description": f"{node.columns.text}; a .csv file or columns: {over.replace(', ', ' or ')}; any of {values}",
+        "anyOf": [{"type": "string", "pattern": r"\.[cC][sS][vV]$"}, lists],
+    }
 
 
 def _described(node: Number) -> str:

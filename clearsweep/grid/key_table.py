@@ -1,9 +1,10 @@
 """What a grid file may contain: every key with its unit, range, default and meaning."""
 
 from ..case import Materials
-from ..catalogue import Catalogue, Field, JointSite, Law, Mechanism
+from ..catalogue import Catalogue, Field, JointSite, Keys, Law, Mechanism
 from ..layout import settling
-from .keys import Condition, Flag, Number, Section, Shape, Use, Word, word_key
+from ..outline import ANY, EVERYTHING
+from .keys import Condition, Flag, Number, Section, Shape, Table, Use, Word, word_key
 
 _COEFFICIENT = Field(
     "coefficient",
@@ -31,6 +32,20 @@ _LENGTH_OF_PIN = Field("length", "m", "length along the pin; wear and the laws o
 _GAP_SIZES = (
     Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
     _LENGTH_OF_PIN,
+)
+_GUIDE = (
+    Field("clearance", "m", "between the block and each of the walls, where it is in the middle"),
+    Field("length", "m", "of the block along the guide"),
+    Field("height", "m", "of the block across the guide"),
+)
+_TIME_LIMIT = Field(
+    "time_limit",
+    "s",
+    "time after which a crank that is free is given up",
+    0.0,
+    1e9,
+    high_open=False,
+    default=60.0,
 )
 _TOLERANCE = Field(
     "tolerance", "1", "relative local tolerance", 1e-13, 1e-2, low_open=False, high_open=False, default=1e-8
@@ -136,18 +151,41 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     kinds = tuple(each.name for each in catalogue.mechanisms)
     tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
     for keys in mechanism.keys:
-        if keys.path not in tree:
-            tree[keys.path] = Section(keys.text, keys.need, pair=keys.pair)
-        _numbers(tree, keys.path, keys.fields)
+        _keys(tree, keys, catalogue)
     always = [site for site in mechanism.joints if site.kind == "line"]
     if always:
         tree["joints"] = Section("the joint")
     else:
         tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
     for site in mechanism.joints:
-        (_gap if site in always else _revolute)(tree, f"joints.{site.name}", site, catalogue)
+        _SITES[site.kind](tree, f"joints.{site.name}", site, catalogue)
     (_revolutions if mechanism.turns else _impacts)(tree, settling(catalogue, mechanism))
+    if mechanism.free:
+        _numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
+        del tree["simulate.horizon"]  # disturbed, a free crank turns at another speed: the two are not compared
     return tree
+
+
+def full_shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
+    """Return every dotted path that any grid of this mechanism may contain, NAME standing for what it names."""
+    everything = mechanism.outlined(EVERYTHING)._replace(free=True) if mechanism.outlined else mechanism
+    return shape(everything, catalogue)
+
+
+def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
+    """Enter a section of a mechanism."""
+    if keys.path not in tree:
+        tree[keys.path] = Section(keys.text, keys.need, pair=keys.pair)
+    for choice in keys.words:
+        tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
+    if keys.family:
+        usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers)
+        names = tuple(law.name for law in usable)
+        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")
+        _laws(tree, keys.path, "law", usable)
+    _numbers(tree, keys.path, keys.fields)
+    for columns in keys.tables:
+        tree[f"{keys.path}.{columns.name}"] = Table(columns)
 
 
 def _revolutions(tree: Shape, judged: tuple[str, ...]) -> None:
@@ -207,9 +245,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     )
     tree[f"{path}.journal"] = Word(site.journals, "the body that the journal sits on", site.journals[0])
     _contact(tree, path, catalogue)
-    tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
-    tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
-    _laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
+    _friction(tree, path, catalogue)
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
@@ -225,6 +261,34 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     )
     _laws(tree, wear, "law", catalogue.of("wear"))
     _laws(tree, wear, "pressure", catalogue.of("pressure"))
+
+
+def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter a prismatic joint with clearance: a block between two walls."""
+    tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
+    _numbers(tree, path, _GUIDE)
+    pointed = tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)  # a corner has no radius
+    _contact(tree, path, catalogue._replace(laws=pointed))
+    for inner in [inner for inner in tree if inner.startswith((f"{path}.contact.material", f"{path}.contact.onset"))]:
+        del tree[inner]
+    _friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.remembers)))
+
+
+def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter a joint of which the grid says whether it is a pin or a guide: all keys of both."""
+    _revolute(tree, path, site, catalogue)
+    tree[path] = Section("a joint with clearance", "optional")
+    _numbers(tree, path, tuple(field._replace(text=f"of a guide: {field.text}", optional=True) for field in _GUIDE[2:]))
+
+
+_SITES = {"line": _gap, "revolute": _revolute, "guide": _guide, ANY: _either}
+
+
+def _friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter the friction of a joint."""
+    tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
+    tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
+    _laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
 
 
 def moduli(joint: str) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from .. import quantity
 from ..catalogue import Catalogue
 from .key_table import shape
 from .keys import Number, Word
+from .outlining import outline_of
 from .resolve import leaves
 
 VARIATIONS = ("sweep", "zip", "cases")  # sections of a resolved grid that hold dotted path -> values
@@ -16,9 +17,9 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
 
     A number that belongs to a law which the catalogue does not know has none.
     """
-    mechanism = catalogue.mechanism(resolved["mechanism"]["type"])
+    mechanism = catalogue.outlined(resolved["mechanism"]["type"], outline_of(resolved, _varied(resolved)))
     keys = shape(mechanism, catalogue) if mechanism else {}
-    axes = {path: values for way in VARIATIONS for path, values in (resolved.get(way) or {}).items()}
+    axes = _varied(resolved)
     values = dict(leaves(resolved))
     names = {
         path: frozenset(axes.get(path) or [values.get(path, node.default)])
@@ -32,6 +33,11 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
             exponent = None if beside in axes else values.get(beside, _default(keys.get(beside), names))
             named[path] = unit(node, names, exponent)
     return {path: name for path, name in named.items() if name}
+
+
+def _varied(resolved: Mapping) -> dict:
+    """Return path -> values of what a resolved grid varies."""
+    return {path: values for way in VARIATIONS for path, values in (resolved.get(way) or {}).items()}
 
 
 def unit(node: Number, names: Mapping[str, frozenset[str]], exponent: float | None) -> str:

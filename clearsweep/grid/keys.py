@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Set
 from typing import NamedTuple
 
-from ..catalogue import Field
+from ..catalogue import Columns, Field
 
 Condition = tuple[str, frozenset[str]]  # path of a law's name, and the names with which a key is in use
 Names = Mapping[str, Set[str]]  # path of a law's name -> the names in play
@@ -71,6 +71,21 @@ class Flag(NamedTuple):
         return ()
 
 
+class Table(NamedTuple):
+    """A key that holds a table, or the name of its file."""
+
+    columns: Columns
+
+    @property
+    def sweep(self) -> bool:
+        """Return False: it cannot be swept."""
+        return False
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return (): no law name decides whether it is in use."""
+        return ()
+
+
 def _met(when: tuple[Condition, ...], names: Names) -> bool:
     """Return whether every condition allows one of the names in play; where a section is missing there are none."""
     return all(not wanted.isdisjoint(names.get(path, ())) for path, wanted in when)
@@ -81,10 +96,10 @@ class Section(NamedTuple):
 
     text: str
     need: str = "required"  # 'required', 'optional', or 'implied': there even if it is not written
-    pair: bool = False  # written as a list of two quantities
+    pair: bool = False  # written as a list of two
 
 
-Shape = dict[str, Section | Word | Number | Flag]
+Shape = dict[str, Section | Word | Number | Flag | Table]
 
 
 def value_key(shape: Shape, path: str) -> Word | Number:

@@ -61,9 +61,9 @@ def derived(flat: Mapping[str, Value]) -> dict[str, Value]:
     return {path: value for path, value in values.items() if not path.endswith(_COEFFICIENT)}
 
 
-def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a dict of dicts from dotted paths."""
-    return _listed(_tree(flat))
+def nested(flat: Mapping[str, Any], pairs: Collection[str]) -> dict[str, Any]:
+    """Return a dict of dicts from dotted paths; what stands at the paths `pairs` is a list, as in a grid file."""
+    return _listed(_tree(flat), pairs)
 
 
 def _tree(flat: Mapping[str, Any]) -> dict[str, Any]:
@@ -77,17 +77,21 @@ def _tree(flat: Mapping[str, Any]) -> dict[str, Any]:
     return tree
 
 
-def _listed(tree: dict[str, Any]) -> dict[str, Any]:
-    """Return a tree, changed, whose masses are the list that a grid file has."""
-    masses = tree.get("mechanism", {}).get("masses")
-    if masses:
-        tree["mechanism"]["masses"] = [masses[key] for key in sorted(masses)]
+def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
+    """Return a tree, changed, with lists at the paths `pairs`."""
+    for path in pairs:
+        *above, key = path.split(".")
+        inside = tree
+        for part in above:
+            inside = inside.get(part, {})
+        if inside.get(key):
+            inside[key] = [inside[key][place] for place in sorted(inside[key])]
     return tree
 
 
 def identity_text(case: Mapping[str, Any]) -> str:
     """Return the text that decides the identity of a resolved case: all of it but `save` and time_budget."""
-    content = {key: case[key] for key in ("mechanism", "drive", "joints") if key in case}
+    content = {key: case[key] for key in ("mechanism", "drive", "loads", "joints") if key in case}
     content["simulate"] = {key: value for key, value in case["simulate"].items() if key != PATIENCE}
     return json.dumps(
         content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False
@@ -130,9 +134,12 @@ def _text(value: float) -> str:
 class Pattern:
     """A case of which some values vary."""
 
-    def __init__(self, flat: Mapping[str, Value], varied: Collection[str]):
-        """Take path -> value of one such case, None for what is absent, and the paths of the values that vary."""
-        self.values = derived(flat)
+    def __init__(self, flat: Mapping[str, Value], varied: Collection[str], pairs: Collection[str]):
+        """Take path -> value of one such case, None for what is absent, and the paths of the values that vary.
+
+        pairs : paths of what is written as a list.
+        """
+        self.values, self._pairs = derived(flat), pairs
         present = {path for path, value in flat.items() if value is not None}
         own = [Slot(path, path, _same) for path in varied if path in self.values]
         others = [slot for slot in following(flat) if slot.source in varied and slot.path not in present]
@@ -148,13 +155,13 @@ class Pattern:
             for part in above:
                 inside = inside[part]
             inside[key] = follow(point[source])
-        return _listed(tree)
+        return _listed(tree, self._pairs)
 
     @cached_property
     def text(self) -> str:
         """Return the text of the identity with %(path)s for what varies."""
         shown = {slot.path: _SHOWN.format(slot.path) for slot in self.slots}
-        text = identity_text(nested(self.values | shown)).replace("%", "%%")
+        text = identity_text(nested(self.values | shown, self._pairs)).replace("%", "%%")
         for path, word in shown.items():
             text = text.replace(json.dumps(word), f"%({path})s")
         return text

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ..catalogue import Catalogue, Field
+from ..outline import ANY
 from .axes import FORMS
 from .json_schema import schema
-from .key_table import shape
-from .keys import Flag, Number, Section, Shape, Word
+from .key_table import full_shape
+from .keys import Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
 
 _NEED = {"required": "required", "optional": "may be left out", "implied": "may be left out where all has a default"}
@@ -16,11 +17,11 @@ _HEAD = """\
 
 <!-- written by `clearsweep schema --markdown`; a test compares -->
 
-A grid file is YAML 1.2. Its keys depend on `mechanism.type`. A quantity is text with a unit (`0.5 mm`, `5000 rpm`) or a
-bare number in the SI unit given here; any unit of the same dimension will do. *Required* stands where a key has no
-default; a dash, where it may be left out. Every key can be swept, unless it says that it cannot; of words, only the
-names of laws can. `clearsweep laws NAME` says what a law does with its keys. The same as a JSON Schema, for editors:
-`clearsweep schema`.
+A grid file is YAML 1.2. Its keys depend on `mechanism.type`; `NAME` stands for a name that the grid chooses. A quantity
+is text with a unit (`0.5 mm`, `5000 rpm`) or a bare number in the SI unit given here; any unit of the same dimension
+will do. *Required* stands where a key has no default; a dash, where it may be left out. Every key can be swept, unless
+it says that it cannot; of words, only the names of laws can. `clearsweep list NAME` says what a law does with its keys.
+The same as a JSON Schema, for editors: `clearsweep schema`.
 """
 _TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
 
@@ -45,7 +46,7 @@ def markdown(catalogue: Catalogue) -> str:
     written: dict[tuple[_Row, ...], tuple[str, str]] = {}
     for mechanism in catalogue.mechanisms:
         parts.append(f"## {mechanism.name}\n")
-        for title, section, rows in _blocks(shape(mechanism, catalogue)):
+        for title, section, rows in _blocks(full_shape(mechanism, catalogue)):
             parts.append(f"### {title}\n\n{_sentence(section)}\n")
             where = written.setdefault(rows, (mechanism.name, title))
             same = f"The same keys as in {where[1].partition(',')[0]} of {where[0]}.\n"
@@ -56,19 +57,25 @@ def markdown(catalogue: Catalogue) -> str:
 def _sentence(section: Section) -> str:
     """Return what a section is, and whether it is needed."""
     need = "" if "left out" in section.text else f"; {_NEED[section.need]}"
-    form = "; a list of two quantities" if section.pair else ""
+    form = "; a list of two" if section.pair else ""
     return f"{section.text[0].upper()}{section.text[1:]}{form}{need}."
 
 
 def _blocks(tree: Shape) -> Iterator[tuple[str, Section, tuple[_Row, ...]]]:
     """Yield (title, section, rows) of each section; joints, which differ only in a few words, are one."""
-    joints = [path for path in tree if path.startswith("joints.") and path.count(".") == 1]
+    kinds: dict[tuple[str, ...], list[str]] = {}  # the sections within a joint -> joints
+    for path in (path for path in tree if path.startswith("joints.") and path.count(".") == 1):
+        inside = tuple(each.removeprefix(path) for each in tree if each.startswith(f"{path}."))
+        kinds.setdefault(inside, []).append(path)
+    first = {joints[0]: joints for joints in kinds.values()}
+    others = tuple(f"{joint}." for joints in kinds.values() for joint in joints[1:])
     for path, node in tree.items():
-        if not isinstance(node, Section) or path.startswith(tuple(joints[1:])):
+        if not isinstance(node, Section) or f"{path}.".startswith(others):
             continue
         alike = {path: path}
-        if path.startswith(joints[0]):
-            alike = {joint: path.replace(joints[0], joint, 1) for joint in joints}
+        start = ".".join(path.split(".")[:2])
+        if start in first:
+            alike = {joint: path.replace(start, joint, 1) for joint in first[start]}
         rows = _merged({joint.rpartition(".")[2]: tuple(_rows(tree, section)) for joint, section in alike.items()})
         if rows:
             yield ", ".join(f"`{section}`" for section in alike.values()), node, rows
@@ -90,13 +97,21 @@ def _rows(tree: Shape, path: str) -> Iterator[_Row]:
     """Yield the rows of the keys that stand directly in the section at `path`."""
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
+        if isinstance(tree.get(parent), Number):  # a quantity, or a section in its place
+            parent, _, above = parent.rpartition(".")
+            key = f"{above}.{key}"
         if parent != path or isinstance(node, Section):
             continue
-        if isinstance(node, Flag):
+        if isinstance(node, Table):
+            columns = "; ".join(f"`{field.name}` ({field.unit})" for field in node.columns[2] + node.columns[3])
+            yield _Row(key, "", f"a .csv file with columns of {columns}", "-", f"{node.columns.text}; cannot be swept")
+        elif isinstance(node, Flag):
             yield _Row(key, "", "`true`, `false`", "`false`", f"{node.text}; cannot be swept")
         elif isinstance(node, Word):
             default = f"`{node.default}`" if node.default else "required"
-            yield _Row(key, "", ", ".join(f"`{option}`" for option in node.options), default, node.text)
+            named = any(ANY in option for option in node.options)
+            allowed = "a name" if named else ", ".join(f"`{option}`" for option in node.options)
+            yield _Row(key, "", allowed, "-" if named else default, node.text)
         else:
             yield from _quantity(tree, inner, key, node)
 

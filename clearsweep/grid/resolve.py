@@ -3,12 +3,28 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..case import Case, Contact, Drive, Friction, Joint, Material, Materials, Mechanism, Save, Simulate, Until, Wear
+from ..case import (
+    Case,
+    Contact,
+    Drive,
+    Friction,
+    Joint,
+    Load,
+    Material,
+    Materials,
+    Mechanism,
+    Save,
+    Simulate,
+    Table,
+    Until,
+    Wear,
+)
+from ..outline import Outline
 
 Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section
 
 
-def case_of(tree: Tree) -> Case:
+def case_of(tree: Tree, outline: Outline) -> Case:
     """Return the typed form of a case: nested sections, SI, defaults filled in, only keys in use."""
     kind, bodies = _taken(tree["mechanism"], "type")
     simulate = tree["simulate"]
@@ -19,8 +35,29 @@ def case_of(tree: Tree) -> Case:
         joints=tuple(_joint(name, section) for name, section in tree["joints"].items()),
         simulate=Simulate(**simulate),
         save=Save(**tree["save"]),
-        drive=Drive(**tree["drive"]) if "drive" in tree else None,
+        drive=_drive(tree["drive"]) if "drive" in tree else None,
+        loads=tuple(_load(load.name, load.form, tree["loads"][load.name]) for load in outline.loads),
+        outline=outline,
     )
+
+
+def _drive(section: Tree) -> Drive:
+    speed, motor, values = _taken(section, "speed", "motor")
+    if isinstance(speed, dict):
+        return Drive(table=_table(speed["table"]), **values)
+    if motor:
+        return Drive(torque=motor["stall_torque"], no_load_speed=motor["no_load_speed"], **values)
+    return Drive(**values) if speed is None else Drive(speed=speed, **values)
+
+
+def _load(name: str, form: str, section: Tree) -> Load:
+    table, friction, rest = _taken(section, "table", "friction")
+    rubbing = Friction(*_taken(friction, "law")) if friction else None
+    return Load(name, form, dict(leaves(rest)), _table(table) if table else None, rubbing)
+
+
+def _table(columns: Tree) -> Table:
+    return {name: tuple(values) for name, values in columns.items()}
 
 
 def _joint(name: str, section: Tree) -> Joint:

@@ -7,12 +7,13 @@ from ..case import column_name
 from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
-from . import variations
+from . import table_key, variations
 from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
 from .key_table import shape
-from .keys import Flag, Number, Section, Shape, Word
+from .keys import Flag, Number, Section, Shape, Table, Word
+from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 
 Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
 
@@ -21,8 +22,11 @@ def read_draft(
     root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
 ) -> Draft:
     """Return what the document `root` says, the paths in `fixed` not swept; mistakes go to `problems`."""
+    outline = outline_of_document(root)
     mechanism = _mechanism(root, catalogue.mechanisms)
-    draft = Draft(problems, mechanism)
+    if mechanism.outlined:
+        mechanism = mechanism.outlined(outline)
+    draft = Draft(problems, mechanism, outline)
     whole = shape(mechanism, catalogue)
     _walk(draft, root, "", whole)
     _activate(draft, whole)
@@ -34,6 +38,8 @@ def read_draft(
             _number(draft, path, node)
         elif isinstance(node, Flag):
             _flag(draft, path)
+        elif isinstance(node, Table):
+            _table(draft, path, node)
     draft.axes = {path: draft.axes[path] for path in draft.swept if path in draft.axes}
     variations.check(draft)
     draft.figures = _figures(draft, mechanism, catalogue)
@@ -79,9 +85,9 @@ def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
         if isinstance(content, dict):  # an override of one of the two
             content = list(content.values())
         if not isinstance(content, list) or len(content) != 2:
-            draft.problems.add(
-                written, path, f"found {shown(content)}; expected a list of two quantities, such as [0.2 kg, 0.2 kg]"
-            )
+            words = isinstance(whole.get(f"{path}.0"), Word)
+            example = "names, such as [ground, crank]" if words else "quantities, such as [0.2 kg, 0.2 kg]"
+            draft.problems.add(written, path, f"found {shown(content)}; expected a list of two {example}")
             draft.broken.add(path)
             return
         content = {str(k): item for k, item in enumerate(content)}
@@ -93,24 +99,33 @@ def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
         )
         draft.broken.add(path)
         return
+    wrong = dict(wrong_names(path, content)) if is_open(path) else {}
     for key, below in content.items():
         inner = f"{path}.{key}" if path else key
+        if key in wrong:
+            draft.problems.add(written.key_place(key), inner, f"'{key}' {wrong[key]}")
+            continue
         node = None if "." in key else whole.get(inner)
         if isinstance(node, Section):
             _walk(draft, below, inner, whole)
         elif node is not None:
             draft.written[inner] = below
         elif key not in known:
-            draft.problems.add(
-                written.key_place(key),
-                inner,
-                f"unknown key '{key}'{nearest(key, known)} (allowed: {', '.join(known)})",
-            )
+            draft.problems.add(written.key_place(key), inner, _unknown(path, key, known))
     for key in known:
         inner = f"{path}.{key}" if path else key
         node = whole.get(inner)
         if key not in content and isinstance(node, Section) and node.need == "required":
             draft.problems.add(written, inner, f"is missing; write the section '{key}' ({node.text})")
+
+
+def _unknown(path: str, key: str, known: list[str]) -> str:
+    """Return what to say of a key that does not belong into the section at `path`."""
+    if path == "drive" and key in DRIVES:
+        other = next((each for each in DRIVES if each in known), DRIVES[0])
+        return f"is written beside {other}; a drive has one of {', '.join(DRIVES)}: leave the others out"
+    allowed = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
+    return f"unknown key '{key}'{nearest(key, known)} {allowed}"
 
 
 def _activate(draft: Draft, whole: Shape) -> None:
@@ -166,6 +181,17 @@ def _word(draft: Draft, path: str, node: Word) -> None:
         draft.names[path] = frozenset(values or node.options)
 
 
+def _table(draft: Draft, path: str, node: Table) -> None:
+    """Read one table."""
+    if path not in draft.written:
+        sentence = f"is missing; write the name of a .csv file beside the grid ({node.columns.text})"
+        draft.problems.add(draft.place(path), path, sentence)
+        return
+    values = table_key.read(draft.problems, path, draft.written[path], node.columns)
+    if values is not None:
+        draft.values[path] = values
+
+
 def _flag(draft: Draft, path: str) -> None:
     """Read one flag; nothing is entered where it is false, as where it is left out."""
     written = draft.written.get(path)
@@ -188,7 +214,7 @@ def _number(draft: Draft, path: str, node: Number) -> None:
         return
     meanings = [(field, _units(draft, path, field)) for field in fields or (node.uses[0].field,)]
     if _doubtful(draft, node):  # which meaning holds is not known: one that fits will do
-        quiet = Draft(Problems(), draft.mechanism)
+        quiet = Draft(Problems(), draft.mechanism, draft.outline)
         written = draft.written.get(path)
         if path in draft.swept or (
             written and any(_quantity(quiet, path, written, [each]) is not None for each in meanings)
@@ -254,7 +280,15 @@ def exponent_values(draft: Draft, path: str) -> tuple[float, ...]:
     beside = f"{path.rpartition('.')[0]}.exponent"
     node = draft.shape.get(beside)
     quiet = Draft(
-        Problems(), draft.mechanism, draft.shape, draft.sections, draft.written, draft.swept, draft.names, way=draft.way
+        Problems(),
+        draft.mechanism,
+        draft.outline,
+        draft.shape,
+        draft.sections,
+        draft.written,
+        draft.swept,
+        draft.names,
+        way=draft.way,
     )
     if isinstance(node, Number) and (beside in draft.written or beside in draft.swept):
         _number(quiet, beside, node)

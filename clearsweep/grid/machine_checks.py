@@ -1,0 +1,112 @@
+"""The checks of what a grid names itself: how bodies hang together, what drives and loads them."""
+
+from ..catalogue import Catalogue
+from ..outline import GROUND, JointOutline
+from .draft import Draft
+from .keys import Section
+
+_REACHES = "no chain of joints leads from the ground to it; join it to a body that does hang, or leave it out"
+
+
+def check(draft: Draft, catalogue: Catalogue) -> None:
+    """Note what does not fit together."""
+    if draft.outline.bodies and "mechanism.bodies" in draft.shape:
+        _bodies(draft)
+        _driven(draft)
+    for load in draft.outline.loads:
+        path = f"loads.{load.name}"
+        if path not in draft.shape:
+            continue
+        if load.form == "force" and not (draft.there(f"{path}.force") or draft.there(f"{path}.torque")):
+            sentence = "has no force and no torque; write such as force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
+            draft.problems.add(draft.place(path), path, sentence)
+        if load.form == "friction":
+            _rubbing(draft, path, load.on)
+    _guides(draft, {law.name for law in catalogue.of("friction") if law.sticks})
+
+
+def _ends(draft: Draft, joint: JointOutline) -> tuple[str, str] | None:
+    """Return the bodies that a joint joins, None where these could not be read; its own problem is told already."""
+    known = {body.name for body in draft.outline.bodies}
+    return joint.bodies if known.issuperset(joint.bodies) else None
+
+
+def _bodies(draft: Draft) -> None:
+    """Check that there is a ground, that no joint joins a body with itself, and that every body hangs on something."""
+    outline, section = draft.outline, "mechanism.bodies"
+    if GROUND not in {body.name for body in outline.bodies}:
+        sentence = "is missing; write the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
+        draft.problems.add(draft.place(section), f"{section}.{GROUND}", sentence)
+        return
+    links = []
+    for joint in outline.joints:
+        ends = _ends(draft, joint)
+        path = f"mechanism.joints.{joint.name}"
+        if ends is None:
+            return
+        if ends[0] == ends[1]:
+            draft.problems.add(draft.place(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies")
+        links.append(set(ends))
+    reached, before = {GROUND}, 0
+    while len(reached) > before:
+        before = len(reached)
+        reached |= {body for link in links if link & reached for body in link}
+    for body in outline.bodies:
+        if body.name not in reached:
+            path = f"{section}.{body.name}"
+            draft.problems.add(draft.place(path), path, f"hangs nowhere: {_REACHES}")
+
+
+def _driven(draft: Draft) -> None:
+    """Check that what the drive turns is a body on the ground, by a joint without clearance."""
+    path = "mechanism.driven"
+    joint = next((each for each in draft.outline.joints if each.name == draft.values.get(path)), None)
+    ends = _ends(draft, joint) if joint else None
+    if joint is None or ends is None:
+        return
+    if ends[0] != GROUND:
+        sentence = f"{joint.name} joins {ends[0]} and {ends[1]}; a drive turns a joint whose first body is the ground"
+        draft.problems.add(draft.place(path), path, sentence)
+    if joint.name in draft.outline.clearances:
+        sentence = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
+        draft.problems.add(draft.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
+
+
+def _rubbing(draft: Draft, path: str, joint: str) -> None:
+    """Check that friction is in a joint without clearance, and has a radius in a pin."""
+    site = next((site for site in draft.mechanism.joints if site.name == joint), None)
+    if site is None:
+        return
+    if joint in draft.outline.clearances:
+        sentence = f"{joint} has clearance; write the friction as joints.{joint}.friction"
+        draft.problems.add(draft.place(f"{path}.on"), f"{path}.on", sentence)
+    radius = f"{path}.friction.radius"
+    if site.kind == "revolute" and not draft.there(radius):
+        sentence = "is missing; friction in a pin is a couple, coefficient x reaction x radius: write such as 10 mm"
+        draft.problems.add(draft.place(f"{path}.friction"), radius, sentence)
+    if site.kind == "guide" and draft.there(radius):
+        draft.problems.add(
+            draft.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
+        )
+
+
+def _guides(draft: Draft, sticking: set[str]) -> None:
+    """Check that what moves in an open guide can turn, and that nothing stands beside it that is not known there."""
+    for site in draft.mechanism.joints:
+        path = f"joints.{site.name}"
+        if site.kind != "guide" or not isinstance(draft.shape.get(path), Section):
+            continue
+        inertia = "mechanism.slider.inertia"
+        if inertia in draft.shape and not draft.there(inertia):
+            sentence = f"is missing; with clearance in {site.name} the slider turns: write such as 1e-4 kg*m^2"
+            draft.problems.add(draft.place("mechanism.slider"), inertia, sentence)
+        for other in (other for other in draft.shape if other.endswith(".wear") and other.startswith("joints.")):
+            sentence = f"is not computed beside clearance in {site.name}, a guide; leave it out"
+            draft.problems.add(draft.place(other), other, sentence)
+        for other in (path for path in draft.names if path.endswith(".friction.law")):
+            for law in sorted(draft.names[other] & sticking):
+                sentence = f"{law} sticks, which is not known beside clearance in {site.name}, a guide; choose another"
+                draft.problems.add(draft.place(other), other, sentence)
+        if "seated" in draft.reached("simulate.start"):
+            sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
+            draft.problems.add(draft.place("simulate.start"), "simulate.start", sentence)

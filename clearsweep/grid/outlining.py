@@ -1,0 +1,144 @@
+"""Finds what a grid names itself: its form of drive, loads, bodies and joints, as far as they can be read."""
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ..outline import GENERAL, BodyOutline, JointOutline, LoadOutline, Outline
+from .document import WrittenValue
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
+MOST = 40  # bodies, points of a body, joints or loads: compiled code grows with them
+NAMING = "is no name; expected letters, digits, - and _ after a letter, at most 40 in all"
+DRIVES = ("speed", "torque", "motor")  # keys of `drive` of which there is one
+_SECTIONS = ("mechanism", "drive", "loads", "joints")
+_OPEN = re.compile(r"loads|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")
+_RESERVED = frozenset(  # groups and datasets of orbits.h5 besides those of bodies
+    [
+        "case_id",
+        "crank_angle",
+        "drive",
+        "events",
+        "history",
+        "joints",
+        "life",
+        "offsets",
+        "output",
+        "poincare",
+        "t",
+        "wear",
+    ]
+)
+
+
+def is_open(path: str) -> bool:
+    """Return whether a user chooses the keys of the section at `path`."""
+    return bool(_OPEN.fullmatch(path))
+
+
+def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
+    """Return the outline of a grid, of plain values in the shape of its file; `swept`: paths that are varied."""
+    paths = {*swept, *(path for path in GENERAL if _at(tree, path) is not None)}
+    mechanism, drive = _section(tree.get("mechanism")), _section(tree.get("drive"))
+    bodies = _section(mechanism.get("bodies"))
+    joints, output = _section(mechanism.get("joints")), _section(mechanism.get("output"))
+    return Outline(
+        type=str(mechanism.get("type", "")),
+        drive=_drive(drive, {path.split(".")[1] for path in paths if path.startswith("drive.")} | set(drive)),
+        loads=tuple(_load(name, content, paths) for name, content in _named(_section(tree.get("loads")))),
+        bodies=tuple(
+            BodyOutline(name, tuple(point for point, _ in _named(_section(_section(content).get("points")))))
+            for name, content in _named(bodies)
+        ),
+        joints=tuple(_joint(name, _section(content)) for name, content in _named(joints)),
+        turning="point" not in output,
+        clearances=frozenset(_section(tree.get("joints"))),
+        written=frozenset(path for path in GENERAL if path in paths),
+    )
+
+
+def outline_of_document(root: WrittenValue) -> Outline:
+    """Return the outline of a grid as it is written."""
+    top = root.value if isinstance(root.value, dict) else {}
+    tree = {key: _plain(top[key]) for key in _SECTIONS if key in top}
+    ways = [_section(top[way].value) for way in ("sweep", "zip", "cases") if way in top]
+    if "sample" in top:
+        over = _section(top["sample"].value).get("over")
+        ways.append(_section(over.value if over else None))
+    return outline_of(tree, [path for way in ways for path in way])
+
+
+def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
+    """Yield the names in the open section at `path` that cannot be, each with what is wrong with it."""
+    columns: dict[str, str] = {}
+    for number, name in enumerate(names, start=1):
+        column = name.replace("-", "_")
+        if not NAME.fullmatch(name):
+            yield name, NAMING
+        elif path == "mechanism.bodies" and column in _RESERVED:
+            yield name, "is the name of something else in the results; call the body something else"
+        elif column in columns:
+            yield name, f"is '{columns[column]}' again, a hyphen being an underscore in columns; rename one of them"
+        elif number > MOST:
+            yield name, f"is number {number}; at most {MOST} can be named here"
+        columns.setdefault(column, name)
+
+
+def _named(section: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    return [(name, content) for name, content in section.items() if NAME.fullmatch(name)][:MOST]
+
+
+def _section(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}
+
+
+def _at(tree: Mapping[str, Any], path: str) -> Any:
+    """Return what stands at a dotted path, None where nothing does."""
+    inside: Any = tree
+    for key in path.split("."):
+        inside = _section(inside).get(key)
+    return inside
+
+
+def _plain(written: WrittenValue) -> Any:
+    """Return a written value without its place."""
+    if isinstance(written.value, dict):
+        return {key: _plain(item) for key, item in written.value.items()}
+    if isinstance(written.value, list):
+        return [_plain(item) for item in written.value]
+    return written.value
+
+
+def _drive(drive: Mapping[str, Any], keys: set[str]) -> str:
+    """Return the form of a drive with these keys, or the likeliest."""
+    if "motor" in keys:
+        return "motor"
+    if "torque" in keys or ("speed" not in keys and not keys.isdisjoint(("initial_speed", "inertia"))):
+        return "torque"
+    return "speed-table" if isinstance(drive.get("speed"), Mapping) else "speed"
+
+
+def _load(name: str, content: Any, paths: set[str]) -> LoadOutline:
+    """Return the outline of a load."""
+    section, start = _section(content), f"loads.{name}."
+    keys = set(section) | {path.removeprefix(start).split(".")[0] for path in paths if path.startswith(start)}
+    form = next(
+        (form for key, form in (("friction", "friction"), ("between", "spring"), ("table", "table")) if key in keys),
+        "force",
+    )
+    on = _pair(section.get("between"))[1] if form == "spring" else section.get("on")
+    return LoadOutline(name, form, on if isinstance(on, str) else "")
+
+
+def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:
+    """Return the outline of a joint."""
+    ends = _pair(section.get("between"))
+    journal = section.get("journal")
+    kind = "prismatic" if section.get("type") == "prismatic" else "revolute"
+    return JointOutline(name, kind, *ends, journal if isinstance(journal, str) else "")
+
+
+def _pair(value: Any) -> tuple[str, str]:
+    """Return a list of two words, '' for each that is none."""
+    first, second = value if isinstance(value, list) and len(value) == 2 else ("", "")
+    return (first if isinstance(first, str) else ""), (second if isinstance(second, str) else "")

@@ -1,0 +1,155 @@
+"""Reads a key that holds a table, written out or as the name of a CSV file beside the grid."""
+
+import csv
+import math
+from pathlib import Path
+
+from .. import quantity
+from ..catalogue import Columns, Field
+from ..errors import InputError, nearest, shown
+from .case_table import head_of, rows_of_csv
+from .document import Problems, WrittenValue, refuse_endless
+
+_LARGEST = 16 * 2**20  # bytes of a file
+_MOST_ROWS = 20_000
+_SPANS = (2.0 * math.pi, 4.0 * math.pi)  # rad, over which a table repeats
+
+Values = dict[str, list[float]]  # column -> values in SI
+
+
+def read(problems: Problems, path: str, written: WrittenValue, columns: Columns) -> Values | None:
+    """Return the table that stands at the key `path`, None and problems where it is wrong."""
+    if isinstance(written.value, dict):
+        table = dict(written.value.items())
+        places = written.keys
+    elif isinstance(written.value, str):
+        found = _from_file(problems, path, written)
+        if found is None:
+            return None
+        table, places = found
+    else:
+        example = ", ".join(field.name for field in (*columns.over[:1], *columns.values[:1]))
+        sentence = f"found {shown(written.value)}; expected the name of a .csv file, or columns: {example}"
+        problems.add(written, path, sentence)
+        return None
+    before = len(problems)
+    values = _columns(
+        problems, path, WrittenValue(table, written.origin, written.line, written.column, places), columns
+    )
+    return values if len(problems) == before and _sound(problems, path, written, table, values, columns) else None
+
+
+def _from_file(
+    problems: Problems, path: str, written: WrittenValue
+) -> tuple[dict[str, WrittenValue], dict[str, WrittenValue]] | None:
+    """Return the columns of a CSV file by their heads, and the places of the heads."""
+    file = Path(written.origin).parent / written.value if written.line else Path(written.value)
+    if file.suffix.lower() != ".csv":
+        problems.add(written, path, f"found '{written.value}'; expected the name of a .csv file")
+        return None
+    try:
+        refuse_endless(file, _LARGEST)
+        heads, rows = rows_of_csv(file)
+    except FileNotFoundError:
+        problems.add(written, path, f"there is no file {file}; the name is relative to the grid's directory")
+        return None
+    except (OSError, ValueError, csv.Error) as error:
+        problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
+        return None
+    for line, cells in rows:
+        if len(cells) != len(heads):
+            sentence = f"row {line} has {len(cells)} cells, the head {len(heads)}; write a value for every column"
+            problems.add(WrittenValue(None, str(file), line, 1), path, sentence)
+            return None
+    table, places = {}, {}
+    for column, head in enumerate(heads, start=1):
+        here = WrittenValue(None, str(file), 1, column)
+        if head.strip() in table:
+            problems.add(here, path, f"the column '{head.strip()}' occurs twice; keep one of them")
+            return None
+        cells = [WrittenValue(row[column - 1].strip(), str(file), line, column) for line, row in rows]
+        table[head.strip()], places[head.strip()] = WrittenValue(cells, str(file), 1, column), here
+    return table, places
+
+
+def _columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
+    """Return the values of the columns by name, noting what is wrong with them."""
+    fields = {field.name: field for field in (*columns.over, *columns.values)}
+    expected = ", ".join(f"{field.name} [{_shown_unit(field)}]" for field in fields.values())
+    values: dict[str, list[float]] = {}
+    for head, cells in table.value.items():
+        name, unit = head_of(head)
+        field = fields.get(name)
+        if field is None or name in values:
+            wrong = "occurs twice" if field else f"is no column of this table{nearest(name, fields)}"
+            problems.add(table.key_place(head), path, f"'{head}' {wrong} (known: {expected})")
+        elif not isinstance(cells.value, list):
+            problems.add(cells, f"{path}.{head}", f"found {shown(cells.value)}; expected a list of values")
+        elif len(cells.value) > _MOST_ROWS:
+            problems.add(cells, path, f"has {len(cells.value):,} rows; at most {_MOST_ROWS:,} are read")
+        else:
+            values[name] = [_value(problems, path, cell, unit, field) for cell in cells.value]
+    return values
+
+
+def _shown_unit(field: Field) -> str:
+    return {"rad": "deg", "rad/s": "rpm"}.get(field.unit, field.unit)
+
+
+def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:
+    """Return one cell in SI, nan and a problem where it is wrong."""
+    try:
+        value = quantity.read(f"{cell.value} {unit}" if unit else cell.value, field.unit)
+    except InputError as error:
+        problems.add(cell, path, f"{field.name}: {error}")
+        return math.nan
+    if not field.holds(value):
+        problems.add(cell, path, f"{field.name}: found {cell.value}, out of range; allowed: {field.allowed()}")
+    return value
+
+
+def _sound(problems: Problems, path: str, written: WrittenValue, table: dict, values: Values, columns: Columns) -> bool:
+    """Return whether a table has what it needs and increases; note what it has not."""
+    over = [field.name for field in columns.over if field.name in values]
+    sentence = ""
+    if len(over) != 1:
+        names = " or ".join(field.name for field in columns.over)
+        sentence = f"has {len(over)} of the columns {names}; expected one that the others are over"
+    elif len(values) < 2:
+        names = ", ".join(field.name for field in columns.values)
+        sentence = f"has no column of {names}; write at least one"
+    elif len({len(column) for column in values.values()}) > 1 or len(values[over[0]]) < 2:
+        lengths = ", ".join(f"{name} {len(column)}" for name, column in values.items())
+        sentence = f"has columns of {lengths} values; expected equally many, at least 2"
+    if sentence:
+        problems.add(written, path, sentence)
+        return False
+    knots = values[over[0]]
+    cells = next(cells for head, cells in table.items() if head_of(head)[0] == over[0]).value
+    for place in range(1, len(knots)):
+        if not knots[place] > knots[place - 1]:
+            found = f"found {cells[place].value} after {cells[place - 1].value}"
+            problems.add(cells[place], path, f"{over[0]}: {found}; it has to increase from row to row")
+            return False
+    return over[0] != "crank_angle" or _periodic(problems, path, cells[-1], values)
+
+
+def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values) -> bool:
+    """Return whether a table over the crank angle closes on itself, and note it where it does not."""
+    knots = values["crank_angle"]
+    span = knots[-1] - knots[0]
+    if not any(math.isclose(span, whole, rel_tol=1e-9) for whole in _SPANS):
+        sentence = (
+            f"crank_angle: the table spans {math.degrees(span):.6g} deg, over which it repeats; expected 360 or 720 "
+            "deg, its last row being its first again"
+        )
+        problems.add(last, path, sentence)
+        return False
+    for name, column in values.items():
+        reach = max(map(abs, column))
+        if name != "crank_angle" and abs(column[-1] - column[0]) > 1e-9 * reach:
+            sentence = f"{name}: the last row differs from the first, which is the same crank angle; make them equal"
+            problems.add(last, path, sentence)
+            return False
+        column[-1] = column[0] if name != "crank_angle" else column[-1]
+    return True

@@ -1,0 +1,308 @@
+"""Claims about mechanisms, drives and loads as a grid describes them: what is read, what a mistake is told."""
+
+import copy
+import json
+import math
+
+import pytest
+
+from clearsweep import grid, simulation
+from clearsweep.errors import InputError
+from clearsweep.machine import Course, Motor, Push, Spring, Tabled
+from clearsweep.report import mechanism as pictures
+from clearsweep.simulation.ideal import mechanism_of
+from clearsweep.simulation.turning import followed
+
+CATALOGUE = simulation.catalogue()
+CONTACT = {"law": "hertz", "stiffness": "1e9 N/m^1.5"}
+PIN = {"clearance": "0.1 mm", "bearing_radius": "10 mm", "contact": CONTACT}
+RPM = 2.0 * math.pi / 60.0
+LINK = {"mass": 0.2, "inertia": 2e-4}
+SLIDER_CRANK = {
+    "name": "sc",
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", **LINK},
+        "rod": {"length": "120 mm", **LINK},
+        "slider": {"mass": 0.14},
+    },
+    "drive": {"speed": "1000 rpm"},
+    "joints": {"rod-slider": PIN},
+}
+FOUR_BAR = {
+    "name": "fb",
+    "mechanism": {
+        "type": "four-bar",
+        "ground": {"length": "130 mm"},
+        "crank": {"length": "50 mm", **LINK},
+        "coupler": {"length": "120 mm", **LINK},
+        "rocker": {"length": "100 mm", **LINK},
+    },
+    "drive": {"speed": "600 rpm"},
+    "joints": {"coupler-rocker": PIN},
+}
+PLANAR = {
+    "name": "p",
+    "mechanism": {
+        "type": "planar",
+        "bodies": {
+            "ground": {"points": {"main": [0, 0], "rail": [0, 0]}},
+            "crank": {**LINK, "center": ["25 mm", 0], "points": {"pivot": [0, 0], "pin": ["50 mm", 0]}},
+            "rod": {**LINK, "center": ["60 mm", 0], "points": {"big": [0, 0], "small": ["120 mm", 0]}},
+            "slider": {**LINK, "points": {"pin": [0, 0]}},
+        },
+        "joints": {
+            "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
+            "big-end": {"type": "revolute", "between": ["crank.pin", "rod.big"]},
+            "small-end": {"type": "revolute", "between": ["rod.small", "slider.pin"], "journal": "rod"},
+            "guide": {"type": "prismatic", "between": ["ground.rail", "slider.pin"], "axis": "0 deg"},
+        },
+        "driven": "main",
+        "output": {"body": "slider", "point": "pin"},
+    },
+    "drive": {"speed": "1000 rpm"},
+    "joints": {"small-end": PIN},
+}
+GAS = {"crank_angle [deg]": [0, 90, 360], "fx": ["0 N", "-1 kN", "0 N"]}
+
+
+def changed(base, **paths):
+    """Return a grid with values put at dotted paths, `__` standing for a dot; None takes away."""
+    tree = copy.deepcopy(base)
+    for path, value in paths.items():
+        *above, key = path.split("__")
+        inside = tree
+        for part in above:
+            inside = inside.setdefault(part, {})
+        if value is None:
+            inside.pop(key)
+        else:
+            inside[key] = value
+    return tree
+
+
+def machine_of(source):
+    case = grid.load(source, CATALOGUE).case(0)
+    return mechanism_of(case).machine(case)
+
+
+def told(source):
+    with pytest.raises(InputError) as caught:
+        grid.load(source, CATALOGUE)
+    return caught.value.problems
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        FOUR_BAR,
+        PLANAR,
+        changed(SLIDER_CRANK, loads={"gas": {"on": "slider", "table": GAS, "scale": 0.5}}),
+        changed(SLIDER_CRANK, drive={"speed": {"table": {"time": [0, 1, 2], "speed [rpm]": [0, 500, 500]}}}),
+        changed(SLIDER_CRANK, drive={"motor": {"stall_torque": 4, "no_load_speed": "1500 rpm"}, "inertia": 1e-3}),
+        changed(FOUR_BAR, loads={"s": {"between": ["ground", "rocker"], "anchor": [0.2, 0.1], "stiffness": 1e3}}),
+    ],
+)
+def test_what_run_json_holds_loads_to_the_same_case(source):
+    original = grid.load(source, CATALOGUE)
+    again = grid.load(json.loads(json.dumps(original.resolved())), CATALOGUE)
+    assert again.case_id(0) == original.case_id(0)
+    assert again.case(0)._replace(outline=None) == original.case(0)._replace(outline=None)
+    assert repr(machine_of(original.resolved())) == repr(machine_of(source))
+    assert json.loads(json.dumps(again.frame())) == json.loads(json.dumps(original.frame()))
+
+
+def test_a_table_is_part_of_a_case_by_its_content_not_by_its_name(tmp_path):
+    ids = []
+    for name, text in (
+        ("a.csv", "0,0\n90,-1000\n360,0"),
+        ("b.csv", "0,0\n90,-1000\n360,0"),
+        ("c.csv", "0,0\n90,-999\n360,0"),
+    ):
+        (tmp_path / name).write_text(f"crank_angle [deg],fx [N]\n{text}\n")
+        file = tmp_path / "grid.yaml"
+        file.write_text(json.dumps(changed(SLIDER_CRANK, loads={"gas": {"on": "slider", "table": name}})))
+        ids.append(grid.load(file, CATALOGUE).case_id(0))
+    assert ids[0] == ids[1] != ids[2]
+
+
+def test_a_mistake_in_a_table_is_told_with_its_row(tmp_path):
+    (tmp_path / "gas.csv").write_text("crank_angle [deg],fx [N]\n0,0\n40,-5\n30,-8\n360,0\n")
+    file = tmp_path / "grid.yaml"
+    file.write_text(json.dumps(changed(SLIDER_CRANK, loads={"gas": {"on": "slider", "table": "gas.csv"}})))
+    (problem,) = told(file)
+    assert "gas.csv:4:1: loads.gas.table: crank_angle: found 30 after 40; it has to increase" in problem
+
+
+MISTAKES = {
+    "nothing hangs on it": (
+        changed(PLANAR, mechanism__bodies__lonely={**LINK, "points": {"a": [0, 0]}}),
+        "mechanism.bodies.lonely: hangs nowhere",
+    ),
+    "no such point": (
+        changed(PLANAR, mechanism__joints__main={"type": "revolute", "between": ["ground.main", "crank.pivto"]}),
+        "mechanism.joints.main.between.1: unknown word 'crank.pivto'; did you mean 'crank.pivot'?",
+    ),
+    "with itself": (
+        changed(PLANAR, mechanism__joints__main={"type": "revolute", "between": ["crank.pin", "crank.pivot"]}),
+        "mechanism.joints.main.between: joins crank with itself",
+    ),
+    "driven is not there": (
+        changed(PLANAR, mechanism__driven="mian"),
+        "mechanism.driven: unknown word 'mian'; did you",
+    ),
+    "driven is open": (changed(PLANAR, joints={"main": PIN}), "joints.main: main is the driven joint"),
+    "driven hangs on a rod": (changed(PLANAR, mechanism__driven="small-end"), "mechanism.driven: small-end joins rod"),
+    "no ground": (
+        changed(PLANAR, mechanism__bodies__ground=None),
+        "mechanism.bodies.ground: is missing; write the body that does not move",
+    ),
+    "a name": (changed(PLANAR, mechanism__bodies={"a.b": {}}), "mechanism.bodies.a.b: 'a.b' is no name"),
+    "a joint twice": (
+        changed(PLANAR, loads={"a-b": {"on": "rod", "torque": 1}, "a_b": {"on": "rod", "torque": 1}}),
+        "loads.a_b: 'a_b' is 'a-b' again",
+    ),
+    "load on nothing": (
+        changed(PLANAR, loads={"gas": {"on": "piston", "torque": 1}}),
+        "loads.gas.on: unknown word 'piston' (known: crank, rod, slider)",
+    ),
+    "load without force": (changed(FOUR_BAR, loads={"gas": {"on": "rocker"}}), "loads.gas: has no force and no torque"),
+    "speed and torque": (
+        changed(SLIDER_CRANK, drive__torque=5),
+        "drive.speed: is written beside torque; a drive has one of speed, torque, motor",
+    ),
+    "no torque": (changed(SLIDER_CRANK, drive={"initial_speed": 5}), "drive.torque: is missing"),
+    "a span": (
+        changed(SLIDER_CRANK, loads={"g": {"on": "slider", "table": {"crank_angle [deg]": [0, 350], "fx": [1, 1]}}}),
+        "loads.g.table: crank_angle: the table spans 350 deg",
+    ),
+    "a seam": (
+        changed(SLIDER_CRANK, loads={"g": {"on": "slider", "table": {"crank_angle [deg]": [0, 360], "fx": [0, 1]}}}),
+        "loads.g.table: fx: the last row differs from the first",
+    ),
+    "a column": (
+        changed(SLIDER_CRANK, loads={"g": {"on": "slider", "table": {"tme": [0, 1], "fx": [0, 1]}}}),
+        "loads.g.table: 'tme' is no column of this table; did you mean 'time'?",
+    ),
+    "an open guide": (
+        changed(
+            SLIDER_CRANK,
+            joints={"slider-ground": {"clearance": 1e-3, "length": 0.1, "height": 0.05, "contact": CONTACT}},
+        ),
+        "mechanism.slider.inertia: is missing; with clearance in slider-ground the slider turns",
+    ),
+    "rubbing where it is open": (
+        changed(
+            FOUR_BAR,
+            loads={
+                "r": {
+                    "on": "coupler-rocker",
+                    "friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1, "radius": 1e-2},
+                }
+            },
+        ),
+        "loads.r.on: coupler-rocker has clearance",
+    ),
+    "no radius": (
+        changed(
+            FOUR_BAR,
+            loads={"r": {"on": "rocker-ground", "friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1}}},
+        ),
+        "loads.r.friction.radius: is missing; friction in a pin is a couple",
+    ),
+    "friction with a memory": (
+        changed(FOUR_BAR, loads={"r": {"on": "rocker-ground", "friction": {"law": "lugre"}}}),
+        "loads.r.friction.law: unknown law 'lugre'",
+    ),
+}
+
+
+@pytest.mark.parametrize(("source", "sentence"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_told(source, sentence):
+    assert any(problem.startswith(sentence) for problem in told(source)), told(source)
+
+
+def test_every_number_of_a_load_and_of_a_body_can_be_swept():
+    source = changed(PLANAR, loads={"press": {"on": "slider", "force": ["-1 kN", 0]}})
+    source["sweep"] = {
+        "loads.press.force.0": ["-1 kN", "-2 kN"],
+        "mechanism.bodies.rod.mass": [0.1, 0.2],
+        "mechanism.bodies.rod.points.small.0": ["120 mm", "121 mm"],
+    }
+    cases = grid.load(source, CATALOGUE)
+    assert len({cases.case_id(k) for k in range(len(cases))}) == 8
+    assert [load.values["force.0"] for load in (cases.case(0).loads[0], cases.case(7).loads[0])] == [-1e3, -2e3]
+
+
+def test_new_keys_are_no_part_of_a_case_that_does_not_use_them():
+    written = grid.load(SLIDER_CRANK, CATALOGUE).written_case(0)
+    assert set(written) == {"mechanism", "drive", "joints", "simulate", "save"}
+    assert set(written["drive"]) == {"speed"}
+    assert set(written["mechanism"]["slider"]) == {"mass"}
+    assert "time_limit" not in written["simulate"]
+
+
+def test_only_what_is_general_is_built_as_a_planar_machine():
+    plain = mechanism_of(grid.load(SLIDER_CRANK, CATALOGUE).case(0))
+    offset = mechanism_of(grid.load(changed(SLIDER_CRANK, mechanism__slider__offset="5 mm"), CATALOGUE).case(0))
+    assert plain.build is not None
+    assert offset.build is None
+
+
+def test_loads_and_drives_come_to_a_machine_in_its_own_words():
+    loads = {
+        "press": {"on": "slider", "force": ["-1 kN", "2 N"], "torque": 3},
+        "gas": {"on": "slider", "table": GAS, "scale": 2},
+        "spring": {"between": ["ground", "slider"], "anchor": ["300 mm", 0], "stiffness": "2 kN/m", "damping": 5},
+    }
+    source = changed(SLIDER_CRANK, loads=loads, drive={"torque": 5, "initial_speed": "300 rpm", "inertia": 0.1})
+    made = machine_of(source)
+    press, gas, spring = made.loads
+    assert press == Push("press", ("slider", "pin"), -1000.0, 2.0, 3.0)
+    assert isinstance(gas, Tabled)
+    assert (gas.over, gas.scale, list(gas.fx)) == ("angle", 2.0, [0.0, -1000.0, 0.0])
+    assert isinstance(spring, Spring)
+    assert made.bodies["ground"].points[spring.first.point] == (0.3, 0.0)
+    assert made.drive == Motor(5.0, math.inf, pytest.approx(300 * RPM), 0.1, 0.0)
+
+
+@pytest.mark.parametrize(("branch", "side"), [("open", 1.0), ("crossed", -1.0)])
+def test_the_branches_of_a_four_bar_lie_on_either_side(branch, side):
+    case = grid.load(changed(FOUR_BAR, mechanism__branch=branch, drive__start_angle="70 deg"), CATALOGUE).case(0)
+    sketch = simulation.sketch(case)
+    places = {joint.name: joint.place for joint in sketch.joints}
+    pin, pivot, coupler = places["crank-coupler"], places["rocker-ground"], places["coupler-rocker"]
+    along, to = pivot - pin, coupler - pin
+    assert side * (along[0] * to[1] - along[1] * to[0]) > 0.0
+    assert math.dist(pin, coupler) == pytest.approx(0.12, rel=1e-12)
+    assert math.dist(pivot, coupler) == pytest.approx(0.10, rel=1e-12)
+
+
+def test_a_linkage_that_cannot_turn_is_refused_with_body_and_angle():
+    source = changed(FOUR_BAR, mechanism__ground__length="60 mm")
+    with pytest.raises(InputError, match=r"mechanism\.(crank|coupler|rocker): .* at crank angle [\d.]+ deg"):
+        simulation.load_case(source)
+
+
+def test_the_revolutions_of_a_speed_table_end_where_its_angle_says():
+    course = followed(Course(times=_array(0.0, 1.0, 3.0), speeds=_array(0.0, 10.0, 4.0)))
+    assert course.at(5.0 / (2.0 * math.pi)) == pytest.approx(1.0, rel=1e-12)
+    assert course.at(19.0 / (2.0 * math.pi)) == pytest.approx(3.0, rel=1e-12)
+    assert course.at(23.0 / (2.0 * math.pi)) == pytest.approx(4.0, rel=1e-12)
+    turns = 1.25 / (2.0 * math.pi)  # after half a second, at half of the acceleration
+    assert course.at(turns) == pytest.approx(0.5, rel=1e-12)
+
+
+def _array(*values):
+    import numpy as np
+
+    return np.array(values)
+
+
+def test_the_picture_names_every_body_joint_and_load(tmp_path):
+    file = tmp_path / "grid.yaml"
+    file.write_text(json.dumps(changed(FOUR_BAR, loads={"brake": {"on": "rocker", "torque": -3}})))
+    text = pictures.draw(file, tmp_path / "mechanism.svg").read_text()
+    for name in ("crank", "coupler", "rocker", "ground-crank", "coupler-rocker (open)", "brake"):
+        assert f">{name}<" in text
+    assert pictures.draw(file, tmp_path / "mechanism.png").stat().st_size > 5_000
