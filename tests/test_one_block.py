@@ -1,4 +1,4 @@
-"""A law is one block: entered here, it is known to the grid, to `clearsweep laws` and to a run, with no other edit."""
+"""A law is one block: entered here, it is known to the grid, to `clearsweep list` and to a run, with no other edit."""
 
 import os
 import subprocess

@@ -9,12 +9,18 @@ from ..mechanics.joint.registry import text as laws_text
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from ..results import Trajectory
-from .scene import build, catalogue, derived, ideal_motion, load_case, signature, warnings
+from .ideal import ideal_motion, ideal_peaks
+from .scene import build, catalogue, derived, load_case, signature, warnings
+from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .trajectory import compile_for, simulate
 
 __all__ = [
     "FINEST",
     "IdealMotion",
+    "Sketch",
+    "SketchedBody",
+    "SketchedJoint",
+    "SketchedLoad",
     "build",
     "catalogue",
     "compile_for",
@@ -22,6 +28,7 @@ __all__ = [
     "elastic_choices",
     "elastic_forces",
     "ideal_motion",
+    "ideal_peaks",
     "laws_text",
     "load",
     "load_case",
@@ -29,6 +36,7 @@ __all__ = [
     "restitution",
     "signature",
     "simulate",
+    "sketch",
     "solve",
     "warnings",
 ]

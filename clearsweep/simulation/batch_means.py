@@ -15,6 +15,7 @@ import numpy as np
 from ..layout import Layout
 from ..mechanics.solver.event import Work
 from .figures import column_of
+from .window import by_joint
 
 LEAST, MOST = 8, 32  # blocks: with fewer the interval itself is a guess; with more they need be no shorter
 
@@ -35,6 +36,7 @@ class Blocks:
     """What some figures of a scene sum up to, at the ends of the blocks of a run that is under way."""
 
     def __init__(self, layout: Layout, figures: Iterable[str]):
+        self.layout = layout
         self.figures = {name: column_of(layout, name) for name in figures}
         # time (s) and figure -> its sums, at the start of the first block and the end of every one
         self.ends: list[tuple[float, dict[str, Any]]] = []
@@ -45,7 +47,9 @@ class Blocks:
         ends = self.turns % self.stride == 0
         self.turns += 1
         if ends:
-            sums = {name: figure.sums.take(work.tally, place) for name, (figure, place) in self.figures.items()}
+            whole: Any = work.tally  # mypy takes it for a tuple of anything
+            tally = by_joint(whole, self.layout)
+            sums = {name: figure.sums.take(tally, place) for name, (figure, place) in self.figures.items()}
             self.ends.append((float(work.y[work.time]), sums))
             if len(self.ends) > MOST + 1:
                 del self.ends[1::2]

@@ -1,7 +1,7 @@
 """The figures of merit: one block each, with all there is to say of it and its formula over what was summed up.
 
-To add one is to add its block; its column, its unit in every file, `until`, `limits`, the JSON Schema, the tables of
-reports and documents follow from that.  The order is that of the columns.
+To add one is to add its block; columns, units, `until`, `limits`, the JSON Schema, all tables follow from that.  The
+order is that of the columns.
 """
 
 import math
@@ -13,9 +13,9 @@ import numpy as np
 from ..catalogue import Figure, Shown
 from ..layout import Layout
 from ..mechanics.joint.wear.contract import ARCS, FIRST_CLASS, NARROW, WIDE, class_width
-from ..mechanics.mechanism.contract import largest_reactions
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
+from .ideal import ideal_peaks
 from .sums import DepthRate, ForceExceeded, Mean, PerRevolution, RootMean
 from .window import Window
 
@@ -56,23 +56,25 @@ def narrow_arcs(window: Window, place: int) -> float:
 def bins_enough(window: Window, place: int) -> int:
     """Return how many bins make all but 5 % of the worn volume that of arcs of five bins or more, 0 without wear."""
     by_width = window.tally.account[place, FIRST_CLASS:]
-    if not by_width.any():
-        return 0
     narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
-    return int(np.ceil(WIDE * 2.0 * math.pi / class_width(narrowest)))
+    return int(np.ceil(WIDE * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
 
 
 def restitution(window: Window, place: int) -> float | None:
     """Return the mean of rebound over approach speed, None where nothing rebounded."""
-    counted = window.tally.joint[place, tallies.REBOUNDS]
-    return window.tally.joint[place, tallies.RESTITUTION] / counted if counted else None
+    joint = window.tally.joint[place]
+    return joint[tallies.RESTITUTION] / joint[tallies.REBOUNDS] if joint[tallies.REBOUNDS] else None
 
 
 def ideal_peak(window: Window, place: int) -> float:
     """Return the largest reaction (N) in the mechanism without clearance."""
-    assert window.case.drive is not None  # asked of mechanisms that turn
-    bodies, speed = window.case.mechanism.values, window.case.drive.speed
-    return largest_reactions(window.mechanism, bodies, speed)[window.case.joints[place].name]
+    return ideal_peaks(window.case)[window.case.joints[place].name]
+
+
+def crank_speed(name: str, text: str, column: int) -> Figure:
+    """Return the figure of a speed of a free crank: `text` of it."""
+    value, shown = largest(column, "case"), (Shown("output", f"crank speed {name}", 5),)
+    return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=shown)
 
 
 JOINT = (
@@ -275,6 +277,8 @@ MECHANISM = (
             Shown("effects", "{output} error", 5),
         ),
     ),
+    crank_speed("min", "least speed", tallies.SPEED_MIN),
+    crank_speed("max", "largest speed", tallies.SPEED_MAX),
     Figure(
         "crank_torque_peak",
         "N*m",
@@ -347,12 +351,7 @@ RESIDUAL = Figure(
 #: What a case took, also one that failed; runs beside it are added.
 COST = (
     Figure(
-        "steps",
-        "1",
-        "accepted steps",
-        value=lambda window, _: window.counts[events.STEPS],
-        kind="int",
-        differs=False,
+        "steps", "1", "accepted steps", value=lambda window, _: window.counts[events.STEPS], kind="int", differs=False
     ),
     Figure(
         "steps_rejected",

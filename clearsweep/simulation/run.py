@@ -31,6 +31,7 @@ from ..mechanics.solver import event as events
 from . import watch
 from .lyapunov import Perturbed
 from .scene import Scene
+from .turning import PATIENCE, knots_of
 from .watch import Watcher
 
 #: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
@@ -55,7 +56,8 @@ def period(scene: Scene) -> float:
 class Run:
     """The buffers of one integration and what it came to."""
 
-    def __init__(self, scene: Scene, times: np.ndarray):
+    def __init__(self, scene: Scene, times: np.ndarray, *, turned: bool = False):
+        """Prepare for reports at `times` (s), or where a free crank has `turned` as far (rad)."""
         value, joints = scene.value, scene.value.joints
         self.value, self.deadline = value, scene.deadline
         contacts, internal = every_contact(joints), every_internal_state(joints)
@@ -75,12 +77,16 @@ class Run:
             wear=np.zeros(2 * len(joints) * bins),
             account=np.zeros((len(joints), ACCOUNT)),
         )
-        self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))))
+        moment = 2 * len(value.coordinates)
+        along = 0 if scene.turning.free else moment
+        self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))), along if turned else moment)
         self.work = events.Work(
             rates=rates_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if worn else NO_ENTRY,
-            time=2 * len(value.coordinates),
+            time=moment,
+            along=along,
+            knots=knots_of(scene.machine),
             reference_rate=value.reference_rate,
             sigma=value.sigma,
             longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
@@ -132,7 +138,7 @@ class Run:
                 self.work.slopes[:] = slopes_of(self.value, self.parameters)
             elif status == loop.PAUSED and time.process_time() >= self.deadline:
                 return TIME_BUDGET, np.concatenate(logs)
-            elif status != loop.PAUSED or self.work.y[self.work.time] >= control.pause:
+            elif status != loop.PAUSED or self.work.y[self.work.along] >= control.pause:
                 return status, np.concatenate(logs)
 
     def spent(self, other: "Run") -> None:
@@ -177,16 +183,18 @@ def _scale(scene: Scene, contacts: int, internal: list[float]) -> np.ndarray:
     return np.concatenate([place, rate, [moment], root, tolerance * np.array(internal)])
 
 
-def integrated(scene: Scene, times: np.ndarray, end: float, watchers: Sequence[Watcher] = ()) -> Run:
-    """Return the integration of a scene up to `end` (s), reported at `times` (s)."""
-    run = Run(scene, times)
+def integrated(
+    scene: Scene, times: np.ndarray, end: float, watchers: Sequence[Watcher] = (), *, turned: bool = False
+) -> Run:
+    """Return the integration of a scene up to `end` (s; rad where the crank is free), reported at `times` as Run is."""
+    run = Run(scene, times, turned=turned)
     keep_events = scene.case.save.orbits != "none" or times.size > 0
     integrate(scene, run, end, keep_events=keep_events, watchers=watchers)
     return run
 
 
 def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers: Sequence[Watcher] = ()) -> None:
-    """Integrate a scene up to `end` (s), in the eyes of `watchers`, see `watch`."""
+    """Integrate a scene up to `end` (s; rad where the crank is free), in the eyes of `watchers`, see `watch`."""
     control = control_of(scene, end, keep_events=keep_events)
     if not scene.layout.horizon:
         call(run, control, scene, watchers)
@@ -200,10 +208,10 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
 
 
 def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
-    """Return how to integrate a scene up to `end` (s)."""
+    """Return how to integrate a scene up to `end` (s; rad where the crank is free)."""
     settings = scene.case.simulate
-    turning = scene.mechanism.turns
-    window = settings.discard * period(scene) if turning else 0.0
+    turning, free = scene.mechanism.turns, scene.turning.free
+    window = scene.turning.at(settings.discard) if turning else 0.0
     units = max(settings.revolutions, 1.0) if turning else settings.impacts
     return loop.Control(
         window=window,
@@ -213,6 +221,8 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
         event_budget=min(int(settings.event_budget * units), MOST),
         method=_METHODS[settings.method],
         keep_events=keep_events,
+        limit=settings.time_limit if free else math.inf,
+        patience=PATIENCE * period(scene) if free else math.inf,
     )
 
 
@@ -221,8 +231,7 @@ def call(run: Run, control: loop.Control, scene: Scene, watchers: Sequence[Watch
     if control.method == events.IMPLICIT and run.work.ahead[0] == 0.0:
         run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     if watchers:
-        discard, turn = scene.case.simulate.discard, period(scene)
-        run.status, run.events = watch.drive(control, run, discard, turn, watchers)
+        run.status, run.events = watch.drive(control, run, scene.case.simulate.discard, scene.turning.at, watchers)
     else:
         run.status, run.events = run.go(control)
     run.counts += run.work.counts

@@ -13,13 +13,15 @@ from ..case import Case, Joint
 from ..catalogue import Catalogue, Figure, Mechanism
 from ..errors import InputError
 from ..layout import Layout, Parts, parts_of
+from ..machine import Machine
 from ..mechanics import rates
-from ..mechanics.joint import dry, registry
-from ..mechanics.joint.contract import every_internal_state
+from ..mechanics.joint import registry
+from ..mechanics.joint.contract import every_contact, every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
-from ..mechanics.mechanism import MECHANISMS
-from ..mechanics.mechanism.contract import Built, IdealMotion
-from . import figures
+from ..mechanics.mechanism import MECHANISMS, planar
+from ..mechanics.mechanism.contract import Built
+from . import figures, turning
+from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with what they were made of
 _WEAR_WARNING = 1e-2  # of coefficient times hardness
@@ -37,6 +39,8 @@ class Scene:
     layout: Layout
     start: np.ndarray  # (n,) initial state, see mechanics.rates
     in_contact: bool  # all joints begin in contact
+    machine: Machine | None  # it is built of; None: the mechanism has its own equations
+    turning: turning.Steady | turning.Followed | turning.Free
     deadline: float = math.inf  # s of this process's time, at which the case is given up
 
 
@@ -70,22 +74,45 @@ def layout_of(case: Case) -> Layout:
 
 def build(case: Case) -> Scene:
     """Return the scene of a resolved case.  Raises InputError where it cannot start as asked."""
-    mechanism, bodies = MECHANISMS[case.mechanism.type], case.mechanism.values
-    drive = case.drive.speed if case.drive else None
+    mechanism = mechanism_of(case)
+    machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
     joints = {joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal) for joint in case.joints}
-    offsets, roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(joints))
-    if case.simulate.start == "seated":
-        assert mechanism.ideal is not None  # the grid knows `start` for mechanisms that have one
-        offsets, roots = _seated(mechanism.ideal(bodies, drive, 0.0).reactions, joints)
-    built = mechanism.build(bodies, drive, joints, offsets)
     terms = tuple(joints.values())
+    offsets, roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms)))
+    if case.simulate.start == "seated":
+        ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
+        assert ideal is not None  # the grid knows `start` for mechanisms that have one
+        offsets, roots = _seated(ideal.reactions, joints)
+    built = _built(case, mechanism, machine, joints, offsets)
     sigma = math.sqrt(min(term.clearance for term in terms))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.concatenate([built.start, roots, [began for _, _, began in every_internal_state(terms)]])
-    return Scene(case, mechanism, built, value, layout_of(case), start, bool(np.any(roots)))
+    layout, along = layout_of(case), turning.turning_of(machine, 2.0 * math.pi / built.rate)
+    return Scene(case, mechanism, built, value, layout, start, bool(np.any(roots)), machine, along)
 
 
-def _seated(reactions: Mapping[str, np.ndarray], joints: dict[str, dry.Joint]) -> tuple[dict, np.ndarray]:
+def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: dict, offsets: dict) -> Built:
+    """Return the mechanism of a case with its clearances; raise InputError where it cannot be put together."""
+    built: Built
+    try:
+        if machine is not None:
+            built = planar.build(machine, joints, offsets)
+        else:
+            assert mechanism.build is not None  # what is built of no machine has equations of its own
+            speed = case.drive.speed if case.drive else None
+            built = mechanism.build(case.mechanism.values, speed, joints, offsets)
+    except planar.ClosureError as error:
+        body = f"bodies.{error.body}" if case.outline.bodies else error.body
+        raise InputError(
+            f"mechanism.{body}: {error} at crank angle {math.degrees(error.angle):.6g} deg; change lengths, or start "
+            "angles near which its loops are closed"
+        ) from error
+    except planar.MobilityError as error:
+        raise InputError(f"mechanism: {error}") from error
+    return built
+
+
+def _seated(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
     """Return where the distal pin of each joint starts relative to the proximal one, and the penetrations' roots.
 
     It is displaced along the load (N) of the ideal mechanism to static penetration.
@@ -126,7 +153,7 @@ def signature(case: Case) -> tuple:
         )
         for joint in case.joints
     )
-    return case.mechanism.type, joints
+    return case.mechanism.type, case.outline, joints
 
 
 def _types(term: tuple) -> str:
@@ -140,12 +167,6 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
     return {
         f"joints.{joint.name}.{key}": value for joint in case.joints for key, value in registry.derived(joint).items()
     }
-
-
-def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
-    """Return a case's mechanism without clearance at angles (rad) of its drive; None where it has no ideal."""
-    ideal = MECHANISMS[case.mechanism.type].ideal
-    return ideal(case.mechanism.values, case.drive.speed, angles) if ideal and case.drive else None
 
 
 def warnings(case: Case) -> list[str]:

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,17 +15,17 @@ from ..grid import check_memory, history_bytes
 from ..layout import DIFFERENCE, Layout
 from ..mechanics.joint import registry
 from ..mechanics.observe.record import Record
-from ..mechanics.observe.tally import ONSETS
+from ..mechanics.observe.tally import ONSETS, OPENED
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
 from ..validity import UNCHECKED, Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
 from .figures import COST, figures_of
-from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, period
+from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates
 from .scene import Scene, build
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
-from .window import Window, wear_of
+from .window import Window, by_joint, wear_of
 
 _STATUS = {
     loop.OK: ("ok", ""),
@@ -51,6 +51,15 @@ _STATUS = {
         "step-underflow",
         "no step is small enough at {time:.6g} s; a looser tolerance may help, or a force law without jumps",
     ),
+    loop.TIME_LIMIT: (
+        "time-limit",
+        "took {time:.6g} s of motion{whole}, as long as it may; simulate.time_limit allows more",
+    ),
+    loop.STALLED: (
+        "stalled",
+        "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank does not get through; more torque, a "
+        "flywheel or a larger initial speed help, or smaller loads",
+    ),
 }
 
 
@@ -74,9 +83,15 @@ def simulate(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Wa
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
     """Return the trajectory of a scene whose length is given."""
     turning = scene.mechanism.turns
-    end = scene.case.simulate.revolutions * period(scene) if turning else math.inf
+    end = scene.turning.at(scene.case.simulate.revolutions) if turning else math.inf
+    if math.isinf(end) and turning:
+        raise InputError(
+            f"drive.speed.table: the crank comes to rest before {scene.case.simulate.revolutions:.6g} revolutions; let "
+            "it go on, or write fewer simulate.revolutions"
+        )
+    turned = scene.turning.free and times is None
     if times is not None:
-        reported = checked_times(times, end)
+        reported = checked_times(times, math.inf if scene.turning.free else end)
     elif scene.case.save.orbits == "none":
         reported = np.empty(0)
     elif not turning:  # its duration is known afterwards
@@ -84,8 +99,25 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
-        reported = sampling_times(scene.case, period(scene), end)
-    return _trajectory(scene, integrated(scene, reported, end, watchers), end)
+        reported = sampling_times(scene.case, scene.turning.at)
+    run = integrated(scene, reported, end, watchers, turned=turned)
+    if scene.turning.free and times is not None and run.status == loop.OK:
+        finish_samples(scene, run)
+    return _trajectory(scene, run, end)
+
+
+def finish_samples(scene: Scene, run: Run) -> None:
+    """Report the end of a free crank's run at the times that are asked for there, which was not known before.
+
+    Raises InputError for times beyond it.
+    """
+    last, times = float(run.work.end[run.work.time]), run.record.times
+    if times.size and times[-1] > last * (1.0 + 1e-9):
+        raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {last:.6g} s")
+    times[:] = np.minimum(times, last)
+    run.work.y[:] = run.work.end
+    run.work.ahead[0] = 0.0
+    loop.integrate(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0), run.work)
 
 
 def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) -> Trajectory:
@@ -93,34 +125,41 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
 
     What is reported comes from a second run over that stretch, the same to the last bit, as its times were not known.
     """
-    settings, turn, orbits = scene.case.simulate, period(scene), scene.case.save.orbits
+    settings, at, orbits = scene.case.simulate, scene.turning.at, scene.case.save.orbits
     whole = _changed(scene, revolutions=longest(settings))
-    end = whole.case.simulate.revolutions * turn
-    run = Run(scene, marks(settings, turn))
+    end = at(whole.case.simulate.revolutions)
+    run = Run(scene, marks(settings, at), turned=True)
     watch = Until(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
     integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
-    run.record = Record(np.empty(0), np.empty(0))
+    run.record = Record(np.empty(0), np.empty(0), run.record.along)
     if run.status != loop.OK:
         return _trajectory(whole, run, end)
     settled = _changed(scene, revolutions=watch.revolutions)
-    end = watch.revolutions * turn
+    end = at(watch.revolutions)
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, watch.revolutions))
-        reported = sampling_times(settled.case, turn, end) if times is None else checked_times(times, end)
-        _retrace(settled, run, reported, end, watch.starts)
+        last = math.inf if scene.turning.free else end
+        again = Run(
+            scene,
+            sampling_times(settled.case, at) if times is None else checked_times(times, last),
+            turned=times is None,
+        )
+        _retrace(settled, run, again, end, watch.starts)
     trajectory = _trajectory(settled, run, end)
     trajectory.summary.update(watch.figures())
     return trajectory
 
 
-def _retrace(scene: Scene, run: Run, times: np.ndarray, end: float, starts: Iterable[Moment]) -> None:
-    """Record the motion of a run at `times`, from the last of its `starts` before them or from the beginning."""
-    again = Run(scene, times)
-    before = [start for start in starts if times.size and start["y"][run.work.time] <= times[0]]
+def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Moment]) -> None:
+    """Record the motion of a run in `again`, from the last of its `starts` before or from the beginning."""
+    times, along = again.record.times, again.record.along
+    before = [start for start in starts if times.size and start["y"][along] <= times[0]]
     if before:
         go_to(before[-1], again.work)
     call(again, control_of(scene, end, keep_events=False), scene)
+    if scene.turning.free and along == again.work.time and again.status == loop.OK:
+        finish_samples(scene, again)
     run.status, run.record = again.status, again.record
     run.spent(again)
 
@@ -158,18 +197,20 @@ def _differ(summary: dict, tighter: dict) -> None:
 def compile_for(case: Case) -> None:
     """Compile, or load from the cache, the code of a case by running its first moment; stiff motion may take more."""
     scene = build(case)
-    end = 1e-3 / scene.value.reference_rate
+    end = scene.turning.at(1e-3 / (2.0 * math.pi))
     bare = case.save.orbits == "none" and not scene.layout.until
     integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
 
 
 def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration came to."""
-    reached = run.work.y[run.work.time] if run.status != loop.OK else end
     status, text = _STATUS[run.status]
     whole = f" of {end:.6g} s" if math.isfinite(end) else ""
+    if scene.turning.free:
+        whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
     message = text.format(
-        time=reached,
+        time=run.work.y[run.work.time],
+        turned=(run.work.y[run.work.along] - scene.turning.at(0.0)) / (2.0 * math.pi),
         whole=whole,
         events=int(run.work.counts[events.EVENTS]),
         steps=int(run.work.counts[events.STEPS]),
@@ -230,7 +271,7 @@ def nonsense(scene: Scene, run: Run, summary: Mapping[str, Any]) -> tuple[str, .
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     """Return the event log of a run, (events, 5), as a structured array."""
     found = np.empty(len(log), EVENT_DTYPE)
-    names = np.array([joint.name for joint in layout.joints])
+    names = np.array(layout.contacts)
     found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
     found["joint"] = names[log[:, 1].astype(int)]
     found["kind"] = np.where(log[:, 2] == loop.ONSET, "on", "off")
@@ -245,14 +286,23 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         mechanism=scene.mechanism,
         layout=scene.layout,
         joints=scene.value.joints,
-        tally=run.tally,
+        tally=by_joint(run.tally, scene.layout),
         wear=wear_of(scene.layout, run.tally),
         counts=run.counts,
         seconds=run.duration,
-        duration=end - settings.discard * period(scene) if turning else run.work.end[run.work.time],
+        duration=_duration(scene, run, end),
         turns=settings.revolutions - settings.discard if turning else 1.0,
         onset=onset_rates(run),
     )
+
+
+def _duration(scene: Scene, run: Run, end: float) -> float:
+    """Return how long (s) the window of an integration up to `end` is."""
+    if not scene.mechanism.turns:
+        return float(run.work.end[run.work.time])
+    if scene.turning.free:
+        return float(run.work.end[run.work.time] - run.tally.whole[OPENED])
+    return end - scene.turning.at(scene.case.simulate.discard)
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:
@@ -266,17 +316,17 @@ def checked_times(times: ArrayLike, end: float) -> np.ndarray:
     return within
 
 
-def sampling_times(case: Case, turn: float, end: float) -> np.ndarray:
-    """Return the times (s) of a case's own sampling: k / samples of a `turn` (s), both ends of the stretch included."""
+def sampling_times(case: Case, at: Callable[[float], float]) -> np.ndarray:
+    """Return where a case is sampled: at k / samples of a revolution, both ends of the stretch included."""
     save, revolutions = case.save, case.simulate.revolutions
     first = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
     count = np.arange(first, math.floor(revolutions * save.samples + 1e-9) + 1)
-    return np.minimum(count / save.samples * turn, end)
+    return np.minimum([at(turns) for turns in count / save.samples], at(revolutions))
 
 
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return what integrating a slider-crank takes: steps, rejected ones, evaluations, those that locate events."""
-    counts = integrated(scene, np.empty(0), scene.case.simulate.revolutions * period(scene)).work.counts
+    counts = integrated(scene, np.empty(0), scene.turning.at(scene.case.simulate.revolutions)).work.counts
     places = {
         "steps": events.STEPS,
         "steps_rejected": events.REJECTED,

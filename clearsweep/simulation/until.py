@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
@@ -16,10 +17,10 @@ LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be re
 RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
 
 
-def marks(settings: Simulate, turn: float) -> np.ndarray:
-    """Return the times (s) to pause at once a revolution, always at the same crank angle, within the longest run."""
+def marks(settings: Simulate, at: Callable[[float], float]) -> np.ndarray:
+    """Return where to pause once a revolution, always at the same crank angle, within the longest run."""
     count = math.ceil(longest(settings) - settings.discard - 1e-9)
-    return np.array([mark(k, settings.discard, turn) for k in range(1, count + 1)])
+    return np.array([mark(k, settings.discard, at) for k in range(1, count + 1)])
 
 
 class Until:

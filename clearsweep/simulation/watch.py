@@ -5,7 +5,7 @@ of a plain run of the same length.
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -39,32 +39,32 @@ class Watcher(Protocol):
 
 
 def drive(
-    control: loop.Control, run: Pausing, discard: float, turn: float, watchers: Sequence[Watcher]
+    control: loop.Control, run: Pausing, discard: float, at: Callable[[float], float], watchers: Sequence[Watcher]
 ) -> tuple[int, np.ndarray]:
     """Return the status and the events of an integration that its `watchers` look at on the way.
 
-    discard : revolutions after which they begin, each of which takes `turn` (s).
+    discard : revolutions after which they begin; at : revolutions -> where they end, see `turning`.
     """
     work, logs, parts = run.work, [], max(watcher.parts for watcher in watchers)
     for k in itertools.count():
-        pause = mark(k / parts, discard, turn)
+        pause = mark(k / parts, discard, at)
         if pause >= control.end:
             break
         status, log = run.go(control._replace(pause=pause))
         logs.append(log)
         if status != loop.PAUSED:
             return status, np.concatenate(logs)
-        end = (discard + k // parts) * turn
+        end = at(discard + k // parts)
         enough = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]
-        if any(enough) and work.y[work.time] < end:
+        if any(enough) and work.y[work.along] < end:
             control = control._replace(end=end)
     status, log = run.go(control)
     return status, np.concatenate([*logs, log])
 
 
-def mark(turns: float, discard: float, turn: float) -> float:
-    """Return the time (s) to pause at, so many turns after the first `discard` ones: LEAD before, save at the start."""
-    return (discard + turns - LEAD if turns else discard) * turn
+def mark(turns: float, discard: float, at: Callable[[float], float]) -> float:
+    """Return where to pause so many turns after the first `discard` ones: LEAD before, save at the start."""
+    return at(discard + turns - LEAD if turns else discard)
 
 
 def moment_of(work: Work) -> Moment:

@@ -10,8 +10,18 @@ from ..catalogue import Mechanism
 from ..layout import Layout
 from ..mechanics.joint import dry
 from ..mechanics.joint.wear.contract import FINEST
-from ..mechanics.observe.tally import Tally
+from ..mechanics.observe.tally import (
+    APPROACH,
+    BEYOND_TIME,
+    CONTACT_TIME,
+    DEPTH_MAX,
+    FORCE_MAX,
+    ONSET_MAX,
+    PEAK,
+    Tally,
+)
 
+LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # columns of Tally.joint
 FEW = 4  # bins taken from beyond the seam, where a turn begins anew
 
 
@@ -29,6 +39,22 @@ class Window(NamedTuple):
     duration: float  # s
     turns: float  # revolutions; 1 where nothing turns
     onset: np.ndarray  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
+
+
+def by_joint(tally: Tally, layout: Layout) -> Tally:
+    """Return what was summed up contact by contact as joint by joint: of a guide what its corners come to together.
+
+    Counts, squares and histograms are added; of what is largest, and of times in contact, the largest counts.
+    """
+    if not any(joint.corners for joint in layout.joints):
+        return tally
+    ends = np.cumsum([len(joint.contacts) for joint in layout.joints])
+    rows = [slice(end - len(joint.contacts), end) for end, joint in zip(ends, layout.joints, strict=True)]
+    joints = np.array([tally.joint[row].sum(axis=0) for row in rows])
+    for column in LARGEST:
+        joints[:, column] = [tally.joint[row, column].max() for row in rows]
+    time, ramp = (np.array([part[row].sum(axis=0) for row in rows]) for part in (tally.time, tally.ramp))
+    return tally._replace(joint=joints, time=time, ramp=ramp)
 
 
 def finer(depths: np.ndarray, bins: int) -> np.ndarray:

@@ -169,7 +169,7 @@ def datasets(form: Form) -> tuple[Dataset, ...]:
 
 
 def _event_datasets(layout: Layout) -> list[Dataset]:
-    joints = h5py.enum_dtype({joint.name: code for code, joint in enumerate(layout.joints)}, basetype="i1")
+    joints = h5py.enum_dtype({name: code for code, name in enumerate(layout.contacts)}, basetype="i1")
     kinds = h5py.enum_dtype({kind: code for code, kind in enumerate(results.EVENT_KINDS)}, basetype="i1")
     return [
         Dataset("events/t", np.dtype("f8"), "s", "time of the event", EVENT),

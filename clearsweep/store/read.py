@@ -126,7 +126,7 @@ class StoredRun:
         """Return the contact events of one case as a DataFrame: t (s), joint, kind, rate (m/s), force_peak (N)."""
         frame = self._frame(case_id, EVENT, [f"events/{name}" for name in results.EVENT_DTYPE.names or ()])
         frame = frame.rename(columns=lambda name: name.removeprefix("events/"))
-        frame["joint"] = frame["joint"].map(dict(enumerate(joint.name for joint in self.layout.joints)))
+        frame["joint"] = frame["joint"].map(dict(enumerate(self.layout.contacts)))
         frame["kind"] = frame["kind"].map(dict(enumerate(results.EVENT_KINDS)))
         frame.attrs["units"] = {"t": "s", "joint": "", "kind": "", "rate": "m/s", "force_peak": "N"}
         return frame

@@ -1,0 +1,74 @@
+"""The mechanism of a case without clearance: its motion and its largest reactions."""
+
+import functools
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..case import Case
+from ..catalogue import Mechanism
+from ..machine import Machine
+from ..mechanics.mechanism import MECHANISMS, planar
+from ..mechanics.mechanism.contract import STEPS, IdealMotion, largest_reactions, peak_of
+
+
+def mechanism_of(case: Case) -> Mechanism:
+    """Return the mechanism of a case, with all that its grid names."""
+    mechanism: Mechanism = MECHANISMS[case.mechanism.type]
+    if mechanism.outlined:
+        mechanism = mechanism.outlined(case.outline)
+    return mechanism
+
+
+def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
+    """Return a case's mechanism without clearance at angles (rad) of its drive; None where it has no ideal."""
+    mechanism = mechanism_of(case)
+    if mechanism.machine and not mechanism.build:
+        return planar.ideal(mechanism.machine(case), angles)
+    if mechanism.ideal is None or case.drive is None:
+        return None
+    motion: IdealMotion = mechanism.ideal(case.mechanism.values, case.drive.speed, angles)
+    return motion
+
+
+def ideal_peaks(case: Case) -> Mapping[str, float]:
+    """Return the largest reaction (N) of each joint of a case without clearance; none where it has no ideal."""
+    mechanism = mechanism_of(case)
+    if mechanism.build or not mechanism.machine:
+        return largest_reactions(mechanism, case.mechanism.values, case.drive.speed) if case.drive else {}
+    machine = mechanism.machine(case)
+    first, last = _stretch(case)
+    count = max(round(STEPS * (last - first)), 2)
+    angles = machine.drive.start_angle + 2.0 * math.pi * (first + (last - first) * np.arange(count) / count)
+    return _peaks(repr(machine), angles.tobytes(), _Asked(machine))
+
+
+def _stretch(case: Case) -> tuple[float, float]:
+    """Return the revolutions within which a case without clearance is looked at: all that repeats, else the window."""
+    tables = [load.table for load in case.loads if load.table]
+    passing = case.outline.free or (case.drive is not None and case.drive.table is not None)
+    repeats = not passing and not any("time" in table for table in tables)
+    if not repeats:
+        return case.simulate.discard, case.simulate.revolutions
+    spans = [table["crank_angle"][-1] - table["crank_angle"][0] for table in tables]
+    return 0.0, float(max([1, *(round(span / (2.0 * math.pi)) for span in spans)]))
+
+
+class _Asked:
+    """A machine that is like any other, so that what is kept of it is found by what stands beside it alone."""
+
+    def __init__(self, machine: Machine):
+        self.machine = machine
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Asked)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
+def _peaks(machine: str, angles: bytes, asked: _Asked) -> Mapping[str, float]:
+    motion = planar.ideal(asked.machine, np.frombuffer(angles))
+    return {name: peak_of(forces) for name, forces in motion.reactions.items()}

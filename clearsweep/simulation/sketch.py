@@ -1,0 +1,128 @@
+"""Where the bodies of a mechanism are as it starts: what a picture of it is drawn from."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..case import Case
+from ..errors import InputError
+from ..machine import GROUND, Constant, Guide, Machine, Push, Rubbing, Spring
+from ..mechanics.mechanism import planar
+from ..mechanics.mechanism.planar.ideal import ideal_of
+from .ideal import mechanism_of
+
+
+class SketchedBody(NamedTuple):
+    """A body; places in m, in the fixed frame."""
+
+    name: str
+    points: np.ndarray  # (n, 2) where joints hold on to it
+    center: np.ndarray  # (2,) its centre of mass; of the ground its first point
+
+
+class SketchedJoint(NamedTuple):
+    """A joint; its place in m, in the fixed frame."""
+
+    name: str
+    place: np.ndarray  # (2,)
+    guide: float | None  # rad, direction of a guide; None: a pin
+    open: bool  # it has clearance
+    driven: bool
+    grounded: bool  # one of its bodies is the ground
+    slides: str = ""  # the body that a guide leads
+
+
+class SketchedLoad(NamedTuple):
+    """A load; places in m, in the fixed frame."""
+
+    name: str
+    place: np.ndarray  # (2,)
+    direction: np.ndarray | None  # (2,) unit vector of a force; None: it has no direction, or one that changes
+    anchor: np.ndarray | None = None  # (2,) the other end of a spring
+
+
+class Sketch(NamedTuple):
+    """A mechanism at its start, without clearance."""
+
+    bodies: tuple[SketchedBody, ...]
+    joints: tuple[SketchedJoint, ...]
+    loads: tuple[SketchedLoad, ...]
+    angle: float  # rad, of the crank
+
+
+def sketch(case: Case) -> Sketch | None:
+    """Return a case's mechanism as it starts; None where it is no machine.  Raises InputError where it cannot close."""
+    mechanism = mechanism_of(case)
+    if mechanism.machine is None:
+        return None
+    machine = mechanism.machine(case)
+    frames = _frames(machine)
+
+    def place(body: str, point: str) -> np.ndarray:
+        origin, angle = frames[body]
+        x, y = machine.bodies[body].points[point]
+        c, s = math.cos(angle), math.sin(angle)
+        moved: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
+        return moved
+
+    opened = {joint.name for joint in case.joints}
+    joints: list[SketchedJoint] = []
+    held: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
+    for joint in machine.joints:
+        ends = (joint.proximal, joint.distal)
+        guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
+        at = place(*joint.distal)
+        grounded = GROUND in (joint.proximal.body, joint.distal.body)
+        slides = joint.distal.body if guide is not None else ""
+        joints.append(
+            SketchedJoint(joint.name, at, guide, joint.name in opened, joint.name == machine.driven, grounded, slides)
+        )
+        for end in ends:
+            held[end.body].append(place(*end))
+    bodies = tuple(
+        SketchedBody(name, np.unique(np.round(held[name], 12), axis=0), _center(machine, frames, name))
+        for name in machine.bodies
+        if held[name]
+    )
+    loads = tuple(_load(load, place, joints) for load in machine.loads)
+    return Sketch(bodies, tuple(joints), loads, _start_angle(machine))
+
+
+def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
+    """Return the origin (2,) m and the angle (rad) of every body's frame at the start."""
+    still = machine._replace(drive=Constant(1.0, _start_angle(machine)), loads=())
+    try:
+        known = ideal_of(still)
+    except (planar.ClosureError, planar.MobilityError) as error:
+        raise InputError(f"mechanism: {error}") from error
+    frames = {GROUND: (np.zeros(2), 0.0)}
+    for name, (x, y, angle) in zip(known.closure.names, known.turn.q[0].reshape(-1, 3), strict=True):
+        c, s = math.cos(angle), math.sin(angle)
+        cx, cy = machine.bodies[name].center
+        frames[name] = (np.array([x - (c * cx - s * cy), y - (s * cx + c * cy)]), angle)
+    return frames
+
+
+def _center(machine: Machine, frames: dict, name: str) -> np.ndarray:
+    origin, angle = frames[name]
+    x, y = machine.bodies[name].center
+    c, s = math.cos(angle), math.sin(angle)
+    moved: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
+    return moved
+
+
+def _start_angle(machine: Machine) -> float:
+    drive: Any = machine.drive  # mypy takes it for a tuple of anything
+    return float(drive.start_angle)
+
+
+def _load(load: Any, place: Callable[[str, str], np.ndarray], joints: list[SketchedJoint]) -> SketchedLoad:
+    if isinstance(load, Rubbing):
+        return SketchedLoad(load.name, next(joint.place for joint in joints if joint.name == load.joint), None)
+    if isinstance(load, Spring):
+        return SketchedLoad(load.name, place(*load.second), None, place(*load.first))
+    force = np.array([load.fx, load.fy]) if isinstance(load, Push) else np.zeros(2)
+    size = float(np.hypot(*force))
+    return SketchedLoad(load.name, place(*load.at), force / size if size else None)

@@ -1,0 +1,91 @@
+"""What a run is measured along: where its revolutions begin and end, in time or in the angle of a free crank."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..machine import Course, Machine, Motor
+from ..mechanics.mechanism import planar
+
+PATIENCE = 100.0  # turns at the nominal speed during which a crank that is free may hardly move
+
+
+class Steady(NamedTuple):
+    """A crank at constant speed: time; also where nothing turns."""
+
+    turn: float  # s, that it takes for a revolution
+
+    @property
+    def free(self) -> bool:
+        """Return whether a run is measured along the angle of a free crank."""
+        return False
+
+    def at(self, revolutions: float) -> float:
+        """Return the time (s) after so many revolutions."""
+        return revolutions * self.turn
+
+
+class Followed(NamedTuple):
+    """A crank whose speed follows a table: time."""
+
+    times: np.ndarray  # (rows,) s, first row at 0 or before
+    speeds: np.ndarray  # (rows,) rad/s
+    angles: np.ndarray  # (rows,) rad, from the start to each row
+
+    @property
+    def free(self) -> bool:
+        """Return whether a run is measured along the angle of a free crank."""
+        return False
+
+    def at(self, revolutions: float) -> float:
+        """Return the time (s) after so many revolutions, inf if it comes to rest before."""
+        angle = 2.0 * math.pi * revolutions
+        row = int(np.searchsorted(self.angles, angle, side="right")) - 1
+        row = min(max(row, 0), len(self.times) - 1)
+        rest, speed = angle - self.angles[row], self.speeds[row]
+        if rest == 0.0:
+            return float(self.times[row])
+        if row == len(self.times) - 1:
+            return float(self.times[row] + rest / speed) if speed > 0.0 else math.inf
+        slope = (self.speeds[row + 1] - speed) / (self.times[row + 1] - self.times[row])
+        root = math.sqrt(max(speed * speed + 2.0 * slope * rest, 0.0))
+        return float(self.times[row] + 2.0 * rest / (speed + root))
+
+
+class Free(NamedTuple):
+    """A free crank: its angle."""
+
+    start: float  # rad
+
+    @property
+    def free(self) -> bool:
+        """Return whether a run is measured along the angle of a free crank."""
+        return True
+
+    def at(self, revolutions: float) -> float:
+        """Return the angle (rad) after so many revolutions."""
+        return self.start + 2.0 * math.pi * revolutions
+
+
+def turning_of(machine: Machine | None, turn: float) -> Steady | Followed | Free:
+    """Return what runs of a machine are measured along; `turn` (s): a revolution at its nominal speed."""
+    if machine is None or not isinstance(machine.drive, (Course, Motor)):
+        return Steady(turn)
+    if isinstance(machine.drive, Motor):
+        return Free(machine.drive.start_angle)
+    return followed(machine.drive)
+
+
+def followed(course: Course) -> Followed:
+    """Return the course of a table from t = 0 on, constant before its first row."""
+    later = course.times > 0.0
+    times = np.concatenate([[0.0], course.times[later]])
+    speeds = np.concatenate([[np.interp(0.0, course.times, course.speeds)], course.speeds[later]])
+    angles = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))])
+    return Followed(times, speeds, angles)
+
+
+def knots_of(machine: Machine | None) -> np.ndarray:
+    """Return the times (s) at which an acceleration or the slope of a load jumps; none of a free crank."""
+    return np.array([] if machine is None or isinstance(machine.drive, Motor) else planar.stops(machine))

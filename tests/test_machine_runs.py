@@ -1,0 +1,88 @@
+"""Motions of machines that a grid describes, against trajectories in quadruple precision that share nothing with them.
+
+`verify/references/machines.json` says how they were made: absolute coordinates with multipliers, where our equations
+have neither.  A four-bar, a loaded slider-crank, a free crank under a torque, a V-twin, each with a clearance joint.
+"""
+
+import copy
+import json
+from importlib import resources
+
+import numpy as np
+import pytest
+
+import clearsweep
+from clearsweep.errors import InputError
+
+HELD = json.loads((resources.files("clearsweep.verify") / "references" / "machines.json").read_text(encoding="utf-8"))
+PROBLEMS = HELD["problems"]
+STILL = 1e-9  # of a channel's own size: below it is nothing, as in `slider/y`
+
+
+def run(name, **settings):
+    source = copy.deepcopy(PROBLEMS[name]["grid"])
+    source["simulate"] |= settings
+    times = np.array(PROBLEMS[name]["samples"]["t"])
+    return clearsweep.simulate(clearsweep.load_case(source), times=times), times
+
+
+@pytest.mark.slow  # four compiled forms
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_a_machine_moves_as_in_quadruple_precision(name):
+    path, times = run(name)
+    assert path.status == "ok"
+    fair = times <= PROBLEMS[name]["fair"]
+    for channel, values in PROBLEMS[name]["samples"].items():
+        truth = np.array(values)
+        size = max(float(np.max(np.abs(truth))), STILL)
+        assert np.max(np.abs(path[channel] - truth)[fair]) <= 1e-6 * size, channel
+    assert path.summary["energy_residual"] < 1e3 * 1e-12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_its_contacts_are_those_of_quadruple_precision(name):
+    path, times = run(name)
+    truth = PROBLEMS[name]["events"]
+    assert [(e["joint"], e["kind"]) for e in path.events] == [(joint, kind) for _, joint, kind, _, _ in truth]
+    moments = np.array([row[0] for row in truth])
+    assert np.max(np.abs(path.events["t"] - moments)) <= 1e-9 * times[-1]
+    peaks = np.array([row[4] for row in truth])
+    assert path.events["force_peak"] == pytest.approx(peaks, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_free_crank_ends_at_its_revolution_and_is_sampled_at_equal_angles():
+    source = copy.deepcopy(PROBLEMS["sc_torque"]["grid"])
+    source["simulate"] |= {"tolerance": 1e-8}
+    source["save"] = {"orbits": "all", "samples": 36}
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert path["crank_angle"] == pytest.approx(2.0 * np.pi * np.arange(37) / 36, rel=1e-12, abs=1e-12)
+    last = {channel: values[-1] for channel, values in PROBLEMS["sc_torque"]["samples"].items()}
+    end = last["t"] + (2.0 * np.pi - last["crank/angle"]) / last["crank/rate"]  # microseconds later
+    assert path.t[-1] == pytest.approx(end, rel=1e-7, abs=0.0)
+    assert path.summary["crank_speed_min"] < path["crank/rate"].min() + 1e-6
+    assert path.summary["crank_speed_max"] > path["crank/rate"].max() - 1e-6
+
+
+@pytest.mark.slow
+def test_a_crank_that_does_not_get_through_ends_stalled_and_one_that_takes_too_long_at_its_limit():
+    source = copy.deepcopy(PROBLEMS["sc_torque"]["grid"])
+    source["simulate"] |= {"tolerance": 1e-6}
+    source["drive"] = {"torque": 0.5, "initial_speed": "100 rpm"}
+    source["loads"] = {"press": {"on": "slider", "force": ["400 N", 0]}}
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert path.status == "stalled"
+    assert "does not get through" in path.message
+    del source["loads"]
+    source["simulate"]["time_limit"] = "1 ms"
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert path.status == "time-limit"
+    assert "simulate.time_limit allows more" in path.message
+
+
+@pytest.mark.slow
+def test_times_beyond_the_end_of_a_free_crank_are_told():
+    scene = clearsweep.load_case(PROBLEMS["sc_torque"]["grid"] | {"simulate": {"revolutions": 0.1, "discard": 0}})
+    with pytest.raises(InputError, match="times: found"):
+        clearsweep.simulate(scene, times=[0.0, 1.0])
