@@ -73,6 +73,10 @@ class _Verbs(click.Group):
 
     command_class = _Verb
 
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a verb; `list` also as it was called when there were laws alone."""
+        return super().get_command(ctx, "list" if cmd_name == "laws" else cmd_name)
+
 
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(clearsweep.__version__, prog_name="clearsweep")
@@ -192,13 +196,25 @@ def verify(quick: bool, as_json: bool, write: bool) -> None:
     verification.main(json=as_json, quick=quick, directory=RESULTS if write else None)
 
 
-@verbs.command()
+@verbs.command("list")
 @click.argument("name", required=False)
-def laws(name: str | None) -> None:
-    """Print every law and mechanism, or one with formula, parameters, units and source."""
+def list_(name: str | None) -> None:
+    """Print every mechanism, drive, load and law, or one with formula, parameters, units and source."""
     from . import simulation
 
     click.echo(simulation.laws_text(name))
+
+
+@verbs.command()
+@click.argument("grid", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="SVG or PNG; default GRID.svg here.")
+def draw(grid: Path, out: Path | None) -> None:
+    """Draw the mechanism of a grid at its start, with the names of its bodies and joints."""
+    from . import report as reports
+
+    with _writing():
+        page = reports.draw(grid, out or Path(f"{grid.stem}.svg"))
+    click.echo(page)
 
 
 @verbs.command()
@@ -218,16 +234,24 @@ def show(directory: Path, case_id: str, out: Path | None) -> None:
 
 @verbs.command()
 @click.argument("file", required=False, type=click.Path(path_type=Path))
-def init(file: Path | None) -> None:
+@click.option(
+    "--type",
+    "kind",
+    type=click.Choice(["slider-crank", "four-bar", "planar", "press"]),
+    default="slider-crank",
+    show_default=True,
+    help="What to start from.",
+)
+def init(file: Path | None, kind: str) -> None:
     """Write a commented grid to start from, or print it where no FILE is named."""
     from . import grid
 
     if file is None:
-        click.echo(grid.starter(), nl=False)
+        click.echo(grid.starter(kind), nl=False)
         return
     try:
         with open(file, "x", encoding="utf-8") as target:
-            target.write(grid.starter())
+            target.write(grid.starter(kind))
     except FileExistsError:
         raise InputError(f"{file}: exists already and is left as it is; name a new file") from None
     except OSError as error:

@@ -26,3 +26,10 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
     from . import single
 
     return single.show(run, case_id, Path(out))
+
+
+def draw(source: str | Path, out: str | Path) -> Path:
+    """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
+    from . import mechanism
+
+    return mechanism.draw(Path(source), Path(out))

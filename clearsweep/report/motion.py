@@ -17,7 +17,7 @@ from ..results import ELASTIC_ONSET
 from ..store import StoredRun
 from .draw import motion
 from .picture import Picture, capital
-from .study import Joint, Study, resolved
+from .study import Joint, Study, dig, resolved
 
 TURN = 2.0 * np.pi
 FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square beside a colour bar is as wide as it is high, and fits
@@ -30,6 +30,7 @@ class History(NamedTuple):
     channels: Mapping  # name -> values in SI
     time: np.ndarray  # s
     angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None where nothing turns
+    first: float = 0.0  # rad, whole turns before that
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (SI) of one channel."""
@@ -51,25 +52,41 @@ def history(run: StoredRun, case_id: str) -> Mapping | None:
     return path if len(path) > 1 else None
 
 
+def turned(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
+    """Return the angle (rad) of the drive at every sample of a case, None where nothing turns."""
+    if "crank_angle" in path:
+        return np.asarray(path["crank_angle"], float)
+    speed = study.value(case_id, "drive.speed")
+    return None if speed is None else float(speed) * np.asarray(path[TIME], float)
+
+
 def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
     """Return the pictures of one case from its channels, those that its mechanism has."""
-    time, speed = np.asarray(path[TIME], float), study.value(case_id, "drive.speed")
-    angle = None if speed is None else float(speed) * time
-    if angle is not None:
-        angle = angle - TURN * np.floor(angle[0] / TURN + 1e-9)
-    saved = History(path, time, angle)
+    time, angle = np.asarray(path[TIME], float), turned(study, case_id, path)
+    first = 0.0 if angle is None else TURN * np.floor(angle[0] / TURN + 1e-9)
+    saved = History(path, time, None if angle is None else angle - first, first)
     joints = [picture for joint in study.joints for picture in _joint(study, case_id, joint, saved)]
     output = _output(study, case_id, saved)
     return [*joints, *output, *_torque(study, saved)] if output else _bodies(study, saved) + joints
 
 
-def onsets(study: Study, case_id: str, events: Mapping) -> list[Picture]:
-    """Return the picture of the closing rates at the contact onsets; [] without events or drive."""
-    speed = study.value(case_id, "drive.speed")
+def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[Picture]:
+    """Return the picture of the closing rates at the contact onsets; [] without events or drive.
+
+    Where the speed is not constant, of the stretch whose samples are saved in `path`.
+    """
+    speed, time = study.value(case_id, "drive.speed"), np.asarray(events["t"], float)
+    start = study.value(case_id, "drive.start_angle") or 0.0
     kept = np.asarray(events["kind"]).astype(str) == "on"
-    if speed is None or not kept.any():
+    if isinstance(speed, Mapping | None) and study.driven:
+        moments = np.asarray(path[TIME], float)
+        kept &= (time >= moments[0]) & (time <= moments[-1])
+        angles = np.interp(time, moments, np.asarray(path["crank_angle"], float))
+    elif speed is not None:
+        angles = float(start) + float(speed) * time
+    if not study.driven or not kept.any():
         return []
-    angle, rate = float(speed) * np.asarray(events["t"], float)[kept], np.asarray(events["rate"], float)[kept]
+    angle, rate = angles[kept], np.asarray(events["rate"], float)[kept]
     return [
         Picture(
             "Contact onsets",
@@ -117,7 +134,8 @@ def _torque(study: Study, saved: History) -> list[Picture]:
     for channel in _own(study, saved):
         if channel.name.endswith("/torque"):
             values, name = saved.values(channel.name), _words(channel)
-            caption = "What the drive must give to hold the crank speed."
+            free = study.has("crank_speed_min")
+            caption = "What the drive gives." if free else "What the drive must give to hold the crank speed."
             alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
             drawn.append(Picture(capital(name), caption, alt, saved.painter(values, channel.unit, name), FLAT))
     return drawn
@@ -152,7 +170,7 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
     reach = wording.text(float(np.hypot(x, y).max()), "m")
     drawn = []
-    if clearance is not None and not _on_a_line(study, joint):
+    if clearance is not None and not _straight(study, joint):
         drawn.append(
             Picture(
                 f"Journal orbit{where}",
@@ -171,10 +189,13 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     return [*drawn, Picture(f"Normal force{where}", "", alt, paint, FLAT)]
 
 
-def _on_a_line(study: Study, joint: Joint) -> bool:
-    """Return whether a joint is a gap on a line: its journal has no orbit."""
+def _straight(study: Study, joint: Joint) -> bool:
+    """Return whether a joint is a gap on a line or a guide: no journal goes round in it."""
+    if "height" in (dig(study.base, f"joints.{joint.title}") or {}):
+        return True
     mechanism = simulation.catalogue().mechanism(study.mechanism)
-    return mechanism is not None and mechanism.site(joint.title).kind == "line"
+    sites = mechanism.joints if mechanism else ()
+    return any(site.name == joint.title and site.kind == "line" for site in sites)
 
 
 def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
@@ -194,7 +215,7 @@ def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion
         case = resolved(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return None
-    return simulation.ideal_motion(case, saved.angle)
+    return simulation.ideal_motion(case, saved.angle + saved.first)
 
 
 def _own(study: Study, saved: History) -> list[Column]:

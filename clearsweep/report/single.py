@@ -51,7 +51,7 @@ def drawn(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
     path = result.channels
     if len(path.get("t", ())) < 2:
         return []
-    return motion.pictures(study, case_id, path) + motion.onsets(study, case_id, pd.DataFrame(result.events))
+    return motion.pictures(study, case_id, path) + motion.onsets(study, case_id, pd.DataFrame(result.events), path)
 
 
 def _title(study: Study, case_id: str) -> str:

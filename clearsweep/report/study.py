@@ -13,7 +13,7 @@ from ..results import ELASTIC_ONSET
 from ..store import StoredRun
 from ..wording import Scale
 
-BASE = ("mechanism", "drive", "joints", "simulate", "save")  # where run.json keeps the values that make a case
+BASE = ("mechanism", "drive", "loads", "joints", "simulate", "save")  # where run.json keeps the values that make a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 RATIO = "p99_over_ideal"  # figure of a joint that is computed here: force p99 over the peak of the ideal joint
 ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)

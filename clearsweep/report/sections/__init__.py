@@ -12,6 +12,7 @@ from . import (
     headline,
     law_choice,
     maps,
+    mechanism,
     peaks,
     sample,
     setup,
@@ -22,6 +23,7 @@ from . import (
 
 SECTIONS: tuple[Callable[[Study], list[Section]], ...] = (  # in the order of the page
     summary.sections,
+    mechanism.sections,
     headline.sections,
     sample.sections,
     drivers.sections,

@@ -39,7 +39,7 @@ def _details(study: Study) -> list[Detail]:
         case_id = ids[place]
         path = history(study.run, case_id)
         if path is not None:
-            drawn = pictures(study, case_id, path) + onsets(study, case_id, study.run.events(case_id))
+            drawn = pictures(study, case_id, path) + onsets(study, case_id, study.run.events(case_id), path)
             title = f"{why} case" if len(ids) > 1 else "The case"
             details.append(Detail(title, case_id, study.setting(case_id), _figures(study, case_id), drawn))
     return details

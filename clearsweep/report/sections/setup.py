@@ -51,6 +51,9 @@ def _fixed(study: Study) -> list[tuple[str, str]]:
 
 def _text(study: Study, path: str, value: object) -> str:
     """Return a fixed value, or each of a list, with its unit."""
+    if isinstance(value, list) and len(value) > LISTED:
+        unit, ends = study.unit(path), (min(value), max(value))
+        return f"{len(value)} values, {' to '.join(wording.scale(unit, ends).given(end, 4) for end in ends)}"
     if isinstance(value, list):
         return ", ".join(_text(study, f"{path}.{place}", item) for place, item in enumerate(value))
     if isinstance(value, bool) or not isinstance(value, int | float):

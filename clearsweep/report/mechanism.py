@@ -1,0 +1,61 @@
+"""The picture of a mechanism, by itself or at the top of a report."""
+
+import io
+import math
+from pathlib import Path
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from .. import grid, simulation
+from ..case import Case
+from ..errors import InputError
+from ..machine import GROUND
+from ..store import durable
+from .draw import mechanism
+from .picture import STYLE, Picture, svg
+
+ENDINGS = (".svg", ".png")
+WIDTH, LOW, HIGH = 6.4, 2.2, 4.2  # inches
+
+
+def picture(case: Case) -> Picture | None:
+    """Return the picture of the mechanism of a case; None where it is none of bodies in a plane."""
+    sketch = simulation.sketch(case)
+    if sketch is None:
+        return None
+    bodies = ", ".join(body.name for body in sketch.bodies if body.name != GROUND)
+    opened = ", ".join(joint.name for joint in sketch.joints if joint.open) or "none"
+    angle = f"{math.degrees(sketch.angle):.6g}°"
+    return Picture(
+        f"The mechanism at crank angle {angle}",
+        "Red: joints with clearance.  +: centres of mass.",
+        f"Bodies {bodies}; with clearance: {opened}.",
+        lambda ax: mechanism.paint(ax, sketch),
+        (WIDTH, min(max(WIDTH * mechanism.steepness(sketch), LOW), HIGH)),
+    )
+
+
+def draw(source: Path, out: Path) -> Path:
+    """Draw the mechanism of the first case of a grid as SVG or PNG by the ending of `out`; return `out`."""
+    if out.suffix.lower() not in ENDINGS:
+        raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
+    durable.check_regular(out)
+    loaded = grid.load(source, simulation.catalogue())
+    drawn = picture(loaded.case(0))
+    if drawn is None:
+        raise InputError(f"{source}: a mechanism of this type has no picture; run it and see the report")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    durable.replace(out, svg(drawn, "m").encode() if out.suffix.lower() == ".svg" else _png(drawn))
+    return out
+
+
+def _png(drawn: Picture) -> bytes:
+    stream = io.BytesIO()
+    with rc_context(STYLE):
+        figure = Figure(figsize=drawn.size, dpi=150, layout="constrained")
+        axes = figure.subplots()
+        drawn.paint(axes)
+        axes.set_title(drawn.title, fontsize=10)
+        figure.savefig(stream, format="png")
+    return stream.getvalue()
