@@ -30,9 +30,9 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return all figures as a dict that JSON can hold; see `measure` of each of the modules named above."""
-    from . import accuracy, convergence, stability, stiff
+    from . import accuracy, convergence, known_machines, stability, stiff
 
-    more = {"convergence": convergence, "stability": stability, "stiffness": stiff}
+    more = {"machines": known_machines, "convergence": convergence, "stability": stability, "stiffness": stiff}
     first = accuracy.measure(quick=quick, note=note)
     return first | {name: module.measure(quick=quick, note=note) for name, module in more.items()}
 

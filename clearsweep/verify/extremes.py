@@ -132,7 +132,7 @@ def pair(
 
 
 def cases() -> list[Extreme]:
-    """Return all cases of the table."""
+    """Return all cases of the table but those of `machines`."""
     return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_dear()]
 
 

@@ -17,13 +17,14 @@ E : summed over all open joints at the largest onset rate each of them had in th
 F : the largest load of the joint in the ideal mechanism, times LOAD as clearance displaces the bodies, and times
     1 + mu as friction adds to it.
 Not in the bound is what lasts longer than an impact: sliding friction, which turns work of the drive into an
-oscillation across the surface, and the motion of bodies along it, which loads a contact without an onset.  A case beyond
-the bound counts as failed all the same; what is said of it tells whether the drive has done the work, as what the
-balance of energies leaves open over the elastic energy of the deepest contact, and whether the penetration is that of
-the equations and not of the step, as how far it is from that at a tenth of the tolerance.
+oscillation across the surface, and the motion of bodies along it, which loads a contact without an onset.  A case
+beyond the bound counts as failed all the same; what is said of it tells whether the drive has done the work, as what
+the balance of energies leaves open over the elastic energy of the deepest contact, and whether the penetration is that
+of the equations and not of the step, as how far it is from that at a tenth of the tolerance.
 """
 
 import dataclasses
+import itertools
 import math
 import time
 from collections.abc import Callable
@@ -33,15 +34,20 @@ import numpy as np
 
 from .. import grid
 from ..case import Case
+from ..layout import JointLayout
+from ..machine import Constant
 from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.elastic.contract import elastic_energy
-from ..mechanics.mechanism.contract import largest_reactions
+from ..mechanics.joint.guide import CORNERS
+from ..mechanics.mechanism import contract, planar
 from ..mechanics.observe import tally
 from ..results import Trajectory
 from ..simulation import scene
-from ..simulation.run import integrated, period
+from ..simulation.ideal import ideal_peaks
+from ..simulation.run import integrated
 from ..simulation.trajectory import simulate
-from .extremes import Extreme, cases
+from . import extremes, machines
+from .extremes import Extreme
 from .tuning import tuned
 
 ENERGY = 1000.0  # tolerances a revolution
@@ -55,10 +61,11 @@ ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return what became of every case of the table: `rows`, and their summary.
 
-    `quick` takes some of each group; `note` is called with a sentence on what is being done.
+    `quick` takes some of each group, none of `machines`, each kind of which compiles a scene; `note` is called with a
+    sentence on what is being done.
     """
     rows, begin = [], time.perf_counter()
-    chosen = some(cases()) if quick else cases()
+    chosen = some(extremes.cases()) if quick else [*extremes.cases(), *machines.cases()]
     for group in dict.fromkeys(case.group for case in chosen):
         if note:
             note(f"stability: {group}")
@@ -89,8 +96,9 @@ def run(case: Extreme) -> dict[str, Any]:
     """Return the row of a case; `failure` is empty where it passes."""
     made, note = scene_of(case)
     turns = made.case.simulate.revolutions if made.layout.turns else 1.0
-    duration = turns * 2.0 * math.pi / made.value.reference_rate
-    times = np.linspace(0.0, duration, SAMPLES + 1) if made.layout.turns else np.empty(0)
+    times = None  # of a free crank they are not known before: the grid's own samples
+    if not made.turning.free:
+        times = np.linspace(0.0, made.turning.at(turns), SAMPLES + 1) if made.layout.turns else np.empty(0)
     found = simulate(made, times=times)
     summary = found.summary
     row = {
@@ -145,8 +153,8 @@ def _failure(made: scene.Scene, found: Trajectory, row: dict[str, Any]) -> str:
 def _second_look(made: scene.Scene) -> str:
     """Return, in words, how well a penetration beyond its bound is founded."""
     settings = made.case.simulate
-    tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10.0 * settings.step_budget)
-    end = settings.revolutions * period(made) if made.layout.turns else math.inf
+    tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
+    end = made.turning.at(settings.revolutions) if made.layout.turns else math.inf
     run, again = (
         integrated(dataclasses.replace(made, case=made.case._replace(simulate=chosen)), np.empty(0), end)
         for chosen in (settings, tighter)
@@ -164,10 +172,24 @@ def _second_look(made: scene.Scene) -> str:
 
 def _largest_escape(made: scene.Scene, found: Trajectory, place: int, name: str) -> float:
     """Return how far (clearances) a sample outside of the logged contacts of a joint is beyond its bearing."""
-    clearance, events = float(made.value.joints[place].clearance), found.events[found.events["joint"] == name]
+    clearance = float(made.value.joints[place].clearance)
+    if made.layout.joints[place].corners:
+        return _largest_gap(made, found, place, name) / clearance - 1.0
+    events = found.events[found.events["joint"] == name]
     touching = (np.searchsorted(events["t"], found.t, side="right") + made.in_contact) % 2 == 1
     eccentricity = np.hypot(found[f"joints/{name}/x"], found[f"joints/{name}/y"])[~touching]
     return float(np.max(eccentricity, initial=0.0)) / clearance - 1.0
+
+
+def _largest_gap(made: scene.Scene, found: Trajectory, place: int, name: str) -> float:
+    """Return how far (m) a corner of the slider's block that is in no logged contact gets from where it is centred."""
+    guide, angle, across, farthest = made.value.joints[place], found["slider/angle"], found[f"joints/{name}/y"], 0.0
+    for number, (ahead, left) in enumerate(CORNERS, start=1):
+        events = found.events[found.events["joint"] == f"{name}_{number}"]
+        touching = np.searchsorted(events["t"], found.t, side="right") % 2 == 1
+        corner = across + 0.5 * (ahead * guide.length * np.sin(angle) + left * guide.height * np.cos(angle))
+        farthest = max(farthest, float(np.max((left * corner - 0.5 * guide.height)[~touching], initial=0.0)))
+    return farthest
 
 
 # ---------------------------------------------------------------------------------------------- bound
@@ -180,7 +202,8 @@ def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
         rate = summary[f"{part.name}_onset_rate_max"]
         impact = getattr(joint.law, "impact", joint.law)
         factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws divide by no less
-        energies.append(_damped_energy(_reduced_mass(made.case, part.name), rate, factor))
+        mass = _mass_of_machine(made, part) if made.machine else _reduced_mass(made.case, part.name)
+        energies.append(_damped_energy(mass, rate, factor))
         loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for part, joint, load in zip(made.layout.joints, made.value.joints, loads, strict=True):
@@ -204,7 +227,27 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
 
 def _largest_load(made: scene.Scene, name: str) -> float:
     """Return LOAD times the largest load (N) of a joint in the ideal mechanism, 0 where there is none."""
-    return LOAD * largest_reactions(made.mechanism, made.case.mechanism.values, made.built.rate).get(name, 0.0)
+    return LOAD * ideal_peaks(made.case).get(name, 0.0)
+
+
+def _mass_of_machine(made: scene.Scene, part: JointLayout) -> float:
+    """Return the largest reduced mass (kg) of a joint of a machine, the others closed, its crank held to its speed.
+
+    Of a guide the mass of all that moves: nothing but its block is struck there, and a rod that pushes it.
+    """
+    assert made.machine is not None  # asked of machines
+    place = made.layout.joints.index(part)
+    name, term = made.case.joints[place].name, made.value.joints[place]
+    if part.corners:
+        return float(sum(body.mass for body in made.machine.bodies.values()))
+    largest = 0.0
+    for angle, way in itertools.product(ANGLES[:-1:15], ANGLES[:-1:45]):
+        still = made.machine._replace(drive=Constant(1.0, float(angle)), loads=())
+        apart = 0.5 * term.clearance * np.array([math.cos(way), math.sin(way)])
+        built = planar.build(still, {name: term}, {name: apart})
+        pose = contract.place(built.value, built.start)
+        largest = max(largest, contract.impact_masses(built.value, pose, contract.gaps(built.value, pose))[0])
+    return float(largest)
 
 
 def _reduced_mass(case: Case, name: str) -> float:
@@ -212,7 +255,7 @@ def _reduced_mass(case: Case, name: str) -> float:
     values = case.mechanism.values
     if case.drive is None:
         first, second = values["masses.0"], values["masses.1"]
-        return first * second / (first + second)
+        return float(first * second / (first + second))
     length, center = values["rod.length"], values["rod.center"]
     rod_mass, rod_inertia = values["rod.mass"], values["rod.inertia"]
     slider_mass, crank_mass = values["slider.mass"], values["crank.mass"]

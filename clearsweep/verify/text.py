@@ -2,6 +2,8 @@
 
 import math
 
+from .known_machines import TITLES
+
 HEAD = (
     f"  {'method':<16}{'setting':>15}{'error, 1st half':>17}{'error, all':>12}{'events':>11}{'force peaks':>13}"
     f"{'rhs':>10}{'steps':>9}{'time [ms/rev]':>15}"
@@ -38,6 +40,7 @@ def text(results: dict) -> str:
     for entry in results["problems"]:
         lines += ["", *_problem(entry)]
     lines += ["", *(line.format(rounds=results["rounds"]) for line in EXPLANATION), "", *_headline(results["headline"])]
+    lines += ["", *machines(results["machines"])] if results["machines"]["rows"] else []
     lines += ["", *convergence(results["convergence"]), "", *stability(results["stability"])]
     lines += ["", *stiffness(results["stiffness"])]
     return "\n".join(lines)
@@ -71,6 +74,25 @@ def markdown(results: dict) -> str:
             "",
         ]
     )
+
+
+def machines(table: dict) -> list[str]:
+    """Return the lines that tell error against run time on machines with known trajectories."""
+    lines = [
+        "machines with loads, free cranks, loops: largest error of a body's channel over its largest value, up to",
+        "    where a comparison with the trajectory in quadruple precision is fair; time of the integration",
+        f"  {'machine':<42}{'tolerance':>10}{'error':>10}{'events':>9}{'their times':>17}{'rhs':>9}{'time [ms]':>11}",
+    ]
+    last = ""
+    for row in table["rows"]:
+        title = "" if row["name"] == last else TITLES[row["name"]]
+        events = f"{row['events']}/{row['events_expected']}"
+        lines.append(
+            f"  {title:<42}{row['tolerance']:>10.0e}{_error(row['error']):>10}{events:>9}"
+            f"{_error(row['event_error']):>17}{row['rhs_evaluations']:>9}{row['ms']:>11.3g}"
+        )
+        last = row["name"]
+    return lines
 
 
 COLUMNS = {  # heading, and what a unit of the column is in SI

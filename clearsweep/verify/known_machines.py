@@ -1,0 +1,78 @@
+"""Error against run time on machines whose motion is known in quadruple precision: one of each kind.
+
+`references/machines.json` says how the trajectories were made.  The error is the largest of any channel of the bodies,
+over the channel's own largest value, up to where a comparison is fair.
+"""
+
+import copy
+import json
+import math
+from collections.abc import Callable
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from ..simulation import scene
+from ..simulation.trajectory import simulate
+
+TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
+ROUNDS = 3  # of which the least run time counts
+STILL = 1e-9  # largest value below which a channel is at rest
+TITLES = {
+    "fb_c": "four-bar, clearance in coupler-rocker",
+    "sc_load": "slider-crank pressed by 500 N",
+    "sc_torque": "slider-crank, free crank under 2 N m",
+    "v_twin": "V-twin, two loops, clearance in one",
+}
+
+
+def held() -> dict[str, Any]:
+    """Return the references by name."""
+    file = resources.files(__package__) / "references" / "machines.json"
+    problems: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))["problems"]
+    return problems
+
+
+def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
+    """Return `rows`, one for every machine and tolerance; none where it has to be `quick`: each compiles a scene."""
+    rows = []
+    for name, entry in ({} if quick else held()).items():
+        if note:
+            note(f"machines: {name}")
+        rows += [run(name, entry, tolerance) for tolerance in TOLERANCES]
+    return {"rows": rows}
+
+
+def run(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
+    """Return the row of a machine at a tolerance."""
+    source, times = copy.deepcopy(entry["grid"]), np.array(entry["samples"]["t"])
+    source["simulate"]["tolerance"] = tolerance
+    made = scene.load_case(source)
+    fair = times[times <= entry["fair"]]
+    found = simulate(made, times=fair)
+    seconds = min(simulate(made, times=fair).summary["run_time"] for _ in range(ROUNDS))
+    worst = max(
+        _error(found[channel], np.array(values)[: fair.size])
+        for channel, values in entry["samples"].items()
+        if "force" not in channel and "torque" not in channel
+    )
+    moments, truth = found.events["t"], np.array([row[0] for row in entry["events"]])
+    same = len(moments) == len(truth)
+    return {
+        "name": name,
+        "tolerance": tolerance,
+        "error": worst,
+        "events": len(moments),
+        "events_expected": len(truth),
+        "event_error": float(np.max(np.abs(moments - truth))) if same else None,  # s
+        "rhs_evaluations": found.summary["rhs_evaluations"],
+        "energy_residual": found.summary["energy_residual"],
+        "ms": 1e3 * seconds,
+    }
+
+
+def _error(found: np.ndarray, truth: np.ndarray) -> float:
+    """Return the largest error over the largest value, 0 of a channel at rest."""
+    size = float(np.max(np.abs(truth)))
+    return float(np.max(np.abs(found - truth))) / size if size > STILL and math.isfinite(size) else 0.0

@@ -1,0 +1,116 @@
+"""Cases of the stability table with loads, free cranks, four-bars and guides: a factorial drawn once, by a seed.
+
+Each family has FOLD cases.  In every factor each level occurs equally often, in an order drawn at random: a balanced
+factorial.  Stiffness is between what the load presses by half a millimetre and what oscillates CYCLES times in a
+revolution, as in the mixed cases of `extremes`.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from .extremes import CYCLES, Extreme, Section, contact, tanh
+
+SEED, FOLD = 20261122, 16
+LINKS = {"crank": (0.05, 0.3, 1e-4), "rod": (0.12, 0.21, 2.5e-4), "rocker": (0.1, 0.25, 2.2e-4)}  # m, kg, kg m^2
+FACTORS = {
+    "speed": (30.0, 300.0, 1500.0, 6000.0),  # rpm; of a free crank about what it settles at
+    "clearance": (1e-6, 3e-5, 3e-4, 2e-3),  # m
+    "restitution": (0.05, 0.5, 0.9, 1.0),
+    "softness": (0.0, 0.33, 0.67, 1.0),  # where the stiffness is, on the logarithmic scale from softest to stiffest
+    "load": (0.0, 1.0, 30.0, 1000.0),  # N on the slider, or N m / 10 on the rocker
+    "friction": (0.0, 0.0, 0.1, 0.5),
+    "mass": (0.1, 1.0, 1.0, 30.0),  # factor on all masses and inertias
+}
+Levels = dict[str, float]
+
+
+def cases() -> list[Extreme]:
+    """Return all cases."""
+    families = {"loaded": _loaded, "free crank": _free, "four-bar": _four_bar, "guide": _guide}
+    draw = np.random.default_rng(SEED)
+    return [
+        Extreme(f"{name}/{number:02d} {_said(levels)}", make(levels))
+        for name, make in families.items()
+        for number, levels in enumerate(_levels(draw))
+    ]
+
+
+def _levels(draw: np.random.Generator) -> Iterator[Levels]:
+    """Yield FOLD combinations of levels."""
+    columns = {name: draw.permutation(np.tile(values, FOLD // len(values))) for name, values in FACTORS.items()}
+    for row in range(FOLD):
+        yield {name: float(column[row]) for name, column in columns.items()}
+
+
+def _said(levels: Levels) -> str:
+    return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, load {levels['load']:g}"
+
+
+def _link(name: str, levels: Levels) -> Section:
+    length, mass, inertia = LINKS[name]
+    return {"length": length, "mass": mass * levels["mass"], "inertia": inertia * levels["mass"]}
+
+
+def _joint(levels: Levels) -> Section:
+    """Return the joint with clearance."""
+    rate = levels["speed"] * math.pi / 30.0
+    load = 0.65 * levels["mass"] * (9.81 + 0.05 * rate**2) + levels["load"]
+    softest = max(1e5, load / 5e-4**1.5)
+    stiffest = ((CYCLES * rate) ** 2 * 0.14 * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
+    stiffness = softest * (min(max(stiffest, softest), 1e14) / softest) ** levels["softness"]
+    joint: Section = {"clearance": levels["clearance"], "contact": contact(stiffness, levels["restitution"])}
+    return joint | ({"friction": tanh(levels["friction"], 1e-2)} if levels["friction"] else {})
+
+
+def _grid(levels: Levels, mechanism: Section, joints: Section, loads: Section, drive: Section | None = None) -> Section:
+    return {
+        "mechanism": mechanism | {"gravity": 9.81},
+        "drive": drive or {"speed": levels["speed"] * math.pi / 30.0},
+        **({"loads": loads} if loads else {}),
+        "joints": joints,
+        "simulate": {"revolutions": 2, "discard": 0},
+        "save": {"orbits": "all", "samples": 2000},
+    }
+
+
+def _slider_crank(levels: Levels, **slider: float) -> Section:
+    slider = {"mass": 0.14 * levels["mass"], **slider}
+    return {"type": "slider-crank", **{name: _link(name, levels) for name in ("crank", "rod")}, "slider": slider}
+
+
+def _pressed(levels: Levels) -> Section:
+    return {"press": {"on": "slider", "force": [-levels["load"], 0.1 * levels["load"]]}}
+
+
+def _loaded(levels: Levels) -> Section:
+    """Return a slider-crank that is pressed on."""
+    return _grid(
+        levels, _slider_crank(levels), {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}, _pressed(levels)
+    )
+
+
+def _free(levels: Levels) -> Section:
+    """Return a slider-crank that a motor turns from half its speed, with a flywheel that outlasts its load."""
+    rate, lift = levels["speed"] * math.pi / 30.0, 0.1 * (levels["load"] + 0.7 * 9.81 * levels["mass"])
+    motor = {"stall_torque": 2.0 * lift + 1.0, "no_load_speed": rate}
+    flywheel = 2.0 * lift * 2.0 * math.pi / (0.25 * rate**2) + 1e-3 * levels["mass"]
+    drive = {"motor": motor, "initial_speed": 0.5 * rate, "inertia": flywheel}
+    joints = {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}
+    return _grid(levels, _slider_crank(levels), joints, _pressed(levels), drive)
+
+
+def _four_bar(levels: Levels) -> Section:
+    """Return a four-bar whose rocker is braked."""
+    links = {"crank": _link("crank", levels), "coupler": _link("rod", levels), "rocker": _link("rocker", levels)}
+    mechanism = {"type": "four-bar", "ground": {"length": 0.13}, **links}
+    loads = {"brake": {"on": "rocker", "torque": -0.1 * levels["load"]}}
+    return _grid(levels, mechanism, {"coupler-rocker": _joint(levels) | {"bearing_radius": 0.01}}, loads)
+
+
+def _guide(levels: Levels) -> Section:
+    """Return a slider-crank whose slider has play in its guide."""
+    joint = _joint(levels) | {"length": 0.06, "height": 0.03}
+    mechanism = _slider_crank(levels, inertia=5e-5 * levels["mass"])
+    return _grid(levels, mechanism, {"slider-ground": joint}, _pressed(levels))
