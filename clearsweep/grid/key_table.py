@@ -269,8 +269,14 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
     _numbers(tree, path, _GUIDE)
     pointed = tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)  # a corner has no radius
     _contact(tree, path, catalogue._replace(laws=pointed))
-    for inner in [inner for inner in tree if inner.startswith((f"{path}.contact.material", f"{path}.contact.onset"))]:
+    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
+    onset = word_key(tree, f"{path}.contact.onset")  # the mass that takes part in a corner's impact is not known
+    tree[f"{path}.contact.onset"] = onset._replace(
+        options=("first",),
+        default="first",
+        text="how long the rate counts at which a contact began: as long as it lasts",
+    )
     _friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.remembers)))
 
 
