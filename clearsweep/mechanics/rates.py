@@ -69,11 +69,34 @@ def clock(scene, y, mode):
     first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
     if contacts == 1:
         return y[first] / scene.sigma if touches(mode[0]) else 1.0
+    if contacts > len(scene.joints):
+        return clock_of_corners(scene, y, mode)
     slowness = 0.0
     for c in range(contacts):
         if touches(mode[c]):
             slowness += 1.0 / y[first + c]
     return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
+
+
+@kernel
+def clock_of_corners(scene, y, mode):
+    """Return the same where contacts may part at one moment, as corners of a block do.
+
+    Trial steps past that moment come to roots of opposite signs, between which 1/kappa goes through zero: where a root
+    is as far below zero as half of another is above it, kappa goes on along its tangent.
+    """
+    first, contacts, nearest = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact, -1
+    for c in range(contacts):
+        if touches(mode[c]) and (nearest < 0 or abs(y[first + c]) < abs(y[first + nearest])):
+            nearest = c
+    if nearest < 0:
+        return 1.0
+    root, others = y[first + nearest], 0.0
+    for c in range(contacts):
+        if touches(mode[c]) and c != nearest:
+            others += root / y[first + c]
+    share = 1.0 / (1.0 + others) if others > -0.5 else -4.0 * others
+    return root * share / scene.sigma
 
 
 @inlined

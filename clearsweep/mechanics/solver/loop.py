@@ -8,7 +8,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from ..compiled.family import kernel, pointer_to
-from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR
+from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import KAPPA, KINETIC, observed
 from ..observe.record import write_sample
 from ..observe.tally import (
@@ -33,6 +33,7 @@ from .event import (
     ONSET,
     REJECTED,
     SAMPLES,
+    SEPARATION,
     SEPARATIONS,
     STEPS,
     STOP,
@@ -44,6 +45,7 @@ from .step_control import GROW, TRIES, change_of_length, first_length, next_leng
 
 AUTO = 2  # of Control.method
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
+GOING_ON = -1  # no status: there is no reason to end
 BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
 HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
@@ -143,6 +145,39 @@ def apply_event(at, kind, j, windowed):
     if kind == ONSET:
         return Event(moment, j, kind, begin_contact(at, j, windowed), 0.0)
     return Event(moment, j, kind, end_contact(at, j), peak)
+
+
+@kernel
+def parting_too(at):
+    """Return (SEPARATION, contact) of one that parts at the moment of an event, too, as corners of a block do.
+
+    Its root of penetration is not above zero there, so no step could begin with it.  (NOTHING, 0) if there is none.
+    """
+    work = at[0]
+    for j in range(work.mode.size):
+        if touches(work.mode[j]) and work.end[work.time + 1 + j] <= 0.0:
+            return SEPARATION, j
+    return NOTHING, 0
+
+
+@register_jitable(error_model="numpy")
+def pass_events(at, control, found, log):
+    """Apply the event that was found, (kind, contact, whether figures are taken), and what happens at its moment, too.
+
+    log : (events, how many were counted before the first of them).  Returns the log's events and the reason to end.
+    """
+    kind, contact, windowed = found
+    events, earlier = log
+    work = at[0]
+    while kind != NOTHING:
+        count, event = work.counts[EVENTS] - earlier, apply_event(at, kind, contact, windowed)
+        events = log_event(events, count, event) if control.keep_events else events
+        if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
+            return events, OK
+        if work.counts[EVENTS] >= control.event_budget:
+            return events, EVENT_BUDGET
+        kind, contact = parting_too(at)
+    return events, GOING_ON
 
 
 @kernel
@@ -271,12 +306,9 @@ def integrate(control, work):
                 open_window(at)
             stop = next_stop(at, work.end[along], target)
         else:
-            count, event = work.counts[EVENTS] - earlier, apply_event(at, kind, contact, windowed)
-            events = log_event(events, count, event) if control.keep_events else events
-            if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
-                return OK, events[: work.counts[EVENTS] - earlier]
-            if work.counts[EVENTS] >= control.event_budget:
-                return EVENT_BUDGET, events[: work.counts[EVENTS] - earlier]
+            events, reason = pass_events(at, control, (kind, contact, windowed), (events, earlier))
+            if reason != GOING_ON:
+                return reason, events[: work.counts[EVENTS] - earlier]
         restart(at)
         h, grow, expected = first_length(at, proposals, proposal_of(at)), GROW, 0.0
         spent = work.counts[EVALUATIONS]
