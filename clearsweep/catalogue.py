@@ -166,6 +166,7 @@ class Mechanism(NamedTuple):
     ideal: Callable | None = None  # (bodies, drive, angles in rad) -> mechanics.mechanism.contract.IdealMotion
     outlined: Callable | None = None  # outline.Outline -> the mechanism with the keys and parts that this has
     machine: Callable | None = None  # case.Case -> machine.Machine, of which it is built where `build` is None
+    refusal: Callable | None = None  # (Mechanism, Case) -> path below `mechanism` and sentence, None: nothing is wrong
     free: bool = False  # its crank is free
 
     @property

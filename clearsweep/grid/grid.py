@@ -70,12 +70,24 @@ def load(source: str | PathLike | Mapping, catalogue: Catalogue, overrides: Mapp
             f"{file or 'the grid'}: has {grid.size:,} cases; at most {MOST_CASES:,} can be run: take fewer values on "
             "the axes, or draw cases with `sample`"
         )
+    for index in {0, grid.size - 1} if draft.mechanism.refusal else ():
+        _refuse(draft, grid.case(index))
+    problems.check()
     return replace(grid, _layout=Layout.of(grid.case(0), catalogue))
 
 
 def starter(kind: str = "slider-crank") -> str:
     """Return the text of a commented grid to start from: 'slider-crank', 'four-bar', 'planar' or 'press'."""
     return (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
+
+
+def _refuse(draft: Draft, case: Case) -> None:
+    """Note what keeps the mechanism of a case from being put together."""
+    assert draft.mechanism.refusal is not None  # asked of mechanisms that know it
+    found = draft.mechanism.refusal(draft.mechanism, case)
+    if found:
+        path = f"mechanism.{found[0]}".rstrip(".")
+        draft.problems.add(draft.place(path), path, found[1])
 
 
 def _name(root: WrittenValue, file: str | None, problems: Problems) -> str:

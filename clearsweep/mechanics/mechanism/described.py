@@ -1,10 +1,13 @@
 """What mechanisms that are built as planar machines have in common: their keys and channels, by what a grid names."""
 
+import math
 from collections.abc import Mapping
 
-from ...catalogue import Channel, Keys, Output
+from ...case import Case
+from ...catalogue import Channel, Keys, Mechanism, Output
+from ...machine import Constant, Machine
 from ...outline import GROUND, Outline
-from . import drives, loads
+from . import drives, loads, planar
 
 
 def column_name(name: str) -> str:
@@ -20,6 +23,28 @@ def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tup
     for load in outline.loads:
         sections += loads.keys(load, points, joints)
     return tuple(sections)
+
+
+def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
+    """Return the path below `mechanism` that is to blame, and a sentence, where a case's machine cannot be closed.
+
+    None where it can be, all the turn of its crank.
+    """
+    assert mechanism.machine is not None  # asked of mechanisms that have one
+    machine: Machine = mechanism.machine(case)
+    still = machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=())
+    try:
+        planar.ideal_of(still)
+    except planar.ClosureError as error:
+        angle = f"{math.degrees(error.angle):.6g} deg"
+        advice = "change lengths, or the start angles near which its loops are closed"
+        return (
+            f"bodies.{error.body}" if case.outline.bodies else error.body,
+            f"{error}, at crank angle {angle}; {advice}",
+        )
+    except planar.MobilityError as error:
+        return "", str(error)
+    return None
 
 
 def channels_of(bodies: tuple[str, ...], output: Output, names: tuple[str, str, str]) -> tuple[Channel, ...]:

@@ -96,4 +96,5 @@ MECHANISM = Mechanism(
     output=_OUTPUT,
     outlined=outlined,
     machine=machine,
+    refusal=described.refusal,
 )

@@ -138,4 +138,5 @@ MECHANISM = Mechanism(
     output=Output("output", "m"),
     outlined=outlined,
     machine=machine,
+    refusal=described.refusal,
 )

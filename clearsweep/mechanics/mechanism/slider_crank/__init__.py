@@ -116,7 +116,7 @@ def outlined(outline: Outline) -> Mechanism:
     if not outline.general:
         return mechanism
     channels = described.channels_of(_BODIES, _OUTPUT, ("place", "v", "a"))
-    return mechanism._replace(channels=channels, build=None, ideal=None)
+    return mechanism._replace(channels=channels, build=None, ideal=None, refusal=described.refusal)
 
 
 MECHANISM = Mechanism(
