@@ -36,12 +36,9 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     try:
         planar.ideal_of(still)
     except planar.ClosureError as error:
-        angle = f"{math.degrees(error.angle):.6g} deg"
+        path = f"bodies.{error.body}" if case.outline.bodies else error.body
         advice = "change lengths, or the start angles near which its loops are closed"
-        return (
-            f"bodies.{error.body}" if case.outline.bodies else error.body,
-            f"{error}, at crank angle {angle}; {advice}",
-        )
+        return path, f"{error}, at crank angle {math.degrees(error.angle):.6g} deg; {advice}"
     except planar.MobilityError as error:
         return "", str(error)
     return None
