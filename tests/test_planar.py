@@ -286,7 +286,7 @@ def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
     present = Present(np.append(y, [0.01, 0.0, 0.02, 0.005]), mode, onset, y.size)
     from clearsweep.mechanics.joint.contract import Place
 
-    pull = load(BLOCK, gap, Place(0, y.size + 4, 0), present)
+    pull = load(BLOCK, gap, Place(0, y.size + 4, 4, 0), present)
     assert [contact.normal for contact in pull.contacts] == pytest.approx([1e3, 0.0, 8e3, 125.0])
     motion = contract.accelerate(built.value, pose, (pull,))
     taken = sum(contact.normal * contact.rate - contact.tangential * contact.slip for contact in pull.contacts)
@@ -297,7 +297,7 @@ def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
 
     def depths(moved):
         (there,) = contract.gaps(built.value, contract.place(built.value, moved))
-        return np.array([contact.depth for contact in load(BLOCK, there, Place(0, y.size + 4, 0), present).contacts])
+        return np.array([contact.depth for contact in load(BLOCK, there, Place(0, y.size + 4, 4, 0), present).contacts])
 
     assert along(kinetic, y, motion.accelerations) == pytest.approx(given - taken, rel=1e-7)
     rates = [contact.rate for contact in pull.contacts]
