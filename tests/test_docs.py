@@ -87,7 +87,8 @@ def test_programs_run(block, place, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("block", blocks("yaml"))
-def test_grids_are_read(block, place):
+def test_grids_are_read(block, place, monkeypatch):
+    monkeypatch.chdir(ROOT / "configs")  # where the tables are that they name
     whole = YAML(typ="safe").load((ROOT / "configs/slider_crank.yaml").read_text(encoding="utf-8"))
     del whole["sweep"]
     for key, value in YAML(typ="safe").load(block).items():

@@ -9,7 +9,7 @@ from mechanism_cases import slider_crank, told_both_ways
 import clearsweep
 from clearsweep.mechanics.compiled.direction import direction
 from clearsweep.mechanics.compiled.dual import Dual, turned
-from clearsweep.mechanics.joint.contract import Present
+from clearsweep.mechanics.joint.contract import Present, every_latched
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.joint.sticking import slip_rates, surfaces_of, with_sticking_forces
@@ -55,8 +55,9 @@ def plain(monkeypatch):
 def looked_at(scene, y, state):
     """Return pose, Gaps, Loads before anything is held."""
     pose, first = place(scene.mechanism, y), 2 * len(scene.coordinates) + 1
-    relative, onset = gaps(scene.mechanism, pose), np.ones(len(state))
-    return pose, relative, loads_of(scene.joints, relative, Present(y, state, onset, first))
+    relative = gaps(scene.mechanism, pose)
+    latched = np.array([1.0] * len(state) + [began for _, began in every_latched(scene.joints)])
+    return pose, relative, loads_of(scene.joints, relative, Present(y, state, latched, first))
 
 
 # ---------------------------------------------------------------------------------------------- the force that holds
