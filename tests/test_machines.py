@@ -11,7 +11,7 @@ from clearsweep import grid, simulation
 from clearsweep.errors import InputError
 from clearsweep.machine import Course, Motor, Push, Spring, Tabled
 from clearsweep.report import mechanism as pictures
-from clearsweep.simulation.ideal import mechanism_of
+from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
 from clearsweep.simulation.turning import followed
 
 CATALOGUE = simulation.catalogue()
@@ -125,6 +125,17 @@ def test_a_table_is_part_of_a_case_by_its_content_not_by_its_name(tmp_path):
         file.write_text(json.dumps(changed(SLIDER_CRANK, loads={"gas": {"on": "slider", "table": name}})))
         ids.append(grid.load(file, CATALOGUE).case_id(0))
     assert ids[0] == ids[1] != ids[2]
+
+
+def test_what_is_kept_of_an_ideal_machine_belongs_to_every_row_of_its_tables():
+    peaks = []
+    for force in (0.0, 1e5):  # in the middle of a long table
+        knots, forces = [0.18 * row for row in range(2001)], [0.0] * 2001
+        forces[1000] = force
+        load = {"on": "slider", "table": {"crank_angle [deg]": knots, "fx": forces}}
+        found = grid.load(changed(SLIDER_CRANK, loads={"gas": load}), CATALOGUE)
+        peaks.append(ideal_peaks(found.case(0))["rod-slider"])
+    assert peaks[1] > 10.0 * peaks[0]
 
 
 def test_a_mistake_in_a_table_is_told_with_its_row(tmp_path):

@@ -2,13 +2,13 @@
 
 import functools
 import math
+import pickle
 from collections.abc import Mapping
 
 import numpy as np
 
 from ..case import Case
 from ..catalogue import Mechanism
-from ..machine import Machine
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import STEPS, IdealMotion, largest_reactions, peak_of
 
@@ -41,7 +41,7 @@ def ideal_peaks(case: Case) -> Mapping[str, float]:
     first, last = _stretch(case)
     count = max(round(STEPS * (last - first)), 2)
     angles = machine.drive.start_angle + 2.0 * math.pi * (first + (last - first) * np.arange(count) / count)
-    return _peaks(repr(machine), angles.tobytes(), _Asked(machine))
+    return _peaks(pickle.dumps(machine), angles.tobytes(), planar.Alike(machine))
 
 
 def _stretch(case: Case) -> tuple[float, float]:
@@ -55,20 +55,7 @@ def _stretch(case: Case) -> tuple[float, float]:
     return 0.0, float(max([1, *(round(span / (2.0 * math.pi)) for span in spans)]))
 
 
-class _Asked:
-    """A machine that is like any other, so that what is kept of it is found by what stands beside it alone."""
-
-    def __init__(self, machine: Machine):
-        self.machine = machine
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Asked)
-
-    def __hash__(self) -> int:
-        return 0
-
-
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
-def _peaks(machine: str, angles: bytes, asked: _Asked) -> Mapping[str, float]:
-    motion = planar.ideal(asked.machine, np.frombuffer(angles))
+def _peaks(key: bytes, angles: bytes, machine: planar.Alike) -> Mapping[str, float]:
+    motion = planar.ideal(machine.value, np.frombuffer(angles))
     return {name: peak_of(forces) for name, forces in motion.reactions.items()}

@@ -12,7 +12,7 @@ from ..contract import Built, Ideal, Open
 from . import members  # noqa: F401 - enters the equations of motion
 from .anatomy import anatomy, kinds_of
 from .binding import bound_of
-from .closure import ClosureError, MobilityError, extent
+from .closure import Alike, ClosureError, MobilityError, extent
 from .course import course
 from .drive import drive_of, driven
 from .equations import function_of
@@ -21,7 +21,7 @@ from .hanging import ANGLE, Coordinate
 from .ideal import ideal, ideal_of, masses_of
 from .loads import loads_of, stops_of
 
-__all__ = ["ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
+__all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
 
 
 def channels(machine: Machine) -> tuple[Channel, ...]:
