@@ -79,6 +79,15 @@ def test_a_program_without_stderr_sees_no_progress_in_its_stdout(monkeypatch, ca
     assert not capsys.readouterr().out
 
 
+@pytest.fixture
+def hang_up_heeded():
+    """Let this process heed SIGHUP, though the tests may run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.usefixtures("hang_up_heeded")
 @pytest.mark.slow
 def test_a_hang_up_of_the_terminal_ends_a_run_like_a_termination(tmp_path):
     process = program(tmp_path / "run", grid(100, (GOOD + 0.05,)), jobs=2, show_progress=False, session=True)
@@ -90,6 +99,7 @@ def test_a_hang_up_of_the_terminal_ends_a_run_like_a_termination(tmp_path):
     assert "run the same command again" in err
 
 
+@pytest.mark.usefixtures("hang_up_heeded")
 def test_a_hang_up_stops_a_run_and_has_its_exit_code():
     with pytest.raises(signals.Stopped) as stopped, signals.catching():
         signal.raise_signal(signal.SIGHUP)
