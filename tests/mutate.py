@@ -48,14 +48,14 @@ PATTERN, IDENTITY = "grid/pattern.py", "tests/test_grid.py -k 'id or demo or fra
 
 MUTATIONS = (
     # figures of merit
-    Mutation(RUNS, "end - settings.discard * period(scene) if turning", "end if turning", WINDOW),
+    Mutation(RUNS, "end - scene.turning.at(scene.case.simulate.discard)", "end", WINDOW),
     Mutation(RUNS, "settings.revolutions - settings.discard if turning", "settings.revolutions if turning", WINDOW),
     Mutation(FIGURES, "sums=ForceExceeded(0.01)", "sums=ForceExceeded(0.02)", WINDOW),
     Mutation(FIGURES, "sums=RootMean(tallies.FORCE_SQUARE)", "sums=Mean(tallies.FORCE_SQUARE)", WINDOW),
     Mutation(FIGURES, "clearance + depth(window, place)", "clearance", WINDOW),
     Mutation(FIGURES, "max(depth(window, place), 0.0)", "depth(window, place)", FLIGHT),
     Mutation(FIGURES, "[place, tallies.DEPTH_MAX], -window", "[place, tallies.DEPTH_MAX], 0.0 * window", FLIGHT),
-    Mutation(FIGURES, "[place, tallies.RESTITUTION] / counted", "[place, tallies.RESTITUTION]", IMPACT),
+    Mutation(FIGURES, "joint[tallies.RESTITUTION] / joint", "1.0 / joint", IMPACT),
     Mutation(FIGURES, "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
     Mutation(FIGURES, "2.0 * math.pi / bearing.size * law.length", "2.0 * math.pi / bearing.size", WEAR),
     Mutation(FIGURES, "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
@@ -138,7 +138,7 @@ MUTATIONS = (
     Mutation(PEAKS, "sign * rise > 0.0 and sign * fall < 0.0", "sign * rise > 0.0 and sign * fall > 0.0", WINDOW),
     Mutation(TALLY, "+= share * seen.lost", "+= 1.001 * share * seen.lost", IMPACT),
     # what is stored
-    Mutation("store/directory.py", "np.lexsort((-written,", "np.lexsort((written,", STORE),
+    Mutation("store/directory.py", "np.argsort([-batch.written", "np.argsort([batch.written", STORE),
     Mutation("store/directory.py", 'rows["failed"], rows["id"]))]', 'rows["id"]))]', STORE),
     Mutation("store/directory.py", "[:HASH_LENGTH] != named_hash(path)", "[:HASH_LENGTH] == path.name", STORE),
     Mutation("store/directory.py", "(batch.orbits) == batch.sha256", "(batch.orbits) > ''", STORE),
@@ -161,7 +161,7 @@ MUTATIONS = (
         STORE,
     ),
     Mutation("store/durable.py", "except (OSError, RuntimeError) as error:", "except RuntimeError as error:", STORE),
-    Mutation("store/batch.py", "or math.isfinite(value))", "or True)", STORE),
+    Mutation("store/batch.py", "valid = np.isfinite(numbers)", "valid = np.ones(len(numbers), bool)", STORE),
     Mutation("store/batch.py", 'if trajectory.status != "ok" or not form.histories:', "if not form.histories:", STORE),
     Mutation("store/batch.py", '[joint][body == "journal"]', '[joint][body == "bearing"]', STORE),
     Mutation("store/batch.py", "numbers[words == word] = code", "numbers[words != word] = code", STORE),
@@ -170,8 +170,8 @@ MUTATIONS = (
     ),
     Mutation("store/assemble.py", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
     Mutation("store/assemble.py", "place += rows\n", "place += rows - 1\n", STORE),
-    Mutation("store/assemble.py", 'first[here] = file.starts[each][rows["row"][here]]', "first[here] = 0", STORE),
-    Mutation("store/assemble.py", '+ rows["row"].tobytes())', ")", STRANGERS),
+    Mutation("store/assemble.py", "first[here], count[here] = starts[row],", "first[here], count[here] = 0,", STORE),
+    Mutation("store/assemble.py", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS),
     Mutation(
         "store/assemble.py", "order = np.argsort(np.concatenate(places))", "order = np.concatenate(places)", STORE
     ),
@@ -189,14 +189,14 @@ MUTATIONS = (
     # identity of a case
     Mutation(
         PATTERN,
-        '"mechanism", "drive", "joints") if key in case',
-        '"mechanism", "joints") if key in case',
+        '"mechanism", "drive", "loads", "joints") if key in case',
+        '"mechanism", "loads", "joints") if key in case',
         IDENTITY,
     ),
     Mutation(
         PATTERN,
-        '"mechanism", "drive", "joints") if key in case',
-        '"mechanism", "drive", "joints", "save") if key in case',
+        '"mechanism", "drive", "loads", "joints") if key in case',
+        '"mechanism", "drive", "loads", "joints", "save") if key in case',
         IDENTITY,
     ),
     Mutation(
