@@ -120,6 +120,8 @@ class Fake:
     def compile_for(case):
         """Do nothing."""
 
+    solve_each = None  # one after the other, as they are made to fail
+
     @staticmethod
     def derived(case):
         """Return a made-up derived value."""

@@ -12,13 +12,15 @@ through zero like a straight line, so that entry and separation are ordinary poi
 The relaxation keeps s^2 and the penetration of the coordinates together (Baumgarte 1972, one integration constant).
 """
 
+import math
 from typing import NamedTuple
 
 from numba import types
 
 from ..catalogue import Channel
-from .compiled.dual import Seeded, as_dual, slope
+from .compiled.dual import Seeded, as_dual, as_type_of, slope
 from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
+from .compiled.lanes import either, where
 from .joint.contract import Present, touches
 from .joint.impact_mass import joints_now
 from .joint.loads import loads_of, put_internal_rates
@@ -68,12 +70,11 @@ def clock(scene, y, mode):
     """Return kappa = dt/dtau at the state `y`, s.  A contact that does not touch has no share in 1/kappa."""
     first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
     if contacts == 1:
-        return y[first] / scene.sigma if touches(mode[0]) else 1.0
-    slowness = 0.0
+        return where(touches(mode[0]), y[first] / scene.sigma, 1.0)
+    slowness = as_type_of(0.0, y[first])
     for c in range(contacts):
-        if touches(mode[c]):
-            slowness += 1.0 / y[first + c]
-    return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
+        slowness = slowness + 1.0 / where(touches(mode[c]), y[first + c], math.inf)
+    return 1.0 / where(slowness != 0.0, scene.sigma * slowness, 1.0)
 
 
 @inlined
@@ -89,6 +90,14 @@ def root_rate(scene, contact, root, kappa):
     if extent(scene.joints).contact == 1:
         return closing * (1.0 / scene.sigma)
     return closing * (kappa / root)  # kappa / s, also at s = 0
+
+
+@inlined
+def _stays(scene, contact, root, kappa):
+    return as_type_of(0.0, root)
+
+
+_rate_of_root = either(root_rate, _stays)
 
 
 class _Rows(NamedTuple):
@@ -107,10 +116,8 @@ def _put_contacts(joint, load, place, rows):
     present, row = rows.present, rows.row
     for i in range(len(load.contacts)):
         contact, c = load.contacts[i], place.contact + i
-        root, closing = present.y[present.roots + c], 0.0
-        if touches(present.mode[c]):
-            closing = root_rate(rows.scene, contact, root, rows.kappa)
-        rows.k[row, present.roots + c] = closing
+        given = rows.scene, contact, present.y[present.roots + c], rows.kappa
+        rows.k[row, present.roots + c] = _rate_of_root(touches(present.mode[c]), given)
         seen = Observed(
             normal=contact.normal,
             stored=contact.elastic * contact.rate,

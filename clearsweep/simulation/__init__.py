@@ -9,6 +9,7 @@ from ..mechanics.joint.registry import text as laws_text
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from ..results import Trajectory
+from .ensemble import solve_each
 from .scene import build, catalogue, derived, ideal_motion, load_case, signature, warnings
 from .trajectory import compile_for, simulate
 
@@ -30,6 +31,7 @@ __all__ = [
     "signature",
     "simulate",
     "solve",
+    "solve_each",
     "warnings",
 ]
 

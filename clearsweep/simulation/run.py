@@ -2,11 +2,15 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from typing import TypeVar
 
 import numpy as np
 
+from ..mechanics.attempt import ARRAYS, addresses_of, attempt_of
 from ..mechanics.compiled.family import NO_ENTRY, flatten
+from ..mechanics.compiled.kept import Kept
+from ..mechanics.compiled.rows import room_for
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import (
     ONSET_FLOOR,
@@ -23,6 +27,7 @@ from ..mechanics.joint.wear.contract import ACCOUNT, FINEST
 from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram, observables
 from ..mechanics.observe import tally as tallies
+from ..mechanics.observe.along import step_width
 from ..mechanics.observe.between import BETWEEN
 from ..mechanics.observe.record import Record
 from ..mechanics.rates import rates_of, samples_of, slopes_of
@@ -41,8 +46,11 @@ PLACE_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
 LONGEST = 0.02  # turns of the crank a step may span: keeps located maxima and histograms of slow motions sharp
 ROUNDING = 1e-15  # of the mechanism's size and speed: no tolerance below it
 
+_ALONE = np.zeros((1, ARRAYS), dtype=np.int64)  # no case goes beside one that is alone
 TIME_BUDGET = -1  # a status besides those of the loop
 MOST = 2**62  # steps or events that may be counted
+
+T = TypeVar("T")
 
 _METHODS = {"auto": loop.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
 
@@ -52,12 +60,19 @@ def period(scene: Scene) -> float:
     return 2.0 * math.pi / scene.value.reference_rate
 
 
+def _with_room(numbers: Sequence[float] | np.ndarray, dtype: type = np.float64) -> np.ndarray:
+    """Return a copy of numbers with room behind them, see `rows.room_for`."""
+    array: np.ndarray = room_for(len(numbers), dtype)
+    array[:] = numbers
+    return array
+
+
 class Run:
     """The buffers of one integration and what it came to."""
 
     def __init__(self, scene: Scene, times: np.ndarray):
         value, joints = scene.value, scene.value.joints
-        self.value, self.deadline = value, scene.deadline
+        self.value, self.patience = value, scene.patience
         contacts, internal = every_contact(joints), every_internal_state(joints)
         n, many = scene.start.size, len(contacts)
         self.parameters = flatten(value)  # compiled code holds its address
@@ -78,21 +93,24 @@ class Run:
         self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))))
         self.work = events.Work(
             rates=rates_of(value, self.parameters),
+            attempt=attempt_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if worn else NO_ENTRY,
             time=2 * len(value.coordinates),
             reference_rate=value.reference_rate,
             sigma=value.sigma,
             longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
-            y=scene.start.copy(),
-            end=np.empty(n),
+            y=_with_room(scene.start),
+            end=room_for(n),
             z=np.empty(n),
             k=np.zeros((dop853.ROWS, n)),
             o=np.zeros((dop853.ROWS, observables.columns(many))),
             f=np.zeros((7, n)),
-            scale=_scale(scene),
-            mode=np.array([modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]),
-            latched=np.array([ONSET_FLOOR] * many + [began for _, began in every_latched(joints)]),
+            scale=_with_room(_scale(scene)),
+            mode=_with_room(
+                [modes.pressed if scene.in_contact else modes.apart for _, modes in contacts], dtype=np.int64
+            ),
+            latched=_with_room([ONSET_FLOOR] * many + [began for _, began in every_latched(joints)]),
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
             clearance=np.array([joint.clearance for joint, _ in contacts]),
@@ -107,38 +125,66 @@ class Run:
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             method=np.zeros(3, dtype=np.int64),
             proposals=np.zeros(2 << many),
-            ahead=np.zeros(3),
+            step=room_for(step_width(many, n)),
+            ahead=np.zeros(loop.AHEAD),
+            control=np.zeros(len(loop.Control._fields)),
+            log=np.empty((loop.LOG, 5)),
+            addresses=np.zeros(ARRAYS, dtype=np.int64),
             slopes=np.zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n),
             tally=self.tally,
             record=self.record,
         )
+        self.work.addresses[:] = addresses_of(self.parameters, self.work)
+        self.kept = Kept(self.work)
         self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
+        self.logs: list[np.ndarray] = []  # of events, as they were taken away
         self.counts = self.work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
 
     def go(self, control: loop.Control) -> tuple[int, np.ndarray]:
-        """Return the status and the events of an integration from where this one stands to where `control` ends it.
+        """Return the status and the events of an integration from where this one stands to where `control` ends it."""
+        self.heed(control)
+        self.go_on()
+        return self.status, np.concatenate(self.logs)
+
+    def go_on(self) -> None:
+        """Integrate, alone, to where this one ends."""
+        addresses, status = np.array([self.kept.address]), np.zeros(1, dtype=np.int64)
+        waits = True
+        while waits:
+            began = time.perf_counter()
+            loop.integrate(self.kept, addresses, status, NO_ENTRY, _ALONE)
+            self.duration += time.perf_counter() - began
+            waits = not self.ended(int(status[0]))
+
+    def heed(self, control: loop.Control) -> None:
+        """Let the integration go by `control` from here on."""
+        self.work.control[:], self.work.ahead[loop.BEGUN], self.logs = control, 0.0, []
+
+    def ended(self, status: int) -> bool:
+        """Return whether the integration, at which something is to be looked at, has ended; if not, make it go on.
 
         What only a stiff motion needs is compiled when the motion turns out to be one.
         """
-        logs: list[np.ndarray] = []
-        while True:
-            began = time.perf_counter()
-            status, log = loop.integrate(control, self.work)
-            self.duration += time.perf_counter() - began
-            logs.append(log)
-            if status == loop.TURNS_STIFF:
-                self.work.slopes[:] = slopes_of(self.value, self.parameters)
-            elif status == loop.PAUSED and time.process_time() >= self.deadline:
-                return TIME_BUDGET, np.concatenate(logs)
-            elif status != loop.PAUSED or self.work.y[self.work.time] >= control.pause:
-                return status, np.concatenate(logs)
+        work = self.work
+        self.logs.append(work.log[: int(work.ahead[loop.LOGGED])].copy())
+        self.status, work.ahead[loop.BEGUN] = status, 0.0
+        if status == loop.TURNS_STIFF:
+            work.slopes[:] = slopes_of(self.value, self.parameters)
+            return False
+        if status == loop.PAUSED and self.patience and self.patience.at_end():
+            self.status = TIME_BUDGET
+            return True
+        return status != loop.PAUSED or bool(work.y[work.time] >= work.control[loop.PAUSE])
 
     def spent(self, other: "Run") -> None:
         """Add what a run beside this one took."""
         self.counts += other.counts
         self.duration += other.duration
+
+
+Integrating = Generator[Run, None, Run]
 
 
 def onset_rates(run: Run) -> np.ndarray:
@@ -178,12 +224,37 @@ def _scale(scene: Scene) -> np.ndarray:
     return np.concatenate([place, rate, [moment], root, tolerance * internal])
 
 
-def integrated(scene: Scene, times: np.ndarray, end: float, watchers: Sequence[Watcher] = ()) -> Run:
-    """Return the integration of a scene up to `end` (s), reported at `times` (s)."""
+def integrating(scene: Scene, times: np.ndarray, end: float, watchers: Sequence[Watcher] = ()) -> Integrating:
+    """Return the integration of a scene up to `end` (s), reported at `times` (s).
+
+    One that nobody looks at on its way is handed out, as far as it stands, for others to do, see `alone`.
+    """
     run = Run(scene, times)
     keep_events = scene.case.save.orbits != "none" or times.size > 0
-    integrate(scene, run, end, keep_events=keep_events, watchers=watchers)
+    if watchers or scene.layout.horizon:
+        integrate(scene, run, end, keep_events=keep_events, watchers=watchers)
+        return run
+    start(run, control_of(scene, end, keep_events=keep_events))
+    yield run
+    run.events = np.concatenate(run.logs)
+    run.counts += run.work.counts
     return run
+
+
+def integrated(scene: Scene, times: np.ndarray, end: float) -> Run:
+    """Return the integration of a scene up to `end` (s), reported at `times` (s)."""
+    return alone(integrating(scene, times, end))
+
+
+def alone(course: Generator[Run, None, T]) -> T:
+    """Return what comes of integrations that are done one after the other as they are handed out."""
+    try:
+        while True:
+            run = next(course)
+            run.go_on()
+    except StopIteration as end:
+        result: T = end.value
+        return result
 
 
 def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers: Sequence[Watcher] = ()) -> None:
@@ -217,10 +288,16 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
     )
 
 
+def start(run: Run, control: loop.Control) -> None:
+    """Let a run go by `control`, by the method that this asks for from the beginning."""
+    if control.method == events.IMPLICIT and run.work.ahead[loop.NEXT] == 0.0:
+        run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
+    run.heed(control)
+
+
 def call(run: Run, control: loop.Control, scene: Scene, watchers: Sequence[Watcher] = ()) -> None:
     """Integrate, at one go unless somebody watches."""
-    if control.method == events.IMPLICIT and run.work.ahead[0] == 0.0:
-        run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
+    start(run, control)
     if watchers:
         discard, turn = scene.case.simulate.discard, period(scene)
         run.status, run.events = watch.drive(control, run, discard, turn, watchers)

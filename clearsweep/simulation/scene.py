@@ -1,6 +1,7 @@
 """From a case, names and numbers, to a scene, types and numbers: the only place where names become types."""
 
 import math
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -25,6 +26,22 @@ _WEAR_WARNING = 1e-2  # of coefficient times hardness
 _LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, it is beyond _WEAR_WARNING
 
 
+class Patience:
+    """How long a case may take."""
+
+    def __init__(self, budget: float):
+        """Begin to count; budget : s of this process's time."""
+        self.deadline = time.process_time() + budget
+
+    def forgive(self, seconds: float) -> None:
+        """Leave out of account what went to other cases, s of this process's time."""
+        self.deadline += seconds
+
+    def at_end(self) -> bool:
+        """Return whether the case is to be given up."""
+        return time.process_time() >= self.deadline
+
+
 @dataclass(frozen=True)
 class Scene:
     """A case made ready: its compiled form and where it starts."""
@@ -36,7 +53,7 @@ class Scene:
     layout: Layout
     start: np.ndarray  # (n,) initial state, see mechanics.rates
     in_contact: bool  # all joints begin in contact
-    deadline: float = math.inf  # s of this process's time, at which the case is given up
+    patience: "Patience | None" = None  # None: as much time as it takes
 
 
 def catalogue() -> Catalogue:

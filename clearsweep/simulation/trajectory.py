@@ -2,8 +2,7 @@
 
 import dataclasses
 import math
-import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,11 +20,13 @@ from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
 from ..validity import UNCHECKED, Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
 from .figures import COST, figures_of
-from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, period
-from .scene import Scene, build
+from .run import TIME_BUDGET, Run, alone, call, control_of, integrate, integrated, integrating, onset_rates, period
+from .scene import Patience, Scene, build
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
 from .window import Window, wear_of
+
+Simulating = Generator[Run, None, Trajectory]
 
 _STATUS = {
     loop.OK: ("ok", ""),
@@ -66,12 +67,22 @@ def simulate(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Wa
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
-    scene = dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
-    trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
-    return _error_checked(scene, trajectory) if scene.layout.error_check else trajectory
+    return alone(simulating(scene, times, watchers))
 
 
-def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
+def simulating(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Watcher] = ()) -> Simulating:
+    """Simulate a scene, as `simulate` does, but hand out every plain integration for others to do, see `alone`."""
+    scene = dataclasses.replace(scene, patience=Patience(scene.case.simulate.time_budget))
+    if scene.layout.until:
+        trajectory = _settle(scene, times, watchers)
+    else:
+        trajectory = yield from _simulate(scene, times, watchers)
+    if scene.layout.error_check:
+        trajectory = yield from _error_checked(scene, trajectory)
+    return trajectory
+
+
+def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Simulating:
     """Return the trajectory of a scene whose length is given."""
     turning = scene.mechanism.turns
     end = scene.case.simulate.revolutions * period(scene) if turning else math.inf
@@ -80,12 +91,13 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
     elif scene.case.save.orbits == "none":
         reported = np.empty(0)
     elif not turning:  # its duration is known afterwards
-        last = integrated(scene, np.empty(0), end)
+        last = yield from integrating(scene, np.empty(0), end)
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
         reported = sampling_times(scene.case, period(scene), end)
-    return _trajectory(scene, integrated(scene, reported, end, watchers), end)
+    run = yield from integrating(scene, reported, end, watchers)
+    return _trajectory(scene, run, end)
 
 
 def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) -> Trajectory:
@@ -131,14 +143,14 @@ def _changed(scene: Scene, **settings: Any) -> Scene:
     return dataclasses.replace(scene, case=scene.case._replace(simulate=simulate))
 
 
-def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
+def _error_checked(scene: Scene, trajectory: Trajectory) -> Simulating:
     """Return a trajectory with the difference of every figure from a run at a tenth of the tolerance in its summary."""
     if trajectory.status != "ok":
         return trajectory
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter["revolutions"] = trajectory.summary["revolutions_run"]
-    other = _simulate(_changed(scene, **tighter), np.empty(0))
+    other = yield from _simulate(_changed(scene, **tighter), np.empty(0))
     _differ(trajectory.summary, other.summary)
     if other.status == "ok":
         return trajectory
@@ -276,7 +288,8 @@ def sampling_times(case: Case, turn: float, end: float) -> np.ndarray:
 
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return what integrating a slider-crank takes: steps, rejected ones, evaluations, those that locate events."""
-    counts = integrated(scene, np.empty(0), scene.case.simulate.revolutions * period(scene)).work.counts
+    run = integrated(scene, np.empty(0), scene.case.simulate.revolutions * period(scene))
+    counts = run.work.counts
     places = {
         "steps": events.STEPS,
         "steps_rejected": events.REJECTED,

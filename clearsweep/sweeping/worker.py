@@ -9,7 +9,7 @@ import platform
 import signal
 import sys
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -46,6 +46,13 @@ class Simulator(Protocol):
 
     def solve(self, case: Case, /) -> Trajectory:
         """Return the result of a case."""
+
+    @property
+    def solve_each(self) -> Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None:
+        """Return what yields the place of each case and its result, or what went wrong, as they end.
+
+        None where cases are to be solved one after the other.
+        """
 
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
         """Return name -> (value, SI unit) of what follows from other values."""
@@ -149,19 +156,48 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
             except FileExistsError:  # a scheduler tries again by itself what killed a worker
                 raise AbandonedError(f"batch {batch.name} was begun before") from None
         try:
-            for index, case in enumerate(batch.cases):
-                if signals.requested() or job.stop.exists():
-                    break
-                with durable.storing(job.note(batch)):
-                    os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
-                    os.lseek(note, NOTE_LENGTH, os.SEEK_SET)
-                values = job.grid.case(case.grid_index)
-                rows.append(store.Row(case.case_id, job.grid.point(case.grid_index), _solve(job, values, note)))
+            together = job.simulator.solve_each and not job.case_timeout and not batch.tried and len(batch.cases) > 1
+            for case, trajectory in (_all if together else _one_by_one)(job, batch, note):
+                rows.append(store.Row(case.case_id, job.grid.point(case.grid_index), trajectory))
             seconds = time.perf_counter() - begin
             committed = store.commit(job.directory, store.Form.of(job.grid), batch.name, rows) if rows else None
         finally:
             os.close(note)
     return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+
+
+def _one_by_one(job: Job, batch: Batch, note: int) -> Iterator[tuple[Task, Trajectory]]:
+    """Yield the cases of a batch and their results, one after the other; asked to stop, end after the case at hand."""
+    for index, case in enumerate(batch.cases):
+        if signals.requested() or job.stop.exists():
+            return
+        _write_note(job, batch, note, index)
+        yield case, _solve(job, job.grid.case(case.grid_index), note)
+
+
+def _all(job: Job, batch: Batch, note: int) -> Iterator[tuple[Task, Trajectory]]:
+    """Yield the same of cases that are computed together; asked to stop, end with the first that is not done.
+
+    Who dies over them is not found out: all go one by one when the batch is tried again.
+    """
+    assert job.simulator.solve_each
+    _write_note(job, batch, note, 0)
+    done: dict[int, Trajectory] = {}
+    for index, result in job.simulator.solve_each(job.grid.case(case.grid_index) for case in batch.cases):
+        done[index] = result if isinstance(result, Trajectory) else _crashed(result)
+        if signals.requested() or job.stop.exists():
+            break
+    for index, case in enumerate(batch.cases):
+        if index not in done:
+            return
+        yield case, done[index]
+
+
+def _write_note(job: Job, batch: Batch, note: int, index: int) -> None:
+    """Note which case this process is at."""
+    with durable.storing(job.note(batch)):
+        os.pwrite(note, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
+        os.lseek(note, NOTE_LENGTH, os.SEEK_SET)
 
 
 class Note(NamedTuple):
@@ -188,10 +224,15 @@ def _solve(job: Job, case: Case, note: int) -> Trajectory:
     try:
         return job.simulator.solve(case)
     except Exception as error:
-        return failure("crashed", resources.remedy(error) or brief(error))
+        return _crashed(error)
     finally:
         if job.case_timeout:
             faulthandler.cancel_dump_traceback_later()
+
+
+def _crashed(error: Exception) -> Trajectory:
+    """Return the result of a case in which something went wrong that nobody foresaw."""
+    return failure("crashed", resources.remedy(error) or brief(error))
 
 
 def failure(status: str, message: str) -> Trajectory:

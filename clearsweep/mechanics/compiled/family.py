@@ -18,7 +18,8 @@ from numba.extending import intrinsic, overload, register_jitable
 
 #: Options of the arithmetic: division by zero gives inf; a product and a sum may be fused and zeros have no sign, so
 #: that each right-hand side, a chain of operations that wait for each other, is shorter.  Nothing is reordered.
-ARITHMETIC = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
+BLOCK = 8  # numbers that the widest registers hold
+ARITHMETIC = {"error_model": "numpy"}
 #: Options of every compiled function: also no reference counting, which costs twice the arithmetic where arrays travel
 #: in tuples (nothing here keeps an array beyond the call).
 OPTIONS = ARITHMETIC | {"_nrt": False}
@@ -63,6 +64,7 @@ def family(stub):
 
     overload(dispatch, strict=False, jit_options=dict(OPTIONS))(select)
     dispatch.member, dispatch.members, dispatch.body_for = member, members, functools.partial(_body_for, members)
+    dispatch.body_of = functools.partial(_body_of, members)
     return dispatch
 
 
@@ -72,6 +74,11 @@ def _chosen(members, cls, classes):
         if all(_fits(wanted, tuple(classes(field))) for field, wanted in narrowed.items()):
             return body
     return None
+
+
+def _body_of(members, value):
+    """Return the body for a value, or None."""
+    return _chosen(members, type(value), lambda field: map(type, getattr(value, field)))
 
 
 def _body_for(members, cls):
@@ -127,7 +134,8 @@ NO_ENTRY = Entry(0, 0)
 
 def flatten(value):
     """Return the numbers of nested tuples of floats as a (numbers,) float64 array, in the order compiled code reads."""
-    return np.array(list(_numbers(value)), dtype=np.float64)
+    numbers = list(_numbers(value))
+    return np.array(numbers + [0.0] * (-len(numbers) % BLOCK))[: len(numbers)]
 
 
 def _numbers(value):

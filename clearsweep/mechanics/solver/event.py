@@ -12,7 +12,7 @@ import numpy as np
 from ..compiled.family import Entry, invoke, kernel
 from ..joint.contract import meets, touches
 from ..observe.observables import KAPPA, observed
-from .dop853 import END, SCRATCH, dense_component, dense_state
+from .dop853 import END, SCRATCH, SEEN, dense_component, dense_state
 
 NOTHING, ONSET, SEPARATION, STOP, GUARD = range(5)  # kinds of events; GUARD and beyond: the guards of joints
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
@@ -32,6 +32,7 @@ class Work(NamedTuple):
     """
 
     rates: Entry  # the right-hand side
+    attempt: Entry  # a whole step of the explicit method
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
@@ -59,7 +60,11 @@ class Work(NamedTuple):
     method: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
     slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion turns out to be stiff
     proposals: np.ndarray  # (2^(1+c),) step length by method and contacts that touch, 0: none yet
-    ahead: np.ndarray  # (3,) length of the next step, how much it may grow and its expected error; 0: not begun
+    step: np.ndarray  # the length of a step that is tried and what it comes to, see observe.along
+    ahead: np.ndarray  # (AHEAD,) what the loop goes on with, see loop
+    control: np.ndarray  # (len(Control),) what ends the motion, see loop.Control
+    addresses: np.ndarray  # (ARRAYS,) int64, of what a step side by side reads and fills, see attempt
+    log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see loop.Event
     guards: tuple  # joint.guards.Guards
     implicit: tuple  # newton.Implicit
     tally: tuple  # tally.Tally
@@ -101,8 +106,9 @@ def fastest(at, j, last):
     """Return the largest speed of the journal of free contact `j`, m per unit of tau, at stages up to row `last`."""
     work = at[0]
     speed = 0.0
-    for row in range(last + 1):
-        speed = max(speed, observed(at, row, j).slip * work.o[row, KAPPA])
+    for row in SEEN:
+        if row <= last:
+            speed = max(speed, observed(at, row, j).slip * work.o[row, KAPPA])
     return speed
 
 

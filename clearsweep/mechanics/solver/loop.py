@@ -3,12 +3,12 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
-from numba.extending import register_jitable
 
-from ..compiled.family import kernel, pointer_to
+from ..compiled.family import invoke, kernel
+from ..compiled.kept import found
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR
+from ..observe.along import ERROR, LENGTH
 from ..observe.observables import KAPPA, KINETIC, observed
 from ..observe.record import write_sample
 from ..observe.tally import (
@@ -38,17 +38,18 @@ from .event import (
     STOP,
     travel_ratio,
 )
-from .newton import AFTER, LENGTH, RENEWED, choose_method
+from .newton import AFTER, RENEWED, choose_method
+from .newton import LENGTH as PAST_LENGTH
 from .step import begin_step, finish_ends, go_through, latch, meet, take_step
-from .step_control import GROW, TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
+from .step_control import GROW, MOST_TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
 
 AUTO = 2  # of Control.method
-OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF = range(7)
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, GOING = range(8)
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
 
 class Control(NamedTuple):
-    """When to stop, how accurate to be, and what to keep."""
+    """When to stop, how accurate to be, and what to keep: numbers, that stand in Work.control in this order."""
 
     window: float  # s, where figures begin to be taken
     end: float  # s
@@ -59,6 +60,14 @@ class Control(NamedTuple):
     method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
     pause: float = math.inf  # s, return PAUSED at the first step end from here on; called again, go on undisturbed
     stretch: int = 1 << 16  # steps after which to return PAUSED, too, so that whoever called can look at the clock
+
+
+WINDOW, END_AT, SEPARATIONS_AT, STEP_BUDGET_AT, EVENT_BUDGET_AT, KEEP_EVENTS, METHOD, PAUSE, STRETCH = range(9)
+# Work.ahead: length of the next step, 0 before the first; how much it may grow; its expected error; rejections in a
+# row; evaluations before it; the step after which to pause; whether figures are taken; events logged; whether begun
+NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, AHEAD = range(10)
+LOG = 512  # events that are logged before whoever called has to take them away
+WORTH = 3  # cases: fewer take their steps one after the other, as that is faster
 
 
 @kernel
@@ -108,20 +117,16 @@ class Event(NamedTuple):
     force_peak: float  # N, of the contact that ends
 
 
-@register_jitable(error_model="numpy")
-def log_event(events, count, event):
-    """Return the event log with an Event behind its first `count` rows, unless it is the passage of a guard."""
+@kernel
+def log_event(at, event):
+    """Enter an Event into the log, unless it is the passage of a guard."""
+    work = at[0]
     if event.kind >= GUARD:
-        return events
-    if count == events.shape[0]:
-        longer = np.empty((2 * count, 5))
-        for row in range(count):
-            for column in range(5):
-                longer[row, column] = events[row, column]
-        events = longer
-    events[count, 0], events[count, 1], events[count, 2] = event.time, event.contact, event.kind
-    events[count, 3], events[count, 4] = event.rate, event.force_peak
-    return events
+        return
+    row = int(work.ahead[LOGGED])
+    work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
+    work.log[row, 3], work.log[row, 4] = event.rate, event.force_peak
+    work.ahead[LOGGED] += 1.0
 
 
 @kernel
@@ -159,89 +164,165 @@ def restart(at):
     for i in range(work.y.size):
         work.y[i] = work.end[i]
     work.method[0], work.method[1] = work.method[2], 0
-    work.implicit.past[LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
+    work.implicit.past[PAST_LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
     begin_step(at)
 
 
 @kernel
-def begin(at, windowed):
-    """Return the first step's length, growth and expected error: after a pause what was to come, else a guess."""
+def begin(at):
+    """Make a case ready for its first step, or for the next after a pause: as if there had been none."""
     work = at[0]
-    tally, record = work.tally, work.record
+    tally, record, ahead, control = work.tally, work.record, work.ahead, work.control
+    ahead[BEGUN], ahead[LOGGED], ahead[TRIES] = 1.0, 0.0, 0.0
+    ahead[WINDOWED] = 1.0 if control[WINDOW] <= work.y[work.time] else 0.0
     begin_step(at)  # after a pause the same again, unless the state was put elsewhere
-    if work.ahead[0] > 0.0:
-        return work.ahead[0], work.ahead[1], work.ahead[2]
+    ahead[SPENT], ahead[REST] = work.counts[EVALUATIONS], work.counts[STEPS] + control[STRETCH]
+    if ahead[NEXT] > 0.0:
+        return
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
-    if windowed:
+    if ahead[WINDOWED] != 0.0:
         open_window(at)
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[work.time]:
         write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
-    return first_length(at, work.proposals, proposal_of(at)), GROW, 0.0
+    ahead[NEXT], ahead[GROWTH], ahead[EXPECTED] = first_length(at, work.proposals, proposal_of(at)), GROW, 0.0
+
+
+@kernel
+def ready(at):
+    """Return GOING where a case is to take a step, whose length then stands in `work.step`, else why not."""
+    work = at[0]
+    ahead, control = work.ahead, work.control
+    if ahead[BEGUN] == 0.0:
+        begin(at)
+    if work.counts[STEPS] + work.counts[REJECTED] >= control[STEP_BUDGET_AT]:
+        return STEP_BUDGET
+    if ahead[TRIES] == 0.0:
+        waits = work.y[work.time] >= control[PAUSE] or work.counts[STEPS] >= ahead[REST]
+        if waits or ahead[LOGGED] >= work.log.shape[0]:
+            return PAUSED
+    if work.method[0] == IMPLICIT and work.slopes[0] == 0:
+        return TURNS_STIFF
+    ahead[NEXT] = min(ahead[NEXT], work.longest / work.o[0, KAPPA])
+    work.step[LENGTH] = ahead[NEXT]
+    return GOING
+
+
+@kernel
+def begin_again(at):
+    """Make ready for the first step after something has changed at the end of the one before."""
+    work = at[0]
+    restart(at)
+    work.ahead[NEXT], work.ahead[GROWTH], work.ahead[EXPECTED] = (
+        first_length(at, work.proposals, proposal_of(at)),
+        GROW,
+        0.0,
+    )
+    work.ahead[SPENT] = work.counts[EVALUATIONS]
+
+
+@kernel
+def reject(at, h, error):
+    """Shorten a step of length `h` whose error was too large; return GOING, or why that helps no more."""
+    work = at[0]
+    ahead = work.ahead
+    work.counts[REJECTED] += 1
+    ahead[NEXT], ahead[GROWTH], ahead[TRIES] = h * shrinking(error), 1.0, ahead[TRIES] + 1.0
+    if ahead[TRIES] > MOST_TRIES:
+        return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
+    return GOING
+
+
+@kernel
+def conclude(at):
+    """Take from the step that was tried, see `work.step`, all that is wanted, or reject it; return GOING or the end."""
+    work = at[0]
+    ahead, control, proposals = work.ahead, work.control, work.proposals
+    h = work.step[LENGTH]
+    error = max(work.step[ERROR], travel_ratio(at, h) ** 8)  # the step control takes the eighth root
+    if not error < 1.0:
+        return reject(at, h, error)
+    ahead[TRIES] = 0.0
+    finish_ends(at)
+    pattern, windowed = proposal_of(at), ahead[WINDOWED] != 0.0
+    if control[METHOD] == AUTO:
+        cost = work.counts[EVALUATIONS] - int(ahead[SPENT])
+        choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], cost)
+    change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
+    proposals[pattern], ahead[EXPECTED] = h * change, error * change**8
+    kind, contact, taken, dense = meet(at, h, control[END_AT] if windowed else control[WINDOW])
+    note_step(at, taken, windowed, dense)
+    if kind == NOTHING:
+        go_on(at)
+        ahead[NEXT], ahead[GROWTH] = next_length(at, h, proposals[pattern]), GROW
+        ahead[SPENT] = work.counts[EVALUATIONS]
+        return GOING
+    if kind == STOP:
+        if windowed:
+            return OK
+        ahead[WINDOWED] = 1.0
+        open_window(at)
+    else:
+        event = apply_event(at, kind, contact, windowed)
+        if control[KEEP_EVENTS] != 0.0:
+            log_event(at, event)
+        if control[SEPARATIONS_AT] > 0.0 and work.counts[SEPARATIONS] >= control[SEPARATIONS_AT]:
+            return OK
+        if work.counts[EVENTS] >= control[EVENT_BUDGET_AT]:
+            return EVENT_BUDGET
+    begin_again(at)
+    return GOING
 
 
 @njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
-def integrate(control, work):
-    """Integrate from the state in `work.y` to the end that `control` sets.  Every other function works on `at[0]`.
+def integrate(model, addresses, status, together, table):
+    """Integrate cases from where they stand until one of them is to be looked at.  Never raises.
 
-    Returns
-    -------
-    status : int, OK or the reason why it ended early; PAUSED, or
-        TURNS_STIFF, `work.slopes` being needed: call again to go on
-    events : (events, 5) float64, rows of time (s), contact, 1 onset or 2 separation, rate (m/s), force peak (N)
+    Parameters
+    ----------
+    model : Kept, a Work; of what form all cases are.
+    addresses : (cases,) int64, of their Works, kept as well.
+    status : (cases,) int64, filled: GOING, OK or the reason why a case ended early; PAUSED, or TURNS_STIFF, its
+        `work.slopes` being needed: call again to go on.
+    together : the Entry that takes steps side by side, see `attempt`; NO_ENTRY for one after the other.
+    table : (width, arrays) int64, room for the addresses that it reads.
 
-    The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
+    Figures are in the `tally` of each Work, samples in its `record`, events in its `log`.  Which cases go side by side
+    has no part in what comes out: see `attempt`.
     """
-    at, time, proposals = pointer_to(work), work.time, work.proposals
-    events, earlier = np.empty((64 if control.keep_events else 0, 5)), work.counts[EVENTS]
-    windowed = control.window <= work.y[time]
-    stop = control.end if windowed else control.window
-    h, grow, expected = begin(at, windowed)
-    tries, spent, rest = 0, work.counts[EVALUATIONS], work.counts[STEPS] + control.stretch
-    while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
-        if tries == 0 and (work.y[time] >= control.pause or work.counts[STEPS] >= rest):
-            work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
-            return PAUSED, events[: work.counts[EVENTS] - earlier]
-        if work.method[0] == IMPLICIT and work.slopes[0] == 0:
-            work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
-            return TURNS_STIFF, events[: work.counts[EVENTS] - earlier]
-        h = min(h, work.longest / work.o[0, KAPPA])
-        error = take_step(at, h)
-        error = max(error, travel_ratio(at, h) ** 8)  # the step control takes the eighth root
-        if not error < 1.0:
-            work.counts[REJECTED] += 1
-            h *= shrinking(error)
-            grow, tries = 1.0, tries + 1
-            if tries > TRIES:
-                return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS] - earlier]
-            continue
-        tries = 0
-        finish_ends(at)
-        pattern = proposal_of(at)
-        if control.method == AUTO:
-            choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], work.counts[EVALUATIONS] - spent)
-        change = min(grow, change_of_length(error, expected))
-        proposals[pattern], expected = h * change, error * change**8
-        kind, contact, taken, dense = meet(at, h, stop)
-        note_step(at, taken, windowed, dense)
-        if kind == NOTHING:
-            go_on(at)
-            h, grow = next_length(at, h, proposals[pattern]), GROW
-            spent = work.counts[EVALUATIONS]
-            continue
-        if kind == STOP:
-            if windowed:
-                return OK, events[: work.counts[EVENTS] - earlier]
-            windowed, stop = True, control.end
-            open_window(at)
-        else:
-            count, event = work.counts[EVENTS] - earlier, apply_event(at, kind, contact, windowed)
-            events = log_event(events, count, event) if control.keep_events else events
-            if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
-                return OK, events[: work.counts[EVENTS] - earlier]
-            if work.counts[EVENTS] >= control.event_budget:
-                return EVENT_BUDGET, events[: work.counts[EVENTS] - earlier]
-        restart(at)
-        h, grow, expected = first_length(at, proposals, proposal_of(at)), GROW, 0.0
-        spent = work.counts[EVALUATIONS]
-    return STEP_BUDGET, events[: work.counts[EVENTS] - earlier]
+    waits = False
+    while not waits:
+        explicit = 0
+        for c in range(addresses.size):
+            at = found(model, addresses[c])
+            status[c] = ready(at)
+            waits = waits or status[c] != GOING
+            explicit += at[0].method[0] != IMPLICIT
+        if waits:
+            return
+        beside = together.code != 0 and explicit >= WORTH
+        if beside:
+            side_by_side(model, addresses, together, table)
+        for c in range(addresses.size):
+            at = found(model, addresses[c])
+            if not beside or at[0].method[0] == IMPLICIT:
+                at[0].step[ERROR] = take_step(at, at[0].step[LENGTH])
+            status[c] = conclude(at)
+            waits = waits or status[c] != GOING
+
+
+@kernel
+def side_by_side(model, addresses, together, table):
+    """Take a step of every case that is integrated by the explicit method; idle lanes do again what another does."""
+    lane, last = 0, 0
+    for c in range(addresses.size):
+        at = found(model, addresses[c])
+        if at[0].method[0] != IMPLICIT:
+            for which in range(table.shape[1]):
+                table[lane, which] = at[0].addresses[which]
+            at[0].counts[EVALUATIONS] += END
+            lane, last = lane + 1, lane
+    for idle in range(lane, table.shape[0]):
+        for which in range(table.shape[1]):
+            table[idle, which] = table[last, which]
+    invoke(together.code, together.parameters, (table,), 0)

@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import invoke, kernel
-from .dop853 import END, SCRATCH, dense_component, dense_state
+from ..observe.along import RISE, RUN
+from .dop853 import END, SCRATCH, SEEN, dense_component, dense_state
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT, evaluate
 from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
 
-SEEN = np.array([3, 5, 6, 7, 8, 9, 10, 11])  # rows in which observables of the explicit method's stages are looked for
+FOLLOWED = SEEN[1:-1]  # those between the start and the end of a step
 ITERATIONS = 5  # with the same Jacobians
 CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
 KEEP = 1e-3  # convergence from one iteration to the next that keeps the Jacobians for the next step
@@ -314,7 +315,7 @@ def look_along(at):
     """Put observables where the explicit method has its stages: the polynomial through those of start and stages."""
     work = at[0]
     for column in range(work.o.shape[1]):
-        for row in SEEN:
+        for row in FOLLOWED:
             total = LOOK[row, 0] * work.o[0, column]
             for s in range(STAGES):
                 total += LOOK[row, 1 + s] * work.o[ROWS[s], column]
@@ -362,11 +363,8 @@ def choose_method(at, h, explicit, cost):
             limit[SAVED], limit[SPENT] = 0.0, 0.0
             return
     else:
-        rise, run = 0.0, 0.0
-        for i in range(work.y.size):  # work.z is still the state of the last stage, which lies at the end of the step
-            rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
-            run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
-        work.method[1] = work.method[1] + 1 if h * math.sqrt(rise) > STIFF * math.sqrt(run) else 0
+        steep = h * math.sqrt(work.step[RISE]) > STIFF * math.sqrt(work.step[RUN])
+        work.method[1] = work.method[1] + 1 if steep else 0
         if work.method[1] < limit[PATIENT]:
             return
         limit[LIMIT] = h

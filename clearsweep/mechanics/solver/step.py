@@ -2,8 +2,9 @@
 
 from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
+from ..observe.along import ERROR, LENGTH
 from ..observe.observables import KAPPA, observed
-from .dop853 import END, ROWS, dense_coefficients, error_norm, stage_state
+from .dop853 import END, ROWS, dense_coefficients, stage_state
 from .event import (
     EVALUATIONS,
     IMPLICIT,
@@ -79,19 +80,25 @@ def finish_dense(at, h):
 
 @kernel
 def take_step(at, h):
-    """Put the state at the end of a step of length `h` into `work.end` and return its error over the allowed one."""
+    """Put the end of a step of length `h` into `work.end` and what is seen there into row END; return its error.
+
+    The error is that over the allowed one.  After an implicit step row END is `finish_ends`'s.
+    """
     work = at[0]
     if work.method[0] == IMPLICIT:
         return implicit_step(at, h)
-    run_stages(at, h, 1, END)
-    stage_state(END, h, work.y, work.k, work.end)
-    return error_norm(h, work.k, work.scale)
+    work.step[LENGTH] = h
+    arrays = (work.y, work.mode, work.latched, work.scale, work.k, work.o, work.end, work.step)
+    invoke(work.attempt.code, work.attempt.parameters, arrays, 0)
+    work.counts[EVALUATIONS] += END
+    return work.step[ERROR]
 
 
 @kernel
 def finish_ends(at):
-    """Evaluate the rates and observables at the end of a step."""
-    evaluate(at, at[0].end, END)
+    """Evaluate the rates and observables at the end of a step; an explicit one has done so."""
+    if at[0].method[0] == IMPLICIT:
+        evaluate(at, at[0].end, END)
 
 
 @kernel
