@@ -9,6 +9,7 @@ from report_fake import Run
 from clearsweep import grid, quantity, report, simulation
 from clearsweep.grid.key_table import shape
 from clearsweep.grid.keys import Number
+from clearsweep.grid.pattern import nested
 from clearsweep.report import study
 from clearsweep.report.section import Columns, Facts
 from clearsweep.report.sections import setup
@@ -74,22 +75,11 @@ def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
             exponent = {f"{path.rpartition('.')[0]}.exponent": 2.5} if "^exponent" in use.field.unit else {}
             values = {path: 2.0, "mechanism.type": mechanism.name, **exponent}
             values |= {chooser: min(names) for chooser, names in use.when}
-            text = shown(_nested(values))[path]
+            text = shown(nested(values, ()))[path]
             unit = quantity.exponent_of(use.field.unit, 2.5)
             assert quantity.read(written(text), unit) == pytest.approx(2.0, rel=1e-5), (path, text, unit)
             checked += 1
     assert checked > 40
-
-
-def _nested(flat):
-    tree = {}
-    for path, value in flat.items():
-        *above, key = path.split(".")
-        inside = tree
-        for part in above:
-            inside = inside.setdefault(part, {})
-        inside[key] = value
-    return tree
 
 
 @pytest.mark.parametrize(
