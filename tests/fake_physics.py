@@ -10,9 +10,10 @@ import numpy as np
 
 from clearsweep import results
 from clearsweep.catalogue import Catalogue, Channel, Field, Figure, JointSite, Keys, Law, Mechanism, Output
+from clearsweep.errors import InputError
 from clearsweep.layout import Layout
 
-GOOD, RAISES, DIES, HANGS, FAILS, LOCKS = 0.0, 500.0, 600.0, 700.0, 800.0, 900.0  # below 10: s of sleep
+GOOD, REFUSED, RAISES, DIES, HANGS, FAILS, LOCKS = 0.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0  # below 10: s of sleep
 
 _POWER = (Field("stiffness", "N/m^exponent"), Field("exponent", "1", default=1.5))
 _LOSS = (Field("restitution", "1", high=1.0, high_open=False),)
@@ -134,6 +135,8 @@ class Fake:
     def solve(case):
         """Return a made-up trajectory, or fail in the way that the case's gravity says."""
         gravity = case.mechanism.values["gravity"]
+        if gravity == REFUSED:
+            raise InputError("mechanism: cannot be put together")
         if gravity == RAISES:
             raise ZeroDivisionError("made to fail")
         if gravity == DIES:

@@ -15,7 +15,7 @@ import numpy as np
 import psutil
 import pytest
 import torture
-from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, Fake, grid
+from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake, grid
 from fake_sweeps import sweep
 
 from clearsweep import errors
@@ -93,11 +93,12 @@ def test_serial_and_parallel_runs_leave_the_same(tmp_path):
 
 
 def test_failures_become_rows_with_their_reason_and_the_others_go_on(tmp_path):
-    result = quiet(grid(2, (GOOD, RAISES, FAILS, DIES, HANGS)), tmp_path / "run", case_timeout=0.3)
-    assert (result.ok, result.failed, result.missing, result.exit_code) == (2, 8, 0, 3)
+    result = quiet(grid(2, (GOOD, REFUSED, RAISES, FAILS, DIES, HANGS)), tmp_path / "run", case_timeout=0.3)
+    assert (result.ok, result.failed, result.missing, result.exit_code) == (2, 10, 0, 3)
     summary = result.open().summary
     messages = {row["mechanism.gravity"]: (row["status"], row["message"]) for _, row in summary.iterrows()}
     assert messages[GOOD] == ("ok", "")
+    assert messages[REFUSED] == ("refused", "mechanism: cannot be put together")
     assert messages[RAISES] == ("crashed", "ZeroDivisionError: made to fail")
     assert messages[FAILS] == ("step-budget", "the step budget was used up")
     assert messages[DIES] == ("crashed", "its worker died twice (SIGKILL, perhaps out of memory)")

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol
 from .. import resources, store
 from ..case import Case
 from ..catalogue import Catalogue
-from ..errors import ClearsweepError, brief
+from ..errors import ClearsweepError, InputError, brief
 from ..grid import Grid
 from ..results import Trajectory
 from ..store import durable
@@ -235,6 +235,8 @@ def _solve(job: Job, case: Case, note: int) -> Trajectory:
         faulthandler.dump_traceback_later(job.case_timeout, exit=True, file=note)
     try:
         return job.simulator.solve(case)
+    except InputError as error:
+        return failure("refused", str(error))
     except Exception as error:
         return failure("crashed", resources.remedy(error) or brief(error))
     finally:

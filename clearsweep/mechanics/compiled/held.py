@@ -5,7 +5,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
-from .family import OPTIONS
+from .family import OPTIONS, kernel
 
 
 class Held(float):
@@ -47,3 +47,19 @@ def _item_of(address, place):
         return _load(address, place)
 
     return compiled
+
+
+@kernel
+def row_of(address, width, rows, now):
+    """Return where the last of `rows` rows of `width` numbers begins whose first number is at most `now`.
+
+    Their first numbers increase; below all of them it is the first row.
+    """
+    low, high = 0, rows
+    while high - low > 1:
+        middle = (low + high) // 2
+        if item_of(address, width * middle) <= now:
+            low = middle
+        else:
+            high = middle
+    return width * low

@@ -8,7 +8,7 @@ import numpy as np
 from ....machine import Constant, Course, Motor
 from ...compiled.dual import plain
 from ...compiled.family import family
-from ...compiled.held import held, item_of
+from ...compiled.held import held, item_of, row_of
 
 _WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
 
@@ -46,14 +46,7 @@ def _steady(drive, time):
 
 @driven.member(Scheduled)
 def _scheduled(drive, time):
-    now, low, high = plain(time), 0, int(drive.rows)
-    while high - low > 1:
-        middle = (low + high) // 2
-        if item_of(drive.table, _WIDTH * middle) <= now:
-            low = middle
-        else:
-            high = middle
-    row = _WIDTH * low
+    row = row_of(drive.table, _WIDTH, int(drive.rows), plain(time))
     gone, speed = time - item_of(drive.table, row), item_of(drive.table, row + 2)
     acceleration = item_of(drive.table, row + 3)
     angle = item_of(drive.table, row + 1) + gone * (speed + 0.5 * acceleration * gone)

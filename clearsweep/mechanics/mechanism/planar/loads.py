@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 from ....machine import Push, Rubbing, Spring, Tabled
 from ...compiled.dual import plain
 from ...compiled.family import kernel
-from ...compiled.held import Held, held, item_of
+from ...compiled.held import Held, held, item_of, row_of
 
 _PARTS = 3  # of what a table gives: force x, y, torque
 _POWERS = 4  # of the polynomials between its rows
@@ -79,14 +79,7 @@ def by_table(given, at):
     now = plain(at)
     turned = given.span * math.floor((now - first) / given.span) if given.span > 0.0 else 0.0
     now = min(max(now - turned, first), last)
-    low, high = 0, rows - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if item_of(given.table, _WIDTH * middle) <= now:
-            low = middle
-        else:
-            high = middle
-    row = _WIDTH * low
+    row = row_of(given.table, _WIDTH, rows - 1, now)
     ahead = at - (turned + item_of(given.table, row))
     if given.span == 0.0 and (plain(at) < first or plain(at) > last):
         ahead = 0.0 * ahead + (now - item_of(given.table, row))
