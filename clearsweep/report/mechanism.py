@@ -16,7 +16,7 @@ from .draw import mechanism
 from .picture import STYLE, Picture, svg
 
 ENDINGS = (".svg", ".png")
-WIDTH, LOW, HIGH = 6.4, 2.2, 4.2  # inches
+WIDTH, HIGHEST = 6.4, 4.2  # inches
 
 
 def picture(case: Case) -> Picture | None:
@@ -32,7 +32,7 @@ def picture(case: Case) -> Picture | None:
         "Red: joints with clearance.  +: centres of mass.",
         f"Bodies {bodies}; with clearance: {opened}.",
         lambda ax: mechanism.paint(ax, sketch),
-        (WIDTH, min(max(WIDTH * mechanism.steepness(sketch), LOW), HIGH)),
+        (WIDTH, min(mechanism.height(sketch, WIDTH), HIGHEST)),
     )
 
 

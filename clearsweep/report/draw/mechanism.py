@@ -1,6 +1,7 @@
 """The picture of a mechanism: its bodies, joints and loads where it starts, each with its name."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,19 @@ from ...machine import GROUND
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED
 
 _COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
+_TURN = np.stack([np.cos(np.arange(0.4, 5.2, 0.1)), np.sin(np.arange(0.4, 5.2, 0.1))], -1)  # a drive's arc
+_RIM = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))  # corners of a block
+_FONT, _LETTER, _LINE = 8, 4.9, 12.0  # points: of names, their mean letter, their line
 _HALO = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
+_LOOK: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": _FONT, "bbox": _HALO}
+_BESIDE = np.array([0.7, 0.8])  # inches of a figure's width and height that ticks, their names and the title take
+_NEAR = 0.02  # of the mechanism's size, from a name to its place
+_WAYS = np.radians(np.arange(45.0, 405.0, 30.0))
+_TOWARDS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], -1)
+_TOWARDS /= abs(_TOWARDS).max(-1, keepdims=True)
+# Where a name may stand: round its place, in each of these ways, beside it or farther off; what is farther costs more.
+_AROUND = np.concatenate([far * _TOWARDS for far in (1.0, 1.7, 2.6, 4.0)])
+_AWAY = np.repeat([0.0, 2.0, 5.0, 9.0], len(_WAYS))
 
 
 def reach(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
@@ -25,35 +38,48 @@ def reach(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def steepness(sketch: simulation.Sketch) -> float:
-    """Return the height over the width of a picture of a mechanism, names included."""
+def height(sketch: simulation.Sketch, width: float) -> float:
+    """Return the height (inches) of a picture of a mechanism that is `width` wide, names, ticks and title included."""
+    (left, right), (bottom, top) = _limits(sketch)
+    return _BESIDE[1] + (width - _BESIDE[0]) * (top - bottom) / (right - left)
+
+
+def _limits(sketch: simulation.Sketch) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the limits (m) of both axes: the mechanism with room for names."""
     low, high = reach(sketch)
-    size = float(max(high - low))
-    return float((high[1] - low[1] + 0.5 * size) / (high[0] - low[0] + 0.6 * size))
+    room = 0.22 * _size(sketch)
+    return (float(low[0] - room), float(high[0] + 1.4 * room)), (float(low[1] - room), float(high[1] + room))
+
+
+def _size(sketch: simulation.Sketch) -> float:
+    """Return the longer side (m) of what there is to draw."""
+    low, high = reach(sketch)
+    return max(float(max(high - low)), 1e-9)
 
 
 def paint(ax: Axes, sketch: simulation.Sketch) -> None:
     """Draw a mechanism as it starts."""
-    low, high = reach(sketch)
-    size = float(max(*(high - low), 1e-9))
-    labels = _Labels(ax, 0.055 * size)
-    moving = [body for body in sketch.bodies if body.name != GROUND]
+    size = _size(sketch)
+    labels = _Labels(size)
     for joint in sketch.joints:
         if joint.guide is not None:
-            _guide(ax, joint, joint.guide, size)
+            labels.avoid(_guide(ax, joint, joint.guide, size))
+    moving = [body for body in sketch.bodies if body.name != GROUND]
     for number, body in enumerate(moving):
         colour = _COLOURS[number % len(_COLOURS)]
-        _body(ax, body, colour)
-        labels.put(body.name, body.points.mean(axis=0), colour, bold=True)
+        labels.avoid(_body(ax, body, colour))
+        labels.add(body.name, body.points.mean(axis=0), colour, weight="bold")
     for joint in sketch.joints:
-        _joint(ax, joint, size)
-        labels.put(f"{joint.name} (open)" if joint.open else joint.name, joint.place, RED if joint.open else GREY)
+        labels.avoid(_joint(ax, joint, size))
+    for place, opened, names in _alike(sketch.joints):
+        labels.add(f"{names} (open)" if opened else names, place, RED if opened else GREY)
     for load in sketch.loads:
-        labels.put(load.name, _load(ax, load, size), INK)
+        labels.add(load.name, _load(ax, load, size), INK)
     ax.set_aspect("equal")
-    room = 0.22 * size
-    ax.set_xlim(low[0] - room, high[0] + 1.4 * room)
-    ax.set_ylim(low[1] - room, high[1] + room)
+    across, upward = _limits(sketch)
+    ax.set_xlim(across)
+    ax.set_ylim(upward)
+    labels.write(ax)
     ax.xaxis.set_major_formatter(lambda value, _: f"{1e3 * value:g}")
     ax.yaxis.set_major_formatter(lambda value, _: f"{1e3 * value:g}")
     ax.set_xlabel("x [mm]")
@@ -62,26 +88,65 @@ def paint(ax: Axes, sketch: simulation.Sketch) -> None:
     ax.tick_params(length=2)
 
 
+def _alike(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray, bool, str]]:
+    """Return place (m), whether open, and the names of the joints that are at one place and are open or not alike."""
+    found: dict[tuple, list[simulation.SketchedJoint]] = {}
+    for joint in joints:
+        found.setdefault((*np.round(joint.place, 9), joint.open), []).append(joint)
+    return [(group[0].place, group[0].open, ", ".join(joint.name for joint in group)) for group in found.values()]
+
+
 class _Labels:
-    """Names beside what they name, moved apart where they would lie over each other."""
+    """Names beside what they name, each where it hides least."""
 
-    def __init__(self, ax: Axes, step: float):
-        self.ax, self.step = ax, step
-        self.taken: list[tuple[float, float, int]] = []
+    def __init__(self, size: float):
+        self.size = size  # m, of the mechanism
+        self.wanted: list[tuple[str, np.ndarray, str, str]] = []
+        self.drawn: list[np.ndarray] = []  # (n, 2) m, what names should leave free
 
-    def put(self, text: str, place: np.ndarray, colour: str, *, bold: bool = False) -> None:
-        """Write `text` beside `place` (m)."""
-        x, y = float(place[0]) + 0.5 * self.step, float(place[1]) + 0.6 * self.step
-        wide = 0.6 * self.step
-        while any(abs(y - b) < 0.99 * self.step and abs(x - a) < wide * max(len(text), n) for a, b, n in self.taken):
-            y += self.step
-        self.taken.append((x, y, len(text)))
-        weight = "bold" if bold else "normal"
-        self.ax.text(x, y, text, color=colour, fontsize=8, weight=weight, bbox=_HALO, zorder=6, va="center")
+    def avoid(self, points: np.ndarray) -> None:
+        """Keep names off `points`, (n, 2) m."""
+        self.drawn.append(points)
+
+    def add(self, text: str, place: np.ndarray, colour: str, weight: str = "normal") -> None:
+        """Ask for `text` beside `place` (m)."""
+        self.wanted.append((text, np.asarray(place, dtype=float), colour, weight))
+
+    def write(self, ax: Axes) -> None:
+        """Write all names; the limits of the axes have to stand."""
+        point = self._point(ax)
+        drawn, taken = np.concatenate(self.drawn), np.empty((0, 4))
+        (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+        for text, place, colour, weight in self.wanted:
+            half = point * np.array([0.5 * _LETTER * len(text) + 2.0, 0.5 * _LINE])
+            middles = place + _AROUND * (half + _NEAR * self.size)
+            low, high = middles - half, middles + half
+            over = ((drawn > low[:, None]) & (drawn < high[:, None])).all(-1).sum(-1)
+            hidden = ((low[:, None] < taken[:, 2:]) & (high[:, None] > taken[:, :2])).all(-1).sum(-1)
+            outside = (low < (left, bottom)).any(-1) | (high > (right, top)).any(-1)
+            best = np.argmin(over + 100.0 * hidden + 100.0 * outside + _AWAY)
+            taken = np.vstack([taken, np.append(low[best], high[best])])
+            if _AWAY[best] > 1.0:
+                ax.plot(*np.stack([place, middles[best]]).T, color=colour, lw=0.5, zorder=5)
+            x, y = middles[best]
+            ax.text(x, y, text, color=colour, weight=weight, zorder=6, **_LOOK)
+
+    def _point(self, ax: Axes) -> float:
+        """Return how long (m) a typographic point is in axes that are alone in their figure."""
+        figure = ax.get_figure(root=True)
+        assert figure is not None
+        wide, high = 72.0 * (figure.get_size_inches() - _BESIDE)
+        return max(np.ptp(ax.get_xlim()) / wide, np.ptp(ax.get_ylim()) / high)
 
 
-def _body(ax: Axes, body: simulation.SketchedBody, colour: str) -> None:
-    """Draw a body as the line, or the area, between its points."""
+def _between(points: np.ndarray) -> np.ndarray:
+    """Return `points` (n, 2) and what lies between one and the next."""
+    share = np.linspace(0.0, 1.0, 25)[:, None, None]
+    return ((1.0 - share) * points[:-1] + share * points[1:]).reshape(-1, 2) if len(points) > 1 else points
+
+
+def _body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
+    """Draw a body as the line, or the area, between its points; return points (m) of it."""
     points = body.points
     if len(points) > 2:
         middle = points.mean(axis=0)
@@ -90,10 +155,11 @@ def _body(ax: Axes, body: simulation.SketchedBody, colour: str) -> None:
     else:
         ax.plot(points[:, 0], points[:, 1], color=colour, lw=4.0, solid_capstyle="round", zorder=2)
     ax.plot(*body.center, marker="+", color=INK, ms=5, mew=0.8, zorder=5)
+    return np.vstack([_between(points), body.center])
 
 
-def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> None:
-    """Draw the line of a guide and the block that moves along it."""
+def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
+    """Draw the line of a guide and the block that moves along it; return points (m) of the block."""
     along = np.array([math.cos(direction), math.sin(direction)])
     ends = joint.place + 0.2 * size * np.array([[-1.0], [1.0]]) * along
     ax.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.8, ls=(0, (6, 3)), zorder=1)
@@ -102,14 +168,20 @@ def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: fl
     block = Rectangle((-0.5 * wide, -0.5 * high), wide, high, facecolor=PALE, edgecolor=RED if joint.open else GREY)
     block.set_transform(turn)
     ax.add_patch(block)
+    across = np.array([-along[1], along[0]])
+    return _between(joint.place + 0.5 * (np.array(_RIM)[:, :1] * wide * along + np.array(_RIM)[:, 1:] * high * across))
 
 
-def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> None:
-    """Draw a joint: a ring, with a second one round it where it is open, hatched where it is on the ground."""
+def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray:
+    """Draw a joint: a ring, with a second one round it where it is open, hatched where it is on the ground.
+
+    Returns points (n, 2) m of it.
+    """
     if joint.guide is not None:
-        return
+        return joint.place[None]
     radius = 0.016 * size
     x, y = joint.place
+    drawn = [joint.place[None]]
     if joint.grounded:
         wide = 2.2 * radius
         ax.add_patch(
@@ -118,6 +190,7 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> None:
             )
         )
         ax.plot([x - 1.5 * wide, x + 1.5 * wide], [y - 1.6 * wide] * 2, color=GREY, lw=1.2)
+        drawn.append(_between(np.array([(x - wide, y - 1.6 * wide), (x, y), (x + wide, y - 1.6 * wide)])))
     ax.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=INK, lw=1.2, zorder=4))
     if joint.open:
         ax.add_patch(Circle((x, y), 1.9 * radius, fill=False, edgecolor=RED, lw=1.4, zorder=4))
@@ -127,6 +200,8 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> None:
         tip = np.array([x, y]) + 0.5 * wide * np.array([math.cos(math.radians(300)), math.sin(math.radians(300))])
         away = 0.02 * size * np.array([math.cos(math.radians(30)), math.sin(math.radians(30))])
         _arrow(ax, tip - 0.2 * away, tip + away, {"arrowstyle": "->", "color": INK, "lw": 1.0})
+        drawn.append(joint.place + 0.5 * wide * _TURN)
+    return np.concatenate(drawn)
 
 
 def _load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
