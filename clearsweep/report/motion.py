@@ -46,6 +46,15 @@ class History(NamedTuple):
         return lambda ax: motion.against_ideal(ax, angle, values, ideal, unit, name)
 
 
+class Course(NamedTuple):
+    """How a quantity of a case goes over its history, and how it would without clearance."""
+
+    name: str
+    unit: str  # SI
+    actual: np.ndarray
+    ideal: np.ndarray | None = None
+
+
 def history(run: StoredRun, case_id: str) -> Mapping | None:
     """Return the saved channels of a case by name, None where no history was saved."""
     path = run.orbit(case_id)
@@ -60,11 +69,33 @@ def turned(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
     return None if speed is None else float(speed) * np.asarray(path[TIME], float)
 
 
-def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
-    """Return the pictures of one case from its channels, those that its mechanism has."""
+def saved_of(study: Study, case_id: str, path: Mapping) -> History:
+    """Return the History of a case from its channels."""
     time, angle = np.asarray(path[TIME], float), turned(study, case_id, path)
     first = 0.0 if angle is None else TURN * np.floor(angle[0] / TURN + 1e-9)
-    saved = History(path, time, None if angle is None else angle - first, first)
+    return History(path, time, None if angle is None else angle - first, first)
+
+
+def courses(study: Study, case_id: str, saved: History) -> list[Course]:
+    """Return how forces in joints, acceleration of the output and torque go, beside the ideal mechanism's."""
+    ideal, found = _ideal(study, case_id, saved), []
+    for joint in study.joints:
+        reaction = ideal.reactions.get(joint.title) if ideal else None
+        without = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
+        force = saved.values(f"joints/{joint.name}/force_normal")
+        found.append(Course(f"normal force{study.where(joint, ', {}')}", "N", force, without))
+    acceleration = _acceleration(study, saved)
+    if acceleration:
+        without = ideal.acceleration if ideal else None
+        name = f"{study.run.layout.output} acceleration"
+        found.append(Course(name, acceleration.unit, saved.values(acceleration.name), without))
+    torques = [channel for channel in _own(study, saved) if channel.name.endswith("/torque")]
+    return found + [Course(_words(channel), channel.unit, saved.values(channel.name)) for channel in torques]
+
+
+def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
+    """Return the pictures of one case from its channels, those that its mechanism has."""
+    saved = saved_of(study, case_id, path)
     joints = [picture for joint in study.joints for picture in _joint(study, case_id, joint, saved)]
     output = _output(study, case_id, saved)
     return [*joints, *output, *_torque(study, saved)] if output else _bodies(study, saved) + joints
@@ -101,18 +132,18 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
 def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
     """Return the output's acceleration and the error of its place, beside the ideal mechanism where that is known.
 
-    Its channels are known by their units: the place has that of the error, the acceleration the same per s^2.
+    The channel of its place is known by its unit, that of the error.
     """
     output = study.run.layout.output
     unit = study.unit(study.column("error_max"))
     by_unit = {channel.unit: channel.name for channel in reversed(_of_body(study, saved, output))}
-    ideal = _ideal(study, case_id, saved)
+    ideal, found = _ideal(study, case_id, saved), _acceleration(study, saved)
     drawn = []
-    if f"{unit}/s^2" in by_unit:
-        acceleration, without = saved.values(by_unit[f"{unit}/s^2"]), ideal.acceleration if ideal else None
-        alt = f"{capital(output)} acceleration, at most {_most(acceleration, f'{unit}/s^2')}"
-        alt += "." if without is None else f"; the ideal mechanism reaches {_most(without, f'{unit}/s^2')}."
-        paint = saved.painter(acceleration, f"{unit}/s^2", f"{output} acceleration", without)
+    if found:
+        acceleration, without = saved.values(found.name), ideal.acceleration if ideal else None
+        alt = f"{capital(output)} acceleration, at most {_most(acceleration, found.unit)}"
+        alt += "." if without is None else f"; the ideal mechanism reaches {_most(without, found.unit)}."
+        paint = saved.painter(acceleration, found.unit, f"{output} acceleration", without)
         drawn.append(Picture(f"{capital(output)} acceleration against the ideal mechanism", "", alt, paint, FLAT))
     if unit in by_unit and ideal:
         error = saved.values(by_unit[unit]) - ideal.place
@@ -126,6 +157,12 @@ def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
             )
         )
     return drawn
+
+
+def _acceleration(study: Study, saved: History) -> Column | None:
+    """Return the channel of the output's acceleration: of the unit of its place per s^2."""
+    unit = f"{study.unit(study.column('error_max'))}/s^2"
+    return next((each for each in _of_body(study, saved, study.run.layout.output) if each.unit == unit), None)
 
 
 def _torque(study: Study, saved: History) -> list[Picture]:

@@ -7,7 +7,7 @@ import jinja2
 from markupsafe import Markup
 
 from ..store import StoredRun, durable
-from . import sections
+from . import interactive, sections
 from .picture import Picture, svg
 from .section import Block
 from .study import Study, prepare
@@ -27,14 +27,16 @@ def write_tables(run: StoredRun, directory: Path) -> list[Path]:
 
 def render(study: Study) -> str:
     """Return the page of a run as HTML."""
-    record = study.run.grid
+    record, parts = study.run.grid, sections.of(study)
     return fill(
         "page.html.j2",
         name=record.get("name") or "clearsweep run",
         kind=f"{study.mechanism} with joint clearance" if study.driven else study.mechanism,
         varied="Varied" if record.get("sample") else "Swept",
         axes=[f"{axis.name} {axis.listed()}" for axis in study.swept()],
-        sections=sections.of(study),
+        sections=parts,
+        script=interactive.script() if any(section.moves for section in parts) else None,
+        script_style=interactive.style(),
     )
 
 
@@ -52,7 +54,7 @@ def fill(template: str, **content: object) -> str:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters |= {"drawing": drawing, "form": _form}
+    environment.filters |= {"drawing": drawing, "form": _form, "json": interactive.data}
     return environment.get_template(template).render(content)
 
 

@@ -1,7 +1,7 @@
 """A section of the report, and the blocks of which sections are made; the page has one form for each kind of block."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .picture import Picture
 from .table import Table
@@ -47,6 +47,7 @@ class Detail(NamedTuple):
     setting: str
     figures: list[tuple[str, str]]
     pictures: list[Picture]
+    moving: "Interactive | None" = None
 
 
 class Facts(NamedTuple):
@@ -57,13 +58,23 @@ class Facts(NamedTuple):
     rows: list[tuple[str, str]]
 
 
+class Interactive(NamedTuple):
+    """What a script of the page makes of data, and what is said where no script runs."""
+
+    kind: str  # 'explorer' or 'player': the script of that name
+    key: str  # of the data
+    label: str  # for a reader who cannot see it
+    data: dict[str, Any]  # as JSON holds it
+    without: str  # '' where the page shows the same by other means
+
+
 class Columns(NamedTuple):
     """Blocks in columns side by side, where the page is wide enough."""
 
     columns: tuple[list["Block"], ...]
 
 
-Block = Sentences | Points | Note | Cards | Gallery | Detail | Facts | Columns | Table
+Block = Sentences | Points | Note | Cards | Gallery | Detail | Facts | Interactive | Columns | Table
 
 
 class Section(NamedTuple):
@@ -77,6 +88,13 @@ class Section(NamedTuple):
     def tables(self) -> list[Table]:
         """Return the tables of the section: those that are written as CSV."""
         return [block for block in self.blocks if isinstance(block, Table)]
+
+    @property
+    def moves(self) -> bool:
+        """Return whether the section has anything for scripts."""
+        return any(
+            isinstance(block, Interactive) or (isinstance(block, Detail) and block.moving) for block in self.blocks
+        )
 
 
 class Part(NamedTuple):

@@ -20,6 +20,7 @@ class SketchedBody(NamedTuple):
     name: str
     points: np.ndarray  # (n, 2) where joints hold on to it
     center: np.ndarray  # (2,) its centre of mass; of the ground its first point
+    angle: float  # rad, of its frame
 
 
 class SketchedJoint(NamedTuple):
@@ -82,7 +83,7 @@ def sketch(case: Case) -> Sketch | None:
         for end in ends:
             held[end.body].append(place(*end))
     bodies = tuple(
-        SketchedBody(name, np.unique(np.round(held[name], 12), axis=0), _center(machine, frames, name))
+        SketchedBody(name, np.unique(np.round(held[name], 12), axis=0), _center(machine, frames, name), frames[name][1])
         for name in machine.bodies
         if held[name]
     )

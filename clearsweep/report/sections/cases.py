@@ -2,6 +2,7 @@
 
 from markupsafe import Markup
 
+from .. import player
 from ..motion import history, onsets, pictures
 from ..section import Block, Detail, Note, Section
 from ..shown import shown
@@ -41,7 +42,8 @@ def _details(study: Study) -> list[Detail]:
         if path is not None:
             drawn = pictures(study, case_id, path) + onsets(study, case_id, study.run.events(case_id), path)
             title = f"{why} case" if len(ids) > 1 else "The case"
-            details.append(Detail(title, case_id, study.setting(case_id), _figures(study, case_id), drawn))
+            moving = player.of(study, case_id, path)
+            details.append(Detail(title, case_id, study.setting(case_id), _figures(study, case_id), drawn, moving))
     return details
 
 

@@ -1,0 +1,51 @@
+"""The interactive parts of a page: its scripts, and the form in which they are given their numbers.
+
+All is inline, so that a page opens without a network; its security policy lets no other script run.  uPlot (MIT
+licence, beside it in `vendor`) draws the curves.
+"""
+
+import base64
+import functools
+import hashlib
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import ArrayLike
+
+HERE = Path(__file__).parent
+#: Files of the page's one script, in order; those of `vendor` are as their makers published them.
+SCRIPTS = ("vendor/uPlot.iife.min.js", "script/common.js", "script/explorer.js", "script/player.js", "script/start.js")
+STYLES = ("vendor/uPlot.min.css",)
+
+
+class Script(NamedTuple):
+    """The script of a page, and the hash by which its security policy knows it."""
+
+    text: Markup
+    hash: str
+
+
+@functools.cache
+def script() -> Script:
+    """Return the script that pages with interactive parts carry."""
+    text = "\n".join((HERE / name).read_text(encoding="utf-8").strip() for name in SCRIPTS)
+    return Script(Markup(text), base64.b64encode(hashlib.sha256(text.encode()).digest()).decode())
+
+
+def style() -> Markup:
+    """Return the style sheets that come with the scripts."""
+    return Markup("\n".join((HERE / name).read_text(encoding="utf-8").strip() for name in STYLES))
+
+
+def packed(values: ArrayLike) -> str:
+    """Return numbers as little-endian 32-bit floats in base 64: seven digits in 5.3 characters."""
+    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
+
+
+def data(content: dict[str, Any]) -> Markup:
+    """Return content as JSON that may stand in a page's script element whatever its texts say."""
+    text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), sort_keys=True, allow_nan=False)
+    return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))

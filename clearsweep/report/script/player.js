@@ -1,0 +1,206 @@
+// One case in motion: the mechanism, the journals in their bearings, and histories under one cursor.
+
+class Player {
+  constructor(root) {
+    const data = dataOf(root.dataset.source);
+    this.root = root;
+    this.angle = unpacked(data.angle);
+    this.ground = data.ground;
+    this.bodies = data.bodies.map(body => ({...body, x: unpacked(body.x), y: unpacked(body.y), angle: unpacked(body.angle)}));
+    this.joints = data.joints.map(joint => ({...joint, x: unpacked(joint.x), y: unpacked(joint.y), force: unpacked(joint.force)}));
+    this.charts = data.charts.map(chart => ({...chart, lines: chart.lines.map(line => ({...line, values: unpacked(line.values)}))}));
+    this.now = 0;
+    this.build();
+    redrawn(this.stage, () => this.resize());
+  }
+
+  build() {
+    this.play = element("button", {type: "button", click: () => this.toggle()}, "Play");
+    this.slider = element("input", {type: "range", min: 0, max: this.angle.length - 1, value: 0, step: 1,
+      "aria-label": "crank angle", input: () => this.go(Number(this.slider.value))});
+    const step = by => element("button", {type: "button", "aria-label": by < 0 ? "one sample back" : "one sample on",
+      click: () => this.go(this.now + by)}, by < 0 ? "◀" : "▶");
+    this.pace = element("select", {"aria-label": "pace"},
+      ...[["4 s a turn", 4], ["10 s a turn", 10], ["30 s a turn", 30]].map(([text, seconds]) => new Option(text, seconds)));
+    this.where = element("output");
+    this.picture = element("canvas", {role: "img", "aria-label": "The mechanism in motion"});
+    this.stage = element("div", {class: "stage"}, this.picture);
+    this.rings = this.joints.map(joint => {
+      const canvas = element("canvas", {role: "img", "aria-label": `Journal of ${joint.name} in its bearing`});
+      return element("figure", {}, element("figcaption", {}, element("strong", {}, joint.name),
+        element("span", {}, `clearance ${joint.said}; penetration drawn ${numberText(joint.magnified)} times as deep`)), canvas);
+    });
+    this.curves = element("div", {class: "curves"});
+    this.root.append(element("p", {class: "tools"}, this.play, step(-1), step(1), this.slider, this.pace, this.where),
+      element("div", {class: "moving"}, this.stage, ...this.rings), this.curves);
+  }
+
+  toggle() {
+    this.playing = !this.playing;
+    this.play.textContent = this.playing ? "Pause" : "Play";
+    if (!this.playing) return;
+    let before = performance.now(), place = this.now;
+    const perTurn = this.angle.length / Math.max((this.angle.at(-1) - this.angle[0]) / 360, 1e-9);
+    const next = moment => {
+      if (!this.playing) return;
+      place += ((moment - before) / 1000 / Number(this.pace.value)) * perTurn;
+      before = moment;
+      if (place >= this.angle.length - 1) place = 0;
+      this.go(Math.floor(place));
+      requestAnimationFrame(next);
+    };
+    requestAnimationFrame(next);
+  }
+
+  /** Show a sample. */
+  go(place) {
+    this.now = Math.min(Math.max(Math.round(place), 0), this.angle.length - 1);
+    this.slider.value = this.now;
+    this.where.textContent = `${numberText(this.angle[this.now])}°`;
+    this.slider.setAttribute("aria-valuetext", this.where.textContent);
+    this.drawMechanism();
+    this.joints.forEach((joint, j) => this.drawJournal(joint, this.rings[j].querySelector("canvas")));
+    this.mark();
+    (this.said || []).forEach((said, k) => {
+      const chart = this.charts[k];
+      said.replaceChildren(element("strong", {}, capital(chart.name)), ...chart.lines.flatMap(line =>
+        [" ", element("span", {style: `color: ${colour(line.colour)}`}, line.name), ` ${numberText(line.values[this.now])} ${chart.unit}`]));
+    });
+  }
+
+  resize() {
+    if (!this.stage.clientWidth) return;
+    for (const {plot} of this.plots || []) plot.destroy();
+    this.curves.replaceChildren();
+    const width = this.curves.clientWidth, line = {stroke: colour("line"), width: 1};
+    const axis = {stroke: colour("ink"), grid: line, ticks: line, font: "12px system-ui, sans-serif"};
+    this.said = [];
+    this.plots = this.charts.map(chart => {
+      const said = element("p", {class: "said"});
+      this.curves.append(said);
+      this.said.push(said);
+      const marker = element("div", {class: "marker"});
+      const plot = new uPlot({
+        width, height: 150,
+        scales: {x: {time: false}},
+        legend: {show: false},
+        cursor: {y: false, drag: {x: true, y: false}, sync: {key: this.root.dataset.source}},
+        axes: [{...axis, incrs: [15, 30, 45, 90, 180, 360, 720, 1440], values: (_, ticks) => ticks.map(tick => `${tick}°`)},
+          {...axis, size: 56, values: (_, ticks) => ticks.map(numberText)}],
+        series: [{}, ...chart.lines.map(each => ({width: 1.25, stroke: colour(each.colour), dash: each.dashed ? [6, 4] : undefined}))],
+        hooks: {setCursor: [plot => {
+          if (plot.cursor.event && plot.cursor.idx != null && plot.cursor.left >= 0) this.go(plot.cursor.idx);
+        }], setScale: [() => this.mark()]},
+      }, [this.angle, ...chart.lines.map(each => each.values)], this.curves);
+      plot.over.append(marker);
+      return {plot, marker};
+    });
+    this.go(this.now);
+  }
+
+  /** Put the markers of the curves where the shown sample is. */
+  mark() {
+    const first = this.angle[0], share = (this.angle[this.now] - first) / (this.angle.at(-1) - first || 1);
+    for (const {plot, marker} of this.plots || []) {
+      const {min, max} = plot.scales.x, zoomed = min != null && max > min;
+      const place = zoomed ? (this.angle[this.now] - min) / (max - min) : share;
+      marker.hidden = place < 0 || place > 1;
+      marker.style.left = `${100 * place}%`;
+    }
+  }
+
+  /** Return the points of a body at a sample, in m. */
+  points(body, k) {
+    const turn = body.angle[k] - body.began, c = Math.cos(turn), s = Math.sin(turn);
+    return body.points.map(([x, y]) => [body.x[k] + c * x - s * y, body.y[k] + s * x + c * y]);
+  }
+
+  drawMechanism() {
+    if (!this.limits) {
+      const all = this.bodies.flatMap(body => Array.from(this.angle, (_, k) => this.points(body, k)).flat());
+      const xs = all.map(point => point[0]), ys = all.map(point => point[1]);
+      const least = values => values.reduce((a, b) => Math.min(a, b)), most = values => values.reduce((a, b) => Math.max(a, b));
+      this.limits = [least(xs), most(xs), least(ys), most(ys)];
+    }
+    const [left, right, low, high] = this.limits, width = this.stage.clientWidth, margin = 24;
+    const scale = Math.min((width - 2 * margin) / (right - left || 1), 240 / (high - low || 1e-9));
+    const height = Math.max((high - low) * scale + 2 * margin, 90), context = sharp(this.picture, width, height);
+    const at = ([x, y]) => [margin + (x - left) * scale, height - margin - (y - low) * scale];
+    context.lineCap = context.lineJoin = "round";
+    context.fillStyle = colour("line");
+    for (const [x, y] of this.ground.map(at)) {
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(x - 10, y + 16);
+      context.lineTo(x + 10, y + 16);
+      context.fill();
+    }
+    this.bodies.forEach((body, number) => {
+      const points = this.points(body, this.now).map(at);
+      context.strokeStyle = context.fillStyle = BODY_COLOURS[number % BODY_COLOURS.length];
+      context.lineWidth = 5;
+      context.beginPath();
+      points.forEach(point => context.lineTo(...point));
+      if (points.length > 2) context.closePath();
+      if (points.length > 1) context.stroke();
+      else context.fillRect(points[0][0] - 14, points[0][1] - 9, 28, 18);
+      for (const point of points) {
+        context.beginPath();
+        context.arc(...point, 4, 0, 2 * Math.PI);
+        context.fillStyle = colour("paper");
+        context.fill();
+        context.lineWidth = 1.5;
+        context.strokeStyle = colour("ink");
+        context.stroke();
+        context.strokeStyle = context.fillStyle = BODY_COLOURS[number % BODY_COLOURS.length];
+      }
+    });
+  }
+
+  drawJournal(joint, canvas) {
+    const size = Math.min(canvas.parentElement.clientWidth, 260), context = sharp(canvas, size, size);
+    const radius = 0.36 * size, middle = size / 2;
+    const drawn = k => {
+      const out = Math.hypot(joint.x[k], joint.y[k]) || 1e-30, beyond = Math.max(out - joint.clearance, 0);
+      const length = (Math.min(out, joint.clearance) + joint.magnified * beyond) / joint.clearance;
+      return [middle + (joint.x[k] / out) * length * radius, middle - (joint.y[k] / out) * length * radius];
+    };
+    context.strokeStyle = colour("ink");
+    context.lineWidth = 1;
+    context.beginPath();
+    context.arc(middle, middle, radius, 0, 2 * Math.PI);
+    context.stroke();
+    context.strokeStyle = colour("soft");
+    context.lineWidth = 0.6;
+    context.beginPath();
+    for (let k = 0; k < this.angle.length; k++) context.lineTo(...drawn(k));
+    context.stroke();
+    context.strokeStyle = colour("accent");
+    context.lineWidth = 2;
+    context.beginPath();
+    for (let k = Math.max(this.now - 60, 0); k <= this.now; k++) context.lineTo(...drawn(k));
+    context.stroke();
+    const [x, y] = drawn(this.now), most = joint.most || 1;
+    context.fillStyle = joint.force[this.now] > 0 ? colour("mark") : colour("accent");
+    context.beginPath();
+    context.arc(x, y, 5, 0, 2 * Math.PI);
+    context.fill();
+    if (joint.force[this.now] > 0) {
+      const out = Math.hypot(x - middle, y - middle) || 1, long = 0.3 * size * (joint.force[this.now] / most);
+      context.strokeStyle = colour("mark");
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(x - ((x - middle) / out) * long, y - ((y - middle) / out) * long);
+      context.stroke();
+    }
+    context.fillStyle = colour("soft");
+    context.textAlign = "left";
+    context.fillText(`${numberText(joint.force[this.now])} ${joint.unit}`, 4, size - 6);
+  }
+}
+
+function capital(text) {
+  return text[0].toUpperCase() + text.slice(1);
+}
+
+const BODY_COLOURS = ["#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#8C6D31"];

@@ -1,0 +1,2 @@
+for (const root of document.querySelectorAll(".explorer")) new Explorer(root);
+for (const root of document.querySelectorAll(".player")) new Player(root);
