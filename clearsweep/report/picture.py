@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .draw.style import GREY, INK
@@ -34,6 +35,15 @@ STYLE: dict[Any, Any] = {
 }
 
 
+class Spot(NamedTuple):
+    """A place of a picture that says what is there, and leads to its case; in the picture's own units."""
+
+    low: tuple[float, float]  # its lower left corner
+    high: tuple[float, float]
+    text: str
+    case_id: str = ""  # '': several cases, or none
+
+
 class Picture(NamedTuple):
     """One picture before it is drawn: `paint(axes)` draws it on matplotlib axes."""
 
@@ -43,13 +53,15 @@ class Picture(NamedTuple):
     paint: Callable[[Any], None]
     size: tuple[float, float] = (4.2, 3.1)  # inches
     projection: str | None = None  # 'polar'; None: a plane
+    spots: tuple[Spot, ...] = ()
 
 
 def svg(picture: Picture, key: str) -> str:
     """Return a picture as an SVG element for a page: no metadata, every id begun with `key`, labelled by its text."""
     with rc_context({**STYLE, "svg.hashsalt": key}):
         figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
-        picture.paint(figure.subplots(subplot_kw={"projection": picture.projection}))
+        axes = figure.subplots(subplot_kw={"projection": picture.projection})
+        picture.paint(axes)
         stream = io.StringIO()
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = stream.getvalue()
@@ -58,7 +70,25 @@ def svg(picture: Picture, key: str) -> str:
     text = re.sub(r'(href="#|url\(#)', rf"\1{key}-", text)
     text = re.sub(r' (?:d|x|y)="[^"]+"', _rounded, text)
     text = re.sub(r"\s*\n\s*", "\n", text)
+    if picture.spots:
+        text = text.removesuffix("\n").removesuffix("</svg>") + _places(picture.spots, axes) + "</svg>\n"
     return text.replace("<svg ", f'<svg role="img" aria-label="{html.escape(picture.alt)}" ', 1)
+
+
+def _places(spots: tuple[Spot, ...], axes: Axes) -> str:
+    """Return spots as elements of an SVG that was just drawn of `axes`, in points from its upper left corner."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    high, per_point = 72.0 * figure.get_figheight(), 72.0 / figure.dpi
+    elements = []
+    for spot in spots:
+        (left, bottom), (right, top) = axes.transData.transform([spot.low, spot.high]) * per_point
+        rectangle = (
+            f'<rect class="spot" x="{left:.1f}" y="{high - top:.1f}" width="{right - left:.1f}" '
+            f'height="{top - bottom:.1f}"><title>{html.escape(spot.text)}</title></rect>'
+        )
+        elements.append(f'<a href="#case-{spot.case_id}">{rectangle}</a>' if spot.case_id else rectangle)
+    return "\n".join(elements)
 
 
 def capital(name: str) -> str:

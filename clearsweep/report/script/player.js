@@ -39,11 +39,11 @@ class Player {
     this.playing = !this.playing;
     this.play.textContent = this.playing ? "Pause" : "Play";
     if (!this.playing) return;
-    let before = performance.now(), place = this.now;
+    let before = null, place = this.now;
     const perTurn = this.angle.length / Math.max((this.angle.at(-1) - this.angle[0]) / 360, 1e-9);
     const next = moment => {
       if (!this.playing) return;
-      place += ((moment - before) / 1000 / Number(this.pace.value)) * perTurn;
+      if (before !== null) place += ((moment - before) / 1000 / Number(this.pace.value)) * perTurn;
       before = moment;
       if (place >= this.angle.length - 1) place = 0;
       this.go(Math.floor(place));
@@ -64,7 +64,7 @@ class Player {
     (this.said || []).forEach((said, k) => {
       const chart = this.charts[k];
       said.replaceChildren(element("strong", {}, capital(chart.name)), ...chart.lines.flatMap(line =>
-        [" ", element("span", {style: `color: ${colour(line.colour)}`}, line.name), ` ${numberText(line.values[this.now])} ${chart.unit}`]));
+        [" ", element("span", {style: `border-bottom: 2px solid ${colour(line.colour)}`}, line.name), ` ${numberText(line.values[this.now])} ${chart.unit}`]));
     });
   }
 

@@ -7,11 +7,12 @@ import numpy as np
 from ... import wording
 from ..draw import comparison
 from ..main_effects import main_effects
-from ..picture import Picture, capital
+from ..picture import Picture, Spot, capital
 from ..section import Gallery, Section, filled
 from ..study import P99, RATIO, Axis, Joint, Study, grouped, position
 from .drivers import ideal_varies
 
+SPOTS = 150  # cells of a map that say what they hold, at most: larger maps are pixels
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
 FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
@@ -58,7 +59,8 @@ def _in_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:
 
 def _picture(study: Study, column: str, name: str, pair: tuple[Axis, Axis]) -> Picture:
     across, up = pair
-    table = medians(study, study.cases[column].to_numpy(float), across, up)
+    values = study.cases[column].to_numpy(float)
+    table = medians(study, values, across, up)
     scale = wording.scale(study.unit(column), table[np.isfinite(table)])
     others = [axis.name for axis in study.swept() if axis not in pair]
     caption = f"Median over {wording.sentence_list(others)}." if others else "One case per cell."
@@ -68,16 +70,38 @@ def _picture(study: Study, column: str, name: str, pair: tuple[Axis, Axis]) -> P
         caption,
         f"Heat map of {name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
         lambda ax: comparison.heat(ax, table, across, up, scale, name),
+        spots=_spots(study, values, pair, scale),
     )
+
+
+def _spots(study: Study, values: np.ndarray, pair: tuple[Axis, Axis], scale: wording.Scale) -> tuple[Spot, ...]:
+    """Return what is said of every cell, its median with its place; a cell of one case leads to it."""
+    across, up = pair
+    if len(across.values) * len(up.values) > SPOTS:
+        return ()
+    spots = []
+    for place, cases in enumerate(cells(study, values, across, up)):
+        if len(cases):
+            row, column = divmod(place, len(across.values))
+            where = f"{across.name} {across.text(across.values[column])}, {up.name} {up.text(up.values[row])}"
+            many = f", median of {len(cases)} cases" if len(cases) > 1 else ""
+            one = study.cases.index[cases[0]] if len(cases) == 1 else ""
+            low, high = (column - 0.5, row - 0.5), (column + 0.5, row + 0.5)
+            spots.append(Spot(low, high, f"{scale.text(float(np.median(values[cases])))}: {where}{many}", one))
+    return tuple(spots)
+
+
+def cells(study: Study, values: np.ndarray, across: Axis, up: Axis) -> list[np.ndarray]:
+    """Return the places of the finished cases that have a value, of every cell (up, across) one after another."""
+    row, column = position(up, study.cases[up.path]), position(across, study.cases[across.path])
+    known = np.isfinite(values) & (row >= 0) & (column >= 0)
+    return grouped(np.where(known, row * len(across.values) + column, -1), len(up.values) * len(across.values))
 
 
 def medians(study: Study, values: np.ndarray, across: Axis, up: Axis) -> np.ndarray:
     """Return the median of one value per finished case in every cell (up, across); NaN where there is none."""
-    row, column = position(up, study.cases[up.path]), position(across, study.cases[across.path])
-    cell = row * len(across.values) + column
     table = np.full(len(up.values) * len(across.values), np.nan)
-    known = np.isfinite(values) & (row >= 0) & (column >= 0)
-    for place, cases in enumerate(grouped(np.where(known, cell, -1), len(table))):
+    for place, cases in enumerate(cells(study, values, across, up)):
         if len(cases):
             table[place] = np.median(values[cases])
     return table.reshape(len(up.values), len(across.values))

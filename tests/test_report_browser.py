@@ -1,0 +1,295 @@
+"""The report in a real browser: laid out, used, read aloud, printed, in any width and either colour scheme."""
+
+import base64
+import hashlib
+import html
+import http.server
+import importlib.util
+import json
+import os
+import re
+import shutil
+import subprocess
+import threading
+from pathlib import Path
+
+import pytest
+from report_fake import RPM, Run
+
+from clearsweep import report, wording
+
+pytestmark = pytest.mark.heavy
+
+SWEEP = {
+    "joints.rod-slider.clearance": [5e-5, 1e-4, 2e-4, 5e-4],
+    "joints.rod-slider.contact.law": ["flores", "hertz"],
+    "drive.speed": [1000 * RPM, 3000 * RPM, 5000 * RPM],
+}
+PAIR = {path: SWEEP[path] for path in ("joints.rod-slider.clearance", "drive.speed")}
+RUNS = {
+    "laws": {"sweep": SWEEP},
+    "pair": {"sweep": PAIR},
+    "joints": {"joints": ("ground_crank", "crank_rod", "rod_slider")},
+}
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-default-apps",
+    "--disable-extensions",
+    "--disable-dev-shm-usage",
+    "--proxy-bypass-list=<-loopback>",
+    "--virtual-time-budget=20000",
+)
+#: Runs `probe`, which a test writes, when all is there, and leaves in the page what it returns, with the page's errors.
+AROUND = """
+const errors = [];
+addEventListener("error", event => errors.push(event.message));
+addEventListener("securitypolicyviolation", event => errors.push(`${event.violatedDirective} ${event.blockedURI}`));
+addEventListener("load", async () => {
+  const frame = () => new Promise(done => setTimeout(done, 50));
+  const all = selector => [...document.querySelectorAll(selector)];
+  const size = selector => all(selector).map(e => { const r = e.getBoundingClientRect(); return [r.width, r.height]; });
+  let found = {};
+  try {
+    await frame();
+    await frame();
+    found = await (async () => { %s })();
+  } catch (error) { errors.push(String(error)); }
+  found = {...found, errors, page: document.documentElement.scrollWidth, window: innerWidth,
+           fetched: performance.getEntriesByType("resource").map(e => e.name)};
+  document.body.setAttribute("data-probe", JSON.stringify(found));
+});
+"""
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """Return name -> the page of each run."""
+    directory = tmp_path_factory.mktemp("pages")
+    return {name: report.write(Run(**run), directory / name).read_text(encoding="utf-8") for name, run in RUNS.items()}
+
+
+@pytest.fixture
+def proxy():
+    """Return a server that every request of a browser goes through: (port, pages by address, addresses asked for)."""
+    served, asked = {}, []
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            asked.append(self.path)
+            body = served.get(self.path)
+            self.send_response(404 if body is None else 200)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.end_headers()
+            self.wfile.write(body or b"")
+
+        def do_CONNECT(self):
+            self.send_error(502)  # the browser's own services, which are kept from the network here
+
+        def log_message(self, *_):
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    yield server.server_address[1], served, asked
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+@pytest.fixture
+def browse(proxy, tmp_path):
+    """Return what runs a probe in a page and returns what it found; the page's security policy stays in force."""
+    browser = shutil.which("chromium")
+    if browser is None and not os.environ.get("CI"):
+        pytest.skip("chromium is not installed")
+    assert browser, "chromium is not installed: apt-get install chromium"
+    port, served, _ = proxy
+
+    def run(page: str, probe: str = "return {};", *, width: int = 1280, flags: tuple = (), first: str = "") -> dict:
+        script = first + AROUND % probe
+        allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        page = re.sub(r"script-src ('sha256-[^']*')", rf"script-src \1 'sha256-{allowed}'", page)
+        served["http://report.test/"] = page.replace("</head>", f"<script>{script}</script></head>").encode()
+        done = subprocess.run(
+            [
+                *(browser, *FLAGS, *flags, "--dump-dom", f"--proxy-server=http://127.0.0.1:{port}"),
+                *(f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},900", "http://report.test/"),
+            ],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=True,
+        )
+        return json.loads(html.unescape(re.search(r'data-probe="([^"]*)"', done.stdout)[1]))
+
+    return run
+
+
+LAID_OUT = 'return {svg: size("svg"), section: size("section"), table: size("table"), canvas: size("canvas")};'
+
+
+@pytest.mark.parametrize(("name", "width"), [("laws", 1600), ("laws", 500), ("joints", 800)])
+def test_page_is_laid_out_and_fetches_nothing(pages, browse, proxy, name, width):
+    found = browse(pages[name], LAID_OUT, width=width)
+    assert found["errors"] == []
+    assert found["fetched"] == []
+    assert [address for address in proxy[2] if ".test" in address] == ["http://report.test/"]
+    assert len(found["svg"]) == pages[name].count("<svg ") > 20
+    assert len(found["canvas"]) >= 4
+    for kind in ("svg", "section", "table", "canvas"):
+        assert all(wide > 50 and high > 20 for wide, high in found[kind])
+    assert found["page"] <= found["window"]  # nothing makes the page scroll sideways
+
+
+def test_browser_would_notice_a_fetch_and_a_script_that_is_not_the_pages(pages, browse, proxy):
+    page = '<html><head></head><body><img src="http://elsewhere.test/x.png"></body></html>'
+    assert "http://elsewhere.test/x.png" in browse(page)["fetched"]
+    assert "http://elsewhere.test/x.png" in proxy[2]
+    strange = pages["laws"].replace("</body>", "<script>document.title = 'strange'</script></body>")
+    assert any("script-src" in error for error in browse(strange)["errors"])
+
+
+USED = """
+  const column = name => all(".explorer thead tr:first-child th").findIndex(e => e.textContent.startsWith(name));
+  const cells = place => all(".explorer tbody:last-child tr").filter(row => row.children.length > 4)
+    .map(row => row.children[place].textContent);
+  const said = () => all(".explorer .tools .note")[0].textContent;
+  const write = async (name, text) => {
+    const field = all(".explorer .filters td")[column(name)].firstChild;
+    field.value = text;
+    field.dispatchEvent(new Event("input"));
+    await frame();
+  };
+  const found = {first: cells(column("force p99")), cases: said()};
+  all(".explorer thead button")[column("clearance") - 1].click();
+  found.sorted = cells(column("clearance"));
+  await write("clearance", "0.05..0.1");
+  found.filtered = [said(), [...new Set(cells(column("clearance")))]];
+  await write("contact law", "hertz");
+  found.words = [said(), [...new Set(cells(column("contact law")))]];
+  all(".explorer .tools button")[0].click();
+  found.cleared = said();
+
+  const lines = all(".lines canvas")[0], box = lines.getBoundingClientRect(), axes = all(".filters input").length;
+  const point = (type, share) => lines.dispatchEvent(new PointerEvent(type, {pointerId: 1, bubbles: true,
+    clientX: box.left + 0.5 * box.width / axes, clientY: box.top + 44 + share * (box.height - 64)}));
+  lines.setPointerCapture = () => {};
+  point("pointerdown", 1); point("pointermove", 0.95); point("pointermove", 0.85); point("pointerup", 0.85);
+  found.brushed = [said(), all(".filters input")[0].value];
+  all(".explorer .tools button")[0].click();
+
+  all(".explorer tbody tr").filter(row => row.children.length > 4)[2].click();
+  found.chosen = [all(".case h3 .id")[0].textContent, all(".explorer tr.selected").length];
+
+  const dots = all(".dots canvas")[0], area = dots.getBoundingClientRect();
+  const tip = all(".tip")[0];
+  for (let x = 60; x < area.width && tip.hidden; x += 6) {
+    for (let y = 10; y < 290 && tip.hidden; y += 6) {
+      dots.dispatchEvent(new PointerEvent("pointermove", {clientX: area.left + x, clientY: area.top + y}));
+    }
+  }
+  found.tip = tip.textContent;
+  return found;
+"""
+
+
+def test_cases_are_sorted_filtered_brushed_and_followed(pages, browse):
+    found = browse(pages["laws"], USED)
+    assert found["errors"] == []
+    run = Run(**RUNS["laws"]).summary
+    forces = sorted(run["rod_slider_force_p99"], reverse=True)
+    assert [float(text) for text in found["first"]] == pytest.approx([force / 1e3 for force in forces][:20], rel=1e-3)
+    assert found["cases"] == "24 cases."
+    assert found["sorted"] == [text for text in ("0.05", "0.1", "0.2", "0.5") for _ in range(6)][:20]
+    assert found["filtered"] == ["12 of 24 cases.", ["0.05", "0.1"]]
+    assert found["words"] == ["6 of 24 cases.", ["hertz"]]
+    assert found["cleared"] == "24 cases."
+    low, high = map(float, found["brushed"][1].split(".."))
+    assert found["brushed"][0] == "6 of 24 cases."
+    assert 0.05 <= low < high < 0.1
+    assert found["chosen"][0] in set(run["case_id"])
+    assert found["chosen"][1] == 1
+    assert "force p99" in found["tip"]
+
+
+FOLLOWED = """
+  location.hash = all("svg a:has(.spot)")[0].getAttribute("href");
+  await new Promise(done => addEventListener("hashchange", () => frame().then(done)));
+  const values = Object.fromEntries(all(".case tr").map(row => [...row.children].map(cell => cell.textContent)));
+  return {hash: location.hash, id: all(".case h3 .id")[0].textContent, said: all("svg a .spot title")[0].textContent,
+          clearance: values["clearance [mm]"], speed: values["crank speed [rpm]"], force: values["force p99 [kN]"]};
+"""
+
+
+def test_cell_of_a_map_says_its_value_and_leads_to_its_case(pages, browse):
+    found = browse(pages["pair"], FOLLOWED)
+    assert found["errors"] == []
+    assert found["hash"] == f"#case-{found['id']}"
+    force, place = found["said"].split(": ")
+    assert place.replace("\u00a0", " ") == f"clearance {found['clearance']} mm, crank speed {found['speed']} rpm"
+    row = Run(**RUNS["pair"]).summary.set_index("case_id").loc[found["id"]]
+    assert row["rod_slider_force_p99"] == pytest.approx(1e3 * float(found["force"]), rel=1e-3)
+    assert force == wording.Scale(1e3, "kN").text(row["rod_slider_force_p99"])
+
+
+PLAYED = """
+  const player = all(".player")[0], slider = player.querySelector("input[type=range]");
+  const picture = () => [...player.querySelectorAll("canvas")].slice(0, 2).map(canvas => canvas.toDataURL());
+  const before = picture();
+  slider.value = Math.round(slider.max / 3);
+  slider.dispatchEvent(new Event("input"));
+  const moved = picture(), at = player.querySelector("output").textContent;
+  const marker = player.querySelector(".marker").style.left, said = player.querySelector(".said").textContent;
+  player.querySelector("button").click();
+  let clock = performance.now();  // frames, which do not come by themselves without a screen
+  window.requestAnimationFrame = next => setTimeout(() => next(clock += 16), 16);
+  const wait = () => new Promise(done => setTimeout(done, 200));
+  await wait();
+  const playing = Number(slider.value);
+  player.querySelector("button").click();
+  const paused = Number(slider.value);
+  await wait();
+  return {changed: before.map((url, k) => url !== moved[k]), at, marker, said, third: Math.round(slider.max / 3),
+          playing, paused, still: Number(slider.value), curves: player.querySelectorAll(".uplot").length};
+"""
+
+
+def test_motion_plays_steps_and_pauses(pages, browse):
+    found = browse(pages["laws"], PLAYED)
+    assert found["errors"] == []
+    assert found["changed"] == [True, True]
+    assert found["marker"].startswith("33.3")
+    assert re.fullmatch(r"[\d.]+°", found["at"])
+    assert "ideal" in found["said"]
+    assert found["playing"] > found["third"]
+    assert found["still"] == found["paused"]
+    assert found["curves"] == 3
+
+
+def test_page_is_dark_where_that_is_preferred(pages, browse):
+    colours = (
+        "return {ink: getComputedStyle(document.body).color, paper: getComputedStyle(document.body).backgroundColor};"
+    )
+    light, dark = (browse(pages["laws"], colours, flags=flags) for flags in ((), ("--force-dark-mode",)))
+    assert light["paper"] == "rgb(255, 255, 255)"
+    assert dark["paper"] == "rgb(20, 25, 30)"
+
+
+def test_page_has_no_serious_barrier(pages, browse):
+    axe = Path(importlib.util.find_spec("axe_core_python").origin).with_name("axe.min.js").read_text(encoding="utf-8")
+    looked = """
+      const result = await axe.run(document, {resultTypes: ["violations"]});
+      return {barriers: result.violations.filter(each => ["serious", "critical"].includes(each.impact))
+        .map(each => `${each.id}: ${each.nodes[0].html}`), passed: result.passes.length};
+    """
+    found = browse(pages["laws"], looked, first=axe)
+    assert found["errors"] == []
+    assert found["passed"] > 20
+    assert found["barriers"] == []
