@@ -9,6 +9,9 @@ from .outline import Outline
 
 DIFFERENCE = "_difference"  # what the name of a figure's error check ends in
 CORNERS = 4  # of a guide's block
+MOST_REVOLUTIONS = 1 << 17  # of which peaks and sections are kept, the last ones of a run
+SECTION_COUNT = "poincare/revolution"  # turns of the crank at which a section is
+_SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint that are kept at crank angle 0
 TIME = "t"  # the channel that all others are over
 
 
@@ -94,6 +97,16 @@ class Layout(NamedTuple):
             parts.error_check,
             parts.until,
         )
+
+    @property
+    def sections(self) -> tuple[tuple[str, str], ...]:
+        """Return what is kept at crank angle 0 of every revolution: names of channels, and there; () if nothing turns.
+
+        The first is 'joints/rod_slider/x', the second 'poincare/rod_slider/x'.
+        """
+        wanted = {f"joints/{joint.name}/{name}" for joint in self.joints for name in _SECTIONED if self.turns}
+        names = [channel.name for channel in self.channels if channel.name in wanted]
+        return tuple((name, name.replace("joints", "poincare", 1)) for name in names)
 
     @property
     def contacts(self) -> tuple[str, ...]:

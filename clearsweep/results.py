@@ -25,6 +25,8 @@ class Trajectory:
     events : structured array (EVENT_DTYPE) of the whole run: t (s), joint, kind, rate (m/s, closing positive),
         force_peak (N, largest normal force of the contact that ends there, 0 at an onset).
     wear : dict of joint name to (bearing, journal), each a (bins,) array of depths in m.
+    poincare : dict of 'poincare/rod_slider/x' and the like to (revolutions,) arrays: journal x, y (m), vx, vy (m/s) at
+        crank angle 0 of every revolution, and 'poincare/revolution', which that is. Empty where no history was kept.
     summary : dict of column name to value; None for what could not be computed.
     status, message : 'ok' and '', or a word and the sentence that explains it.
     """
@@ -35,6 +37,7 @@ class Trajectory:
     channels: dict[str, np.ndarray] = field(default_factory=dict)
     events: np.ndarray = field(default_factory=lambda: np.empty(0, EVENT_DTYPE))
     wear: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    poincare: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def t(self) -> np.ndarray:
@@ -43,6 +46,8 @@ class Trajectory:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the time history called `name`; a KeyError names those there are."""
+        if name in self.poincare:
+            return self.poincare[name]
         if name not in self.channels:
             raise KeyError(
                 f"no channel {name!r}; there are {', '.join(self.channels) or 'none (no history was asked for)'}"

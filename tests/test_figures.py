@@ -129,7 +129,8 @@ def test_every_figure_of_a_case_is_computed():
     path = clearsweep.simulate(clearsweep.load_case(source()))
     missing = {name for name, value in path.summary.items() if value is None}
     assert path.status == "ok"
-    assert missing <= {"rod_slider_onset_rate"}  # there is none in free flight
+    short = {"period"} | {f"rod_slider_force_peak_{name}" for name in ("median_low", "median_high", "p95_high")}
+    assert missing <= {"rod_slider_onset_rate"} | short  # none in free flight; two revolutions are too few for these
 
 
 def test_a_layout_is_read_from_run_json_as_it_was():

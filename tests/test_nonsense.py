@@ -103,7 +103,8 @@ def test_what_would_never_end_is_refused(path, value):
 
 def test_histories_that_do_not_fit_are_refused_before_the_run_with_their_size(tmp_path):
     source = grid(1, orbits="all", simulate={"revolutions": 1e9})
-    size = 8.0 * 1e9 * 20 * len(load(source, Fake.catalogue()).layout.channels)
+    layout = load(source, Fake.catalogue()).layout
+    size = 8.0 * (1e9 * 20 * len(layout.channels) + 2**17 * len(layout.sections))  # sections of the last revolutions
     assert largest_history(load(source, Fake.catalogue())) == size
     with pytest.raises(
         clearsweep.InputError, match=f"take {size / 1e9:,.4g} GB and twice that while it runs".replace("+", r"\\+")

@@ -4,7 +4,7 @@ import os
 
 from ..case import Save
 from ..errors import InputError
-from ..layout import Layout
+from ..layout import MOST_REVOLUTIONS, Layout
 from .grid import Grid
 
 COPIES = 2.0  # of a case's histories in memory: as they were recorded, and channel by channel
@@ -15,7 +15,8 @@ def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
     turns = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
     if not layout.turns and save.orbits != "none":
         turns = 1.0  # samples are counted in all
-    return float(8.0 * turns * save.samples * len(layout.channels))
+    sections = min(revolutions, MOST_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
+    return float(8.0 * (turns * save.samples * len(layout.channels) + sections))
 
 
 def usual_history(grid: Grid) -> float:

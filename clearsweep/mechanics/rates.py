@@ -138,7 +138,7 @@ def _put_contacts(joint, load, place, rows):
             normal=contact.normal,
             stored=contact.elastic * contact.rate,
             lost=(contact.normal - contact.elastic) * contact.rate,
-            rubbed=-contact.tangential * contact.slip,
+            tangential=contact.tangential,
             slip=contact.slip,
             raw=contact.raw,
             depth=contact.depth,

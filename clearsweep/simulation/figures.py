@@ -15,7 +15,7 @@ from ..layout import Layout
 from ..mechanics.joint.wear.contract import ARCS, FIRST_CLASS, NARROW, WIDE, class_width
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
-from .ideal import ideal_peaks
+from .peak_figures import PEAKS, RETURNS, ideal_peak
 from .sums import DepthRate, ForceExceeded, Mean, PerRevolution, RootMean
 from .window import Window
 
@@ -66,11 +66,6 @@ def restitution(window: Window, place: int) -> float | None:
     return joint[tallies.RESTITUTION] / joint[tallies.REBOUNDS] if joint[tallies.REBOUNDS] else None
 
 
-def ideal_peak(window: Window, place: int) -> float:
-    """Return the largest reaction (N) in the mechanism without clearance."""
-    return ideal_peaks(window.case)[window.case.joints[place].name]
-
-
 def crank_speed(name: str, text: str, column: int) -> Figure:
     """Return the figure of a speed of a free crank: `text` of it."""
     value, shown = largest(column, "case"), (Shown("output", f"crank speed {name}", 5),)
@@ -102,7 +97,7 @@ JOINT = (
     Figure(
         "force_p99",
         "N",
-        "normal force exceeded during 1 % of the window's time",
+        "normal force exceeded during 1 % of the window's time: blind to impacts that last for less of it",
         of="joint",
         sums=ForceExceeded(0.01),
         shown=(
@@ -189,6 +184,7 @@ JOINT = (
         differs=False,
         shown=(Shown("forces", "ideal peak", 4), Shown("case", "ideal peak", 4)),
     ),
+    *PEAKS,
     Figure(
         "wear_depth_max",
         "m",
@@ -315,15 +311,6 @@ WATCHED = (
         shown=(Shown("certainty", "revolutions", 1),),
     ),
     Figure(
-        "period",
-        "1",
-        "revolutions after which the motion repeats itself; null: it was not seen to",
-        needs=("until",),
-        kind="int",
-        differs=False,
-        shown=(Shown("certainty", "period", 2),),
-    ),
-    Figure(
         "settled",
         "1",
         "1: periodic, or the interval is narrow enough; 0: max_revolutions ended the run",
@@ -371,7 +358,7 @@ COST = (
     ),
     Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
 )
-FIGURES = (*JOINT, *MECHANISM, *WATCHED, RESIDUAL, *COST)
+FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST)
 
 
 def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:

@@ -30,6 +30,7 @@ from ..mechanics.solver import dop853, loop, newton
 from ..mechanics.solver import event as events
 from . import watch
 from .lyapunov import Perturbed
+from .revolutions import NO_MARKS, Marks, turns_of
 from .scene import Scene
 from .turning import PATIENCE, knots_of
 from .watch import Watcher
@@ -56,12 +57,14 @@ def period(scene: Scene) -> float:
 class Run:
     """The buffers of one integration and what it came to."""
 
-    def __init__(self, scene: Scene, times: np.ndarray, *, turned: bool = False):
-        """Prepare for reports at `times` (s), or where a free crank has `turned` as far (rad)."""
+    def __init__(self, scene: Scene, times: np.ndarray, *, turned: bool = False, marks: Marks = NO_MARKS):
+        """Prepare for reports at `times` (s), or where a free crank has `turned` as far (rad), and for `marks`."""
+        self.marks = marks
         value, joints = scene.value, scene.value.joints
         self.value, self.deadline = value, scene.deadline
         contacts, internal = every_contact(joints), every_internal_state(joints)
         n, many = scene.start.size, len(contacts)
+        every = [len(contact_modes(joint)) for joint in joints]
         self.parameters = flatten(value)  # compiled code holds its address
         worn = any(part.wear_bins for part in scene.layout.joints)
         bins = min(max(part.wear_bins for part in scene.layout.joints), FINEST)
@@ -106,9 +109,10 @@ class Run:
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
             began=np.array([began for _, _, began in internal]),
             guards=guards_of(value, self.parameters),
+            rubs=np.repeat([joint.friction is not None for joint in scene.case.joints], every),
             limit_depth=np.repeat(
                 [registry.penetration_limit(joint) for joint in scene.case.joints],
-                [len(contact_modes(joint)) for joint in joints],
+                every,
             ),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             method=np.zeros(3, dtype=np.int64),
@@ -118,6 +122,7 @@ class Run:
             implicit=newton.implicit_of(n),
             tally=self.tally,
             record=self.record,
+            turns=turns_of(scene, marks, many),
         )
         self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
         self.counts = self.work.counts.copy()  # what all of it took, runs beside this one included
@@ -166,7 +171,7 @@ def _phases(scene: Scene) -> list[int]:
     return [place for place, (law, _) in listed if type(law) in awaits_mass.members]
 
 
-def _unit(scene: Scene) -> np.ndarray:
+def unit_of(scene: Scene) -> np.ndarray:
     """Return a clearance as change of each coordinate, and a clearance times crank rate of each rate."""
     unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
     return np.concatenate([unit, unit * scene.value.reference_rate])
@@ -184,10 +189,16 @@ def _scale(scene: Scene, contacts: int, internal: list[float]) -> np.ndarray:
 
 
 def integrated(
-    scene: Scene, times: np.ndarray, end: float, watchers: Sequence[Watcher] = (), *, turned: bool = False
+    scene: Scene,
+    times: np.ndarray,
+    end: float,
+    watchers: Sequence[Watcher] = (),
+    *,
+    turned: bool = False,
+    marks: Marks = NO_MARKS,
 ) -> Run:
     """Return the integration of a scene up to `end` (s; rad where the crank is free), reported at `times` as Run is."""
-    run = Run(scene, times, turned=turned)
+    run = Run(scene, times, turned=turned, marks=marks)
     keep_events = scene.case.save.orbits != "none" or times.size > 0
     integrate(scene, run, end, keep_events=keep_events, watchers=watchers)
     return run
@@ -200,7 +211,7 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
         call(run, control, scene, watchers)
         return
     beside = Run(scene, np.empty(0))
-    perturbed = Perturbed(control, beside, _unit(scene), scene.case.simulate.tolerance, _phases(scene))
+    perturbed = Perturbed(control, beside, unit_of(scene), scene.case.simulate.tolerance, _phases(scene))
     call(run, control, scene, (*watchers, perturbed))
     run.figures = perturbed.figures(period(scene))
     beside.counts += beside.work.counts

@@ -14,10 +14,8 @@ import numpy as np
 
 from ..mechanics.observe import histogram
 from ..mechanics.observe.tally import Tally
+from .spread import CONFIDENCE, dependence
 from .window import Window
-
-CONFIDENCE = 0.95
-STRONGEST = 0.9  # correlation allowed for
 
 
 def half_width(values: np.ndarray) -> float:
@@ -31,9 +29,8 @@ def half_width(values: np.ndarray) -> float:
     squares = float(off @ off)
     if squares == 0.0:
         return 0.0
-    together = min(max(float(off[1:] @ off[:-1]) / squares, 0.0), STRONGEST)
-    widened = (1.0 + together) / (1.0 - together)
-    return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(squares / (count * (count - 1)) * widened)
+    variance = squares / (count * (count - 1)) * dependence(values)
+    return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
 
 
 def _sum(tally: Tally, place: int | None, column: int) -> Any:

@@ -12,16 +12,17 @@ from numpy.typing import ArrayLike
 from ..case import Case
 from ..errors import InputError
 from ..grid import check_memory, history_bytes
-from ..layout import DIFFERENCE, Layout
+from ..layout import DIFFERENCE, SECTION_COUNT, Layout
 from ..mechanics.joint import registry
-from ..mechanics.observe.record import Record
+from ..mechanics.observe.record import Record, sample_states
 from ..mechanics.observe.tally import ONSETS, OPENED
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
 from ..validity import UNCHECKED, Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
 from .figures import COST, figures_of
-from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates
+from .revolutions import begun, marks_of, period_in, spreads_of
+from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, unit_of
 from .scene import Scene, build
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
@@ -100,7 +101,8 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
         reported = sampling_times(scene.case, scene.turning.at)
-    run = integrated(scene, reported, end, watchers, turned=turned)
+    marked = marks_of(scene, scene.case.simulate.revolutions)
+    run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.turning.free and times is not None and run.status == loop.OK:
         finish_samples(scene, run)
     return _trajectory(scene, run, end)
@@ -128,7 +130,7 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
     settings, at, orbits = scene.case.simulate, scene.turning.at, scene.case.save.orbits
     whole = _changed(scene, revolutions=longest(settings))
     end = at(whole.case.simulate.revolutions)
-    run = Run(scene, marks(settings, at), turned=True)
+    run = Run(scene, marks(settings, at), turned=True, marks=marks_of(scene, longest(settings)))
     watch = Until(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
     integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
@@ -239,7 +241,22 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
     )
-    return Trajectory(status, message, summary, histories, _events_of(scene.layout, run.events), window.wear)
+    logged = _events_of(scene.layout, run.events)
+    return Trajectory(status, message, summary, histories, logged, window.wear, sections_of(scene, run))
+
+
+def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
+    """Return the journals' places and rates at crank angle 0 of every revolution, by channel; {} if not asked for."""
+    turns: Any = run.work.turns  # mypy takes it for a tuple of anything
+    sections = run.marks.sections[run.marks.sections < turns.passed[0]]
+    if not len(run.marks.sections) or not run.work.sample.code:
+        return {}
+    channels = scene.layout.channels
+    values = np.zeros((len(sections), len(channels)))
+    sample_states(run.work, turns.states[sections], values)
+    found = {channel.name: values[:, place].copy() for place, channel in enumerate(channels)}
+    counted = np.round(run.marks.turns[sections] + begun(scene)).astype("i8")
+    return {SECTION_COUNT: counted} | {section: found[name] for name, section in scene.layout.sections}
 
 
 def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
@@ -292,6 +309,8 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         seconds=run.duration,
         duration=_duration(scene, run, end),
         turns=settings.revolutions - settings.discard if turning else 1.0,
+        spreads=spreads_of(scene, run.marks, run.work.turns),
+        period=period_in(scene, run.marks, run.work.turns, unit_of(scene)),
         onset=onset_rates(run),
     )
 

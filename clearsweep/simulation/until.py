@@ -10,11 +10,9 @@ from .. import case
 from ..case import Simulate
 from ..mechanics.solver.event import Work
 from .batch_means import Blocks, Interval
+from .revolutions import period_of
 from .scene import Scene
 from .watch import Moment, mark, moment_of
-
-LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be repeated
-RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
 
 
 def marks(settings: Simulate, at: Callable[[float], float]) -> np.ndarray:
@@ -84,13 +82,3 @@ def until_of(settings: Simulate) -> case.Until:
     """Return when a run has settled; only for cases that say so."""
     assert settings.until is not None
     return settings.until
-
-
-def period_of(returns: np.ndarray) -> int | None:
-    """Return after how many rows of (revolutions, columns) the last ones repeat themselves; None: they do not."""
-    for period in range(1, min(LONGEST_PERIOD, len(returns) // (REPEATS + 1)) + 1):
-        last = returns[len(returns) - REPEATS * period :]
-        before = returns[len(returns) - (REPEATS + 1) * period : -period]
-        if np.all(np.abs(last - before) <= RETURN):
-            return period
-    return None

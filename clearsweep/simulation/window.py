@@ -16,12 +16,14 @@ from ..mechanics.observe.tally import (
     CONTACT_TIME,
     DEPTH_MAX,
     FORCE_MAX,
+    LOAD_MAX,
     ONSET_MAX,
     PEAK,
     Tally,
 )
+from .spread import Spread
 
-LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # columns of Tally.joint
+LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # of Tally.joint
 FEW = 4  # bins taken from beyond the seam, where a turn begins anew
 
 
@@ -38,6 +40,8 @@ class Window(NamedTuple):
     seconds: float  # s, that integrating took
     duration: float  # s
     turns: float  # revolutions; 1 where nothing turns
+    spreads: tuple[Spread, ...]  # of each joint's force peaks over the revolutions
+    period: int | None  # revolutions after which the motion repeats itself; None: it was not seen to
     onset: np.ndarray  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
 
 

@@ -17,12 +17,12 @@ import pyarrow.parquet as pq
 
 from .. import results
 from ..grid import Grid
-from ..layout import Column, Layout
+from ..layout import SECTION_COUNT, Column, Layout
 from . import durable
 
 ID_LENGTH = 16  # hexadecimal characters of a case_id
 GROUP_ROWS = 4096  # rows of a group of the summary
-CASE, SAMPLE, EVENT = "case", "sample", "event"
+CASE, SAMPLE, EVENT, SECTION = "case", "sample", "event", "section"
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names are older than what they are called
 HASH_LENGTH = 16  # hexadecimal characters of a checksum in a name
 _NAME = re.compile(r"[0-9a-f]{16}-([0-9a-f]{16})\.(h5|parquet)")
@@ -66,7 +66,7 @@ class Row(NamedTuple):
 
 
 class Dataset(NamedTuple):
-    """One dataset of the orbits: `width` values per `each` (a case, a sample or an event)."""
+    """One dataset of the orbits: `width` values per `each` (a case, a sample, an event or a section)."""
 
     path: str
     dtype: np.dtype
@@ -152,6 +152,7 @@ def datasets(form: Form) -> tuple[Dataset, ...]:
             for column in form.layout.channels
         ]
         found += _event_datasets(form.layout)
+        found += _section_datasets(form.layout)
     for joint in form.layout.joints:
         if joint.wear_bins:
             found += [
@@ -186,12 +187,27 @@ def _event_datasets(layout: Layout) -> list[Dataset]:
     ]
 
 
+def _section_datasets(layout: Layout) -> list[Dataset]:
+    """Return the datasets of what is kept at crank angle 0 of every revolution."""
+    if not layout.sections:
+        return []
+    channels = {channel.name: channel for channel in layout.channels}
+    text = "turns of the crank, its angle over 2 pi, at each section"
+    found = [Dataset(SECTION_COUNT, np.dtype("i8"), "1", text, SECTION)]
+    for name, path in layout.sections:
+        text = f"{channels[name].description}, at crank angle 0"
+        found.append(Dataset(path, np.dtype("f8"), channels[name].unit, text, SECTION))
+    return found
+
+
 def offsets_of(form: Form) -> dict[str, Dataset]:
     """Return the datasets that say where a case begins, by what they count: samples, and events if there are any."""
     text = "first {} of each case; the last value is their number"
     found = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
     if form.histories:
         found[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
+        if form.layout.sections:
+            found[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
     return found
 
 
@@ -225,6 +241,8 @@ def orbits_bytes(form: Form, rows: list[Row]) -> bytes:
 def _count(form: Form, trajectory: results.Trajectory, each: str) -> int:
     if trajectory.status != "ok" or not form.histories:
         return 0  # a failed case keeps no history
+    if each == SECTION:
+        return len(trajectory.poincare.get(SECTION_COUNT, ()))
     return len(trajectory.t) if each == SAMPLE else len(trajectory.events)
 
 
@@ -233,6 +251,9 @@ def _gathered(form: Form, dataset: Dataset, rows: list[Row]) -> np.ndarray:
     good = [row.trajectory for row in rows if row.trajectory.status == "ok"]
     if dataset.each == SAMPLE:
         return np.concatenate([np.empty(0), *(path.channels[dataset.path] for path in good)])
+    if dataset.each == SECTION:
+        parts = [path.poincare[dataset.path] for path in good if dataset.path in path.poincare]
+        return np.concatenate([np.empty(0, dataset.dtype), *parts])
     if dataset.each == EVENT:
         name = dataset.path.removeprefix("events/")
         values = np.concatenate([np.empty(0, results.EVENT_DTYPE), *(path.events for path in good)])[name]

@@ -12,14 +12,17 @@ import pyarrow.parquet as pq
 
 from .. import results
 from ..errors import ClearsweepError, DirectoryError, InputError
-from ..layout import Layout
+from ..layout import SECTION_COUNT, Layout
 from . import durable
-from .batch import EVENT, GROUP_ROWS, SAMPLE, open_table, values_of
+from .batch import EVENT, GROUP_ROWS, SAMPLE, SECTION, open_table, values_of
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
 from .record import check_form, damaged, read_record
 
 if TYPE_CHECKING:
     import pandas as pd  # loaded only where a frame is made
+
+
+_OFFSETS = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets"}
 
 
 class StoredRun:
@@ -131,6 +134,19 @@ class StoredRun:
         frame.attrs["units"] = {"t": "s", "joint": "", "kind": "", "rate": "m/s", "force_peak": "N"}
         return frame
 
+    def poincare(self, case_id: str) -> "pd.DataFrame":
+        """Return where the journals are (m) and how fast (m/s) at crank angle 0 of every revolution.
+
+        Columns are `rod_slider/x` and the like, with `attrs["units"]`; `revolution` counts turns of the crank.  It is
+        empty where `orbit` is.
+        """
+        names = [path for _, path in self.layout.sections]
+        frame = self._frame(case_id, SECTION, [SECTION_COUNT, *names] if names else [])
+        units = {channel.name.replace("joints/", "", 1): channel.unit for channel in self.layout.channels}
+        frame = frame.rename(columns=lambda name: name.removeprefix("poincare/"))
+        frame.attrs["units"] = {name: units.get(name, "1") for name in frame}
+        return frame
+
     def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Return joint -> (bearing, journal): depths in m per angular bin of each body; NaN for a failed case."""
         place = self._place(case_id)
@@ -152,10 +168,8 @@ class StoredRun:
 
         place = self._place(case_id)
         with self._orbits() as file:
-            stored = "t" in file  # nothing is where save.orbits is none
-            start, stop = (
-                file["offsets" if each == SAMPLE else "events/offsets"][place : place + 2] if stored else (0, 0)
-            )
+            stored = bool(paths) and "t" in file  # nothing is where save.orbits is none
+            start, stop = file[_OFFSETS[each]][place : place + 2] if stored else (0, 0)
             frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
 

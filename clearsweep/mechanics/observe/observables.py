@@ -1,6 +1,7 @@
 """What is seen of a motion at every stage of a step: a row of numbers, read by name.
 
-KAPPA to ERROR_RATE are columns of the whole mechanism; after them stands a block for every contact.
+KAPPA to ERROR_RATE are columns of the whole mechanism; after them stands a block for every contact.  LOAD, the square
+of the resultant of normal and tangential force (N^2), is filled in where it is asked for, by `put_load`.
 """
 
 from typing import NamedTuple
@@ -10,7 +11,7 @@ import numpy as np
 from ..compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
-NORMAL, STORED, LOST, RUBBED, SLIP, RAW, DEPTH, RATE, CONTACT_WIDTH = range(9)
+NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, LOAD, CONTACT_WIDTH = range(10)
 
 #: Rows whose stages lie at distinct times, and these times as shares of the step.
 NODES = np.array([0, 6, 5, 9, 8, 10, 12])
@@ -23,7 +24,7 @@ class Observed(NamedTuple):
     normal: float  # N, normal force
     stored: float  # W, power that goes into the elastic deformation
     lost: float  # W, power that the normal force takes away beside it
-    rubbed: float  # W, power that friction takes away
+    tangential: float  # N, friction force
     slip: float  # m/s, sliding speed; in free flight the relative speed
     raw: float  # N, the normal force before it is clipped, above the least that its law allows
     depth: float  # m, eccentricity less clearance
@@ -50,7 +51,7 @@ def observed_in(o, row, contact):
         normal=o[row, block + NORMAL],
         stored=o[row, block + STORED],
         lost=o[row, block + LOST],
-        rubbed=o[row, block + RUBBED],
+        tangential=o[row, block + TANGENTIAL],
         slip=o[row, block + SLIP],
         raw=o[row, block + RAW],
         depth=o[row, block + DEPTH],
@@ -71,8 +72,15 @@ def observe(o, row, contact, seen):
     o[row, block + NORMAL] = seen.normal
     o[row, block + STORED] = seen.stored
     o[row, block + LOST] = seen.lost
-    o[row, block + RUBBED] = seen.rubbed
+    o[row, block + TANGENTIAL] = seen.tangential
     o[row, block + SLIP] = seen.slip
     o[row, block + RAW] = seen.raw
     o[row, block + DEPTH] = seen.depth
     o[row, block + RATE] = seen.rate
+
+
+@inlined
+def put_load(o, row, contact):
+    """Put the square of the resultant force of a contact into row `row` of `o`."""
+    normal, tangential = o[row, column_of(contact, NORMAL)], o[row, column_of(contact, TANGENTIAL)]
+    o[row, column_of(contact, LOAD)] = normal * normal + tangential * tangential

@@ -8,7 +8,7 @@ from ..compiled.family import kernel
 from ..solver.dop853 import END, SCRATCH
 from ..solver.event import evaluate_dense
 from ..solver.step import finish_dense
-from .observables import NODES, SHARES
+from .observables import NODES, SHARES, put_load
 
 
 @kernel
@@ -54,6 +54,9 @@ def observable_at(at, x, column):
     """Return the observable at the share `x` of the step, from the dense output in `work.f`."""
     work = at[0]
     evaluate_dense(at, x)
+    for j in range(work.mode.size):
+        if work.rubs[j]:
+            put_load(work.o, SCRATCH, j)
     return work.o[SCRATCH, column]
 
 

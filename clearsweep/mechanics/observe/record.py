@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from ..compiled.family import invoke, kernel
+from ..compiled.family import invoke, kernel, pointer_to
 from ..solver.dop853 import dense_component, dense_state
 from ..solver.event import SAMPLES
 
@@ -60,3 +61,11 @@ def write_samples(at):
         write_sample(at, work.z, record.samples[i])
         i += 1
     work.counts[SAMPLES] = i
+
+
+@njit(error_model="numpy", cache=True)
+def sample_states(work, states, out):
+    """Put the time histories' values at `states` (states, n) into `out` (states, channels); forces are not meant."""
+    at = pointer_to(work)
+    for i in range(states.shape[0]):
+        write_sample(at, states[i], out[i])

@@ -22,25 +22,30 @@ from .observables import (
     GRAVITY,
     KAPPA,
     KINETIC,
+    LOAD,
     NODES,
     NORMAL,
     SLIP,
     TORQUE,
     column_of,
     observed,
+    put_load,
 )
 from .peaks import Peak, located, refined_peak
 from .record import write_samples
+from .turns import note_turns
 
 # Columns of Tally.whole: five integrals of power since the start (J), the balance they make, figures of the window.
 WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
 ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX = range(8, 12)
 OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began; rad/s, of a free crank
-# Columns of Tally.joint: figures of the window, then PEAK (N) and APPROACH (m/s) of the present contact.
+# Columns of Tally.joint: figures of the window, LOAD_MAX in N^2 and taken where there is friction; then PEAK (N) and
+# APPROACH (m/s) of the present contact.
 (
     FORCE_SQUARE,
     CONTACT_TIME,
     FORCE_MAX,
+    LOAD_MAX,
     DEPTH_MAX,
     ONSET_MAX,
     ONSETS,
@@ -51,7 +56,7 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
     PEAK,
     APPROACH,
     JOINT,
-) = range(13)
+) = range(14)
 
 
 class Tally(NamedTuple):
@@ -89,7 +94,7 @@ def add_powers(at, h, windowed):
                 seen = observed(at, row, j)
                 whole[ENERGY_STORED] += share * seen.stored
                 whole[ENERGY_LOST] += share * seen.lost
-                whole[ENERGY_RUBBED] += share * seen.rubbed
+                whole[ENERGY_RUBBED] -= share * (seen.tangential * seen.slip)
                 if windowed:
                     tally.joint[j, FORCE_SQUARE] += share * seen.normal**2
     kinetic = o[END, KINETIC]
@@ -127,14 +132,28 @@ def add_course(at, j, duration):
 def note_contact(at, h, j, windowed, dense):
     """Update the largest force and depth of contact `j`, under force; return whether the dense output is made now."""
     row, start, end = at[0].tally.joint[j], observed(at, 0, j), observed(at, END, j)
-    peak = Peak(column_of(j, NORMAL), 1.0, 0.9 * row[PEAK])
+    peak = Peak(column_of(j, NORMAL), 1.0, 0.9 * min(row[PEAK], at[0].turns.since[j]))
     best, dense = located(at, h, peak, max(start.normal, end.normal), dense)
-    row[PEAK] = max(row[PEAK], best)
+    row[PEAK], at[0].turns.step[j] = max(row[PEAK], best), best
     if windowed:
         row[FORCE_MAX] = max(row[FORCE_MAX], best)
         peak = Peak(column_of(j, DEPTH), 1.0, 0.98 * row[DEPTH_MAX])
         best, dense = located(at, h, peak, max(start.depth, end.depth), dense)
         row[DEPTH_MAX] = max(row[DEPTH_MAX], best)
+        if at[0].rubs[j]:
+            dense = note_load(at, h, j, dense)
+    return dense
+
+
+@kernel
+def note_load(at, h, j, dense):
+    """Update the largest resultant force of contact `j`, which rubs; return whether the dense output is made now."""
+    o, row, column = at[0].o, at[0].tally.joint[j], column_of(j, LOAD)
+    for stage in range(END + 1):
+        put_load(o, stage, j)
+    peak = Peak(column, 1.0, 0.96 * row[LOAD_MAX])
+    best, dense = located(at, h, peak, max(o[0, column], o[END, column]), dense)
+    row[LOAD_MAX] = max(row[LOAD_MAX], best)
     return dense
 
 
@@ -206,6 +225,7 @@ def note_step(at, h, windowed, dense):
     add_powers(at, h, windowed)
     touching = False
     for j in range(work.mode.size):
+        work.turns.step[j] = 0.0
         touching = touching or touches(work.mode[j])
         if acts(work.mode[j]):
             dense = note_contact(at, h, j, windowed, dense)
@@ -221,6 +241,7 @@ def note_step(at, h, windowed, dense):
             note_speed(at, h)
         if work.wear.code != 0 and touching:
             note_wear(at, h)
+    dense = note_turns(at, h, dense)
     i = work.counts[SAMPLES]
     if i < record.times.size and record.times[i] <= work.end[record.along]:
         if not dense:

@@ -54,6 +54,7 @@ class Work(NamedTuple):
     pressed: np.ndarray  # (c,) int64, the mode to which an onset leads
     clearance: np.ndarray  # (c,) m
     side: np.ndarray  # (c,) Joint.side
+    rubs: np.ndarray  # (c,) bool, whether there is friction
     limit_depth: np.ndarray  # (c,) m, penetration up to which the elastic law is meant to hold; inf: any
     ended_by: np.ndarray  # (m,) int64, the contact whose separation ends a number of internal state; -1: it is kept
     began: np.ndarray  # (m,) where the number begins
@@ -66,6 +67,7 @@ class Work(NamedTuple):
     implicit: tuple  # newton.Implicit
     tally: tuple  # tally.Tally
     record: tuple  # record.Record
+    turns: tuple  # turns.Turns
 
 
 @kernel

@@ -23,6 +23,7 @@ from ..observe.tally import (
     note_step,
     open_window,
 )
+from ..observe.turns import take_start
 from .dop853 import END
 from .event import (
     EVALUATIONS,
@@ -213,6 +214,7 @@ def begin(at, windowed):
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
     if windowed:
         open_window(at)
+    take_start(at)
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[record.along]:
         write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1

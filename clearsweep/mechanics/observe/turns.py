@@ -1,0 +1,84 @@
+"""What is taken once a revolution: the state, and the largest force of every contact since the time before."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled.family import kernel
+from ..solver.dop853 import END, SCRATCH, dense_state
+from ..solver.event import evaluate_dense
+from ..solver.step import finish_dense
+from .observables import NORMAL, column_of
+from .peaks import observable_at
+from .record import share_at
+
+BESIDE = 1e-4  # of a step: how far from a mark to look whether a force rises there
+
+
+class Turns(NamedTuple):
+    """What is taken at some marks along the motion."""
+
+    marks: np.ndarray  # (marks,) s, or rad of a free crank, increasing: where
+    states: np.ndarray  # (marks, n) the state there
+    peaks: np.ndarray  # (marks, contacts) N, largest normal force since the mark before
+    step: np.ndarray  # (contacts,) N, largest normal force of the step in hand, 0 where none acts
+    since: np.ndarray  # (contacts,) N, of the steps since the last mark
+    passed: np.ndarray  # (1,) int64, how many marks are behind
+
+
+@kernel
+def take_start(at):
+    """Take the state at a mark where the run begins."""
+    work = at[0]
+    turns, i = work.turns, work.turns.passed[0]
+    if i < turns.marks.size and turns.marks[i] <= work.y[work.along]:
+        for c in range(turns.states.shape[1]):
+            turns.states[i, c] = work.y[c]
+        turns.passed[0] = i + 1
+
+
+@kernel
+def take_peaks(at, i, x):
+    """Divide the largest forces of the step among what is before and behind mark `i`, at the share `x` of the step."""
+    work = at[0]
+    turns, row = work.turns, END
+    if x < 1.0:
+        evaluate_dense(at, x)
+        row = SCRATCH
+    for j in range(work.mode.size):
+        column, highest = column_of(j, NORMAL), turns.step[j]
+        here = work.o[row, column] if highest > 0.0 else 0.0
+        after = max(here, work.o[END, column]) if highest > 0.0 else 0.0
+        before = here
+        if highest > after:
+            rises = x < 1.0 and observable_at(at, min(x + BESIDE, 1.0), column) > here
+            before, after = (here, highest) if rises else (highest, after)
+            if x < 1.0:
+                evaluate_dense(at, x)
+        turns.peaks[i, j] = max(turns.since[j], before)
+        turns.since[j], turns.step[j] = 0.0, after
+
+
+@kernel
+def note_turns(at, h, dense):
+    """Pass the marks within the step of length `h`; return whether its dense output is made now."""
+    work = at[0]
+    turns = work.turns
+    i = turns.passed[0]
+    while i < turns.marks.size and turns.marks[i] <= work.end[work.along]:
+        x = 1.0
+        if turns.marks[i] < work.end[work.along]:
+            if not dense:
+                finish_dense(at, h)
+                dense = True
+            x = share_at(at, work.along, turns.marks[i])
+        take_peaks(at, i, x)
+        if x < 1.0:
+            dense_state(x, work.y, work.f, work.z)
+        for c in range(turns.states.shape[1]):
+            turns.states[i, c] = work.z[c] if x < 1.0 else work.end[c]
+        i += 1
+    turns.passed[0] = i
+    for j in range(work.mode.size):
+        turns.since[j] = max(turns.since[j], turns.step[j])
+    return dense

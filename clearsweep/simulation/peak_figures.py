@@ -1,0 +1,90 @@
+"""Figures of merit of what each revolution came to: how force peaks spread, and whether the motion repeats itself."""
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+from ..catalogue import Figure, Shown
+from ..mechanics.observe import tally as tallies
+from .ideal import ideal_peaks
+from .window import Window
+
+
+def ideal_peak(window: Window, place: int) -> float:
+    """Return the largest reaction (N) in the mechanism without clearance."""
+    return ideal_peaks(window.case)[window.case.joints[place].name]
+
+
+def load_peak(window: Window, place: int) -> float:
+    """Return the largest resultant (N) of normal and friction force; without friction that is the normal force."""
+    joint = window.tally.joint[place]
+    return float(max(joint[tallies.FORCE_MAX], math.sqrt(joint[tallies.LOAD_MAX])))
+
+
+def peak_ratio(window: Window, place: int) -> float | None:
+    """Return the largest resultant over the largest reaction without clearance, None where there is no reaction."""
+    ideal = ideal_peak(window, place)
+    return load_peak(window, place) / ideal if ideal > 0.0 else None
+
+
+def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
+    """Return the figures of a quantile of the force peaks of revolutions: itself, and the ends of its interval."""
+
+    def value(end: str) -> Callable[[Window, int], float | None]:
+        return lambda window, place: getattr(getattr(window.spreads[place], name), end)
+
+    column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
+    made = partial(Figure, unit="N", of="joint", needs=("turns",))
+    return (
+        made(column, text=text, value=value("value"), shown=(shown,)),
+        made(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
+        made(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
+    )
+
+
+PEAKS = (
+    *of_peaks(
+        "median",
+        "median of the largest normal forces of the window's revolutions",
+        Shown("forces", "median of revolutions", 3),
+    ),
+    *of_peaks(
+        "p95",
+        "95 % quantile of the largest normal forces of the window's revolutions",
+        Shown("forces", "95 % of revolutions", 3),
+    ),
+    Figure(
+        "load_peak",
+        "N",
+        "largest resultant of normal and friction force in the window, located",
+        of="joint",
+        value=load_peak,
+        shown=(Shown("forces", "load peak", 3), Shown("sample", "load peak", 3), Shown("case", "load peak", 3)),
+    ),
+    Figure(
+        "force_peak_ratio",
+        "1",
+        "load_peak over force_peak_ideal, both resultants; null: that is zero",
+        of="joint",
+        needs=("turns",),
+        value=peak_ratio,
+        shown=(
+            Shown("forces", "peak / ideal", 5),
+            Shown("sample", "peak / ideal", 3),
+            Shown("case", "peak / ideal", 4),
+        ),
+    ),
+)
+#: What the state at the ends of revolutions tells; of a run that is watched the watch says it, see `until`.
+RETURNS = (
+    Figure(
+        "period",
+        "1",
+        "revolutions after which the motion repeats itself; null: it was not seen to within the window",
+        needs=("turns",),
+        kind="int",
+        value=lambda window, _: window.period,
+        differs=False,
+        shown=(Shown("certainty", "period", 2),),
+    ),
+)

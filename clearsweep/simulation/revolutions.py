@@ -1,0 +1,120 @@
+"""What is taken revolution by revolution: force peaks, the motion at crank angle 0, after how many it repeats."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..layout import MOST_REVOLUTIONS
+from ..mechanics.observe.turns import Turns
+from .scene import Scene
+from .spread import Spread, quantile
+
+LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be repeated
+RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
+SAME = 1e-9  # revolutions: marks that are nearer are one
+
+
+class Marks(NamedTuple):
+    """Where along a run, in revolutions since its start, something is taken."""
+
+    turns: np.ndarray  # (marks,) increasing
+    window: np.ndarray  # (w,) which of them begin or end a revolution of the window
+    sections: np.ndarray  # (s,) which of them are at crank angle 0
+
+
+NO_MARKS = Marks(np.empty(0), np.empty(0, int), np.empty(0, int))
+
+
+def marks_of(scene: Scene, revolutions: float) -> Marks:
+    """Return the marks of a run of so many revolutions; none where nothing turns."""
+    if not scene.mechanism.turns:
+        return NO_MARKS
+    discard = scene.case.simulate.discard
+    window = _each(discard, revolutions)
+    ahead = -begun(scene) % 1.0
+    sections = np.empty(0) if scene.case.save.orbits == "none" else _each(ahead, revolutions)
+    if np.array_equal(window, sections[len(sections) - len(window) :]):  # as good as always
+        turns = sections
+    else:
+        turns = np.sort(np.concatenate([window, sections]))
+        turns = turns[np.diff(turns, prepend=-1.0) > SAME]
+    return Marks(np.minimum(turns, revolutions), _nearest(turns, window), _nearest(turns, sections))
+
+
+def _each(first: float, last: float) -> np.ndarray:
+    """Return first, first + 1, ... up to `last`; of many only the last ones."""
+    count = max(math.floor(last - first + SAME) + 1, 0)
+    return first + np.arange(max(count - MOST_REVOLUTIONS - 1, 0), count)
+
+
+def begun(scene: Scene) -> float:
+    """Return the crank angle at the start, in turns."""
+    return scene.case.drive.start_angle / (2.0 * math.pi) if scene.case.drive else 0.0
+
+
+def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    return np.searchsorted(turns, wanted - SAME)
+
+
+def turns_of(scene: Scene, marks: Marks, contacts: int) -> Turns:
+    """Return room for what is taken at the marks of a run."""
+    count = len(marks.turns)
+    return Turns(
+        marks=np.array([scene.turning.at(turns) for turns in marks.turns.tolist()]),
+        states=np.zeros((count, scene.start.size)),
+        peaks=np.zeros((count, contacts)),
+        step=np.zeros(contacts),
+        since=np.zeros(contacts),
+        passed=np.zeros(1, dtype=np.int64),
+    )
+
+
+def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
+    """Return how the force peaks of each joint spread over the window's revolutions."""
+    return tuple(Spread(quantile(peaks, 0.5), quantile(peaks, 0.95)) for peaks in peaks_of(scene, marks, turns).T)
+
+
+def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
+    """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints).
+
+    Of a joint with several contacts it is that of the one that bears most, as its largest force is.
+    """
+    passed = int(turns.passed[0])
+    window = marks.window[marks.window < passed]
+    if len(window) < 2:
+        return np.zeros((0, len(scene.layout.joints)))
+    first, last = int(window[0]) + 1, int(window[-1]) + 1
+    peaks: np.ndarray = turns.peaks[first:last]
+    if len(peaks) != len(window) - 1:
+        peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
+    counts = [len(joint.contacts) for joint in scene.layout.joints]
+    if max(counts) > 1:
+        peaks = np.maximum.reduceat(peaks, np.cumsum([0, *counts[:-1]]), axis=1)
+    return peaks
+
+
+def period_in(scene: Scene, marks: Marks, turns: Any, unit: np.ndarray) -> int | None:
+    """Return after how many revolutions the window's motion repeats itself, None where it was not seen to.
+
+    unit : (2 coordinates,) a clearance as change of each coordinate, a clearance times crank rate of each rate.
+    """
+    rows = marks.window[marks.window < turns.passed[0]][-LONGEST_PERIOD * (REPEATS + 1) :]
+    half = len(scene.value.coordinates)
+    states = turns.states[rows, : 2 * half]
+    return period_of(states / unit, 2.0 * math.pi / unit[:half])
+
+
+def period_of(returns: np.ndarray, turn: np.ndarray | None = None) -> int | None:
+    """Return after how many rows of (revolutions, columns) the last ones repeat themselves; None: they do not.
+
+    turn : whole multiples of it in the first columns are no difference: whether an angle has gone round.
+    """
+    for period in range(1, min(LONGEST_PERIOD, len(returns) // (REPEATS + 1)) + 1):
+        last = returns[len(returns) - REPEATS * period :]
+        off = last - returns[len(returns) - (REPEATS + 1) * period : -period]
+        if turn is not None:
+            off[:, : len(turn)] -= np.round(off[:, : len(turn)] / turn) * turn
+        if np.all(np.abs(off) <= RETURN):
+            return period
+    return None
