@@ -42,6 +42,7 @@ bar = 1e5 pascal
 joule = newton * metre = J
 watt = joule / second = W
 """
+_BASE = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
 _COMMON = (
     "m mm um nm cm inch kg g mg t s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN Pa kPa MPa GPa bar J mJ kJ W"
 )
@@ -60,6 +61,10 @@ _EXAMPLES = {
     "m/s": "1 mm/s or 0.001",
     "m/s^2": "9.81 m/s^2 or 9.81",
     "N": "5 kN or 5000",
+    "N*m": "5 N*m or 5",
+    "W": "20 W or 20",
+    "m^2": "4 cm^2 or 4e-4",
+    "m^3": "1 mm^3 or 1e-9",
     "N/m": "1e6 N/m or 1e6",
     "N*s/m": "100 N*s/m or 100",
     "Pa": "207 GPa or 2.07e11",
@@ -111,6 +116,34 @@ def expected(unit: str) -> str:
 def exponent_of(unit: str, exponent: float) -> str:
     """Return the unit whose power is written as the word `exponent`, with the number in its place: `N/m^1.5`."""
     return unit.replace("^exponent", "" if exponent == 1 else f"^{exponent:.15g}")
+
+
+def dimension_of(unit: str) -> tuple[tuple[str, Fraction], ...]:
+    """Return the dimension of an SI unit, as pairs of a base quantity and its power, in order."""
+    return _unit(unit, unit)[1] if unit else ()
+
+
+def unit_of(dimension: tuple[tuple[str, Fraction], ...]) -> str:
+    """Return the SI unit of a dimension: one of its own name where there is one, else made of base units."""
+    for unit in _EXAMPLES:
+        if dimension_of(unit) == dimension:
+            return unit
+    parts = [(_BASE[name], float(power)) for name, power in dimension]
+    above, below = (
+        "*".join(f"{name}^{sign * power:.15g}".removesuffix("^1") for name, power in parts if sign * power > 0.0)
+        for sign in (1, -1)
+    )
+    below = f"({below})" if "*" in below else below
+    return f"{above or 1}/{below}" if below else above
+
+
+def with_unit(text: str) -> tuple[float, tuple[tuple[str, Fraction], ...]]:
+    """Return the quantity in `text`, with a unit or without, in SI, and its dimension; InputError like `read`."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    if not match:
+        raise InputError(f"found {shown(text)}, which does not begin with a number; expected one such as '5 kN'")
+    dimension = _unit(match.group(2), text)[1] if match.group(2) not in ("", "%") else ()
+    return read(text, unit_of(dimension)), dimension
 
 
 def _from_text(text: str, unit: str) -> Fraction:

@@ -31,7 +31,8 @@ class Draft:
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
-    limits: dict[str, float] = field(default_factory=dict)
+    limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
+    own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
 
     def place(self, path: str) -> WrittenValue:
         """Return the value to blame for the value at `path`: its own, or the section's that lacks it."""

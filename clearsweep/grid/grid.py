@@ -16,6 +16,7 @@ from ..catalogue import Catalogue
 from ..errors import InputError, shown
 from ..layout import Layout
 from ..outline import Outline
+from ..verdict import Verdict, figures_of, limits_of
 from . import checks, variations
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
@@ -57,6 +58,7 @@ def load(source: str | PathLike | Mapping, catalogue: Catalogue, overrides: Mapp
         file,
         draft.axes,
         draft.limits,
+        draft.own_figures,
         draft.shape,
         draft.values,
         frozenset(draft.written),
@@ -123,7 +125,8 @@ class Grid:
     name: str
     source: str | None  # file, None for a dict
     axes: dict[str, tuple[Any, ...]]  # dotted path -> values, SI or law names, in the order of the file
-    limits: dict[str, float]  # figure of merit -> largest value that is acceptable, SI
+    limits: dict[str, Any]  # column -> largest value that is acceptable, SI, or a mapping, see `verdict.limits_of`
+    figures: dict[str, str]  # of its own: name -> expression of columns
     _shape: Shape
     _values: dict[str, Value]
     _written: frozenset[str]
@@ -132,6 +135,12 @@ class Grid:
     _sample: dict[str, Any]
     _outline: Outline
     _layout: Layout | None = None
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Return what it makes of the columns of its cases: figures of its own, limits."""
+        units = {column.name: column.unit for column in self.layout.columns}
+        return Verdict(figures_of(self.figures, units), limits_of(self.limits))
 
     @cached_property
     def size(self) -> int:
@@ -209,12 +218,12 @@ class Grid:
         }
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
-        limits = {"limits": self.limits} if self.limits else {}
+        judged = {key: part for key, part in (("figures", self.figures), ("limits", self.limits)) if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        return {"name": self.name} | nested(sections | self._base | fillers, self._pairs) | ways | limits
+        return {"name": self.name} | nested(sections | self._base | fillers, self._pairs) | ways | judged
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""

@@ -5,6 +5,7 @@ from typing import Any
 from .. import quantity
 from ..catalogue import Catalogue
 from ..outline import ANY
+from ..verdict import KINDS
 from .key_table import full_shape
 from .keys import Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
@@ -31,11 +32,18 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "zip": axes("in step: case after case takes the next value of each"),
             "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
             "sample": _sample(),
-            "limits": {
-                "description": "figure (a column of summary.parquet) -> the largest value that is acceptable",
+            "figures": {
+                "description": "name -> expression of columns of summary.parquet: a figure of your own",
                 "type": "object",
                 "minProperties": 1,
-                "additionalProperties": {"$ref": "#/$defs/quantity"},
+                "additionalProperties": {"type": "string"},
+            },
+            "limits": {
+                "description": "figure (a column of summary.parquet) -> the largest value that is acceptable, or "
+                "{at_most or at_least: value, times: another figure}",
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _bounds()]},
             },
         }
         top["properties"]["mechanism"]["properties"]["type"] = {"const": mechanism.name}
@@ -70,6 +78,12 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             },
         },
     }
+
+
+def _bounds() -> dict[str, Any]:
+    """Return the schema of a limit that is written as a section."""
+    properties = {kind: {"$ref": "#/$defs/quantity"} for kind in KINDS} | {"times": {"type": "string"}}
+    return {"type": "object", "properties": properties, "additionalProperties": False, "minProperties": 1}
 
 
 def _sample() -> dict[str, Any]:

@@ -7,6 +7,7 @@ from ..catalogue import Catalogue, Field
 from ..outline import ANY
 from .axes import FORMS
 from .json_schema import schema
+from .judged import SECTIONS
 from .key_table import full_shape
 from .keys import Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
@@ -139,10 +140,10 @@ def _cases(catalogue: Catalogue) -> str:
     while "else" in top:  # those of any mechanism
         top = top["else"]
     top = top["properties"]
-    texts = {key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", "limits")}
+    texts = {key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", *SECTIONS)}
     texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
     texts["name"] = texts["name"].replace("<name>", "NAME")
-    rows = [f"| `{key}` | {texts[key]} |" for key in ("name", "sweep", "zip", "cases", "sample", "limits")]
+    rows = [f"| `{key}` | {texts[key]} |" for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS)]
     axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
     methods = [f"| `{name}` | {text} |" for name, text in METHODS.items()]
     kinds = [f"| `{name}` | {text} |" for name, text in DISTRIBUTIONS.items()]

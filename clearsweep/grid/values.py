@@ -7,7 +7,7 @@ from ..case import column_name
 from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
-from . import table_key, variations
+from . import judged, table_key, variations
 from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
@@ -43,7 +43,7 @@ def read_draft(
     draft.axes = {path: draft.axes[path] for path in draft.swept if path in draft.axes}
     variations.check(draft)
     draft.figures = _figures(draft, mechanism, catalogue)
-    draft.limits = variations.limits(draft, root)
+    judged.read_into(draft, root)
     return draft
 
 
@@ -76,7 +76,7 @@ def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[s
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
     known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path] + (
-        ["name", "limits", *variations.WAYS] if not path else []
+        ["name", *judged.SECTIONS, *variations.WAYS] if not path else []
     )
     draft.sections[path] = written
     content = written.value

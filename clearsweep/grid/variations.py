@@ -3,8 +3,7 @@
 from itertools import product
 from typing import Any
 
-from .. import quantity
-from ..errors import InputError, nearest, shown
+from ..errors import nearest, shown
 from . import case_table, sampling
 from .axes import Reading, axis
 from .document import WrittenValue
@@ -163,26 +162,3 @@ def _always_used(draft: Draft, path: str) -> None:
             sentence = f"is not used by {' and '.join(choice)}; in step or drawn, every law that is tried has to use it"
             draft.problems.add(draft.swept[path], _where(draft.way[path], path), sentence)
             return
-
-
-def limits(draft: Draft, root: WrittenValue) -> dict[str, float]:
-    """Return the figures that `limits` bounds, in SI, from above."""
-    section = root.value.get("limits") if isinstance(root.value, dict) else None
-    if section is None:
-        return {}
-    if not isinstance(section.value, dict) or not section.value:
-        sentence = "holds no limit; write such as `rod_slider_force_peak: 5 kN`, or leave the key 'limits' out"
-        draft.problems.add(section, "limits", sentence)
-        return {}
-    units = draft.figures
-    bounds: dict[str, float] = {}
-    for figure, written in section.value.items():
-        if figure not in units:
-            sentence = f"is no figure of this grid{nearest(figure, units)} (known: {', '.join(units)})"
-            draft.problems.add(section.key_place(figure), f"limits.{figure}", sentence)
-            continue
-        try:
-            bounds[figure] = quantity.read(written.value, units[figure])
-        except InputError as error:
-            draft.problems.add(written, f"limits.{figure}", str(error))
-    return bounds

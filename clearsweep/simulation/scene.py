@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
@@ -20,6 +20,7 @@ from ..mechanics.joint.contract import every_contact, every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built
+from ..verdict import NO_VERDICT, Verdict
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
 
@@ -42,6 +43,7 @@ class Scene:
     machine: Machine | None  # it is built of; None: the mechanism has its own equations
     turning: turning.Steady | turning.Followed | turning.Free
     deadline: float = math.inf  # s of this process's time, at which the case is given up
+    verdict: Verdict = NO_VERDICT  # figures of the grid's own and limits, of which the case itself knows nothing
 
 
 def catalogue() -> Catalogue:
@@ -60,7 +62,7 @@ def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | N
             f"{loaded.source or 'the grid'}: sweeps {', '.join(loaded.axes)}; expected one case: override the swept "
             "paths, or use clearsweep.sweep"
         )
-    return build(loaded.case(0))
+    return replace(build(loaded.case(0)), verdict=loaded.verdict)
 
 
 def layout_of(case: Case) -> Layout:

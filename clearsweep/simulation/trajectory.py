@@ -78,7 +78,10 @@ def simulate(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Wa
     """
     scene = dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
     trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
-    return _error_checked(scene, trajectory) if scene.layout.error_check else trajectory
+    if scene.layout.error_check:
+        trajectory = _error_checked(scene, trajectory)
+    trajectory.summary.update(scene.verdict.of_case(trajectory.summary, failed=trajectory.status != "ok"))
+    return trajectory
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:

@@ -32,6 +32,7 @@ from .batch import (
     put,
     read_summary,
     summary_schema,
+    with_verdict,
 )
 from .directory import FINAL_FILES, RunDirectory
 from .record import read_record
@@ -92,13 +93,14 @@ def _merged(run: RunDirectory, mark: str) -> dict[str, str]:
 
 
 def _write_summary(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, mark: str) -> None:
-    schema = summary_schema(form).with_metadata({"clearsweep": mark})
+    schema = summary_schema(form)
+    whole = with_verdict(form.verdict, schema.empty_table()).schema.with_metadata({"clearsweep": mark})
     with (
         os.fdopen(durable.create(path), "wb") as file,
-        pq.ParquetWriter(file, schema, write_page_checksum=True) as writer,
+        pq.ParquetWriter(file, whole, write_page_checksum=True) as writer,
     ):
         for group in summary_groups(run, schema, rows):
-            writer.write_table(group)
+            writer.write_table(with_verdict(form.verdict, group).replace_schema_metadata(whole.metadata))
 
 
 def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> Iterator[pa.Table]:

@@ -18,6 +18,7 @@ import pyarrow.parquet as pq
 from .. import results
 from ..grid import Grid
 from ..layout import SECTION_COUNT, Column, Layout
+from ..verdict import Verdict
 from . import durable
 
 ID_LENGTH = 16  # hexadecimal characters of a case_id
@@ -43,6 +44,7 @@ class Form(NamedTuple):
     axes: tuple[Axis, ...]
     histories: bool  # False: neither samples nor events are stored
     frame: str  # hash of all that the cases of a run share
+    verdict: Verdict = Verdict()  # what the grid makes of the columns: not of batches, but of the merged summary
 
     @classmethod
     def of(cls, grid: Grid) -> "Form":
@@ -54,7 +56,8 @@ class Form(NamedTuple):
         frame = grid.frame()
         text = json.dumps(frame, default=lambda value: value.item())
         text = json.dumps(json.loads(text, parse_int=float), sort_keys=True)  # 1 and 1.0 are one value
-        return cls(grid.layout, axes, frame.get("save.orbits") != "none", hashlib.sha256(text.encode()).hexdigest())
+        frame_hash = hashlib.sha256(text.encode()).hexdigest()
+        return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict)
 
 
 class Row(NamedTuple):
@@ -77,21 +80,32 @@ class Dataset(NamedTuple):
 
 
 def summary_schema(form: Form) -> pa.Schema:
-    """Return the schema of a summary; every field's metadata hold `unit` and `description`."""
-    types = {"float": pa.float64(), "int": pa.int64(), "text": pa.string()}
+    """Return the schema of the summary of a batch; every field's metadata hold `unit` and `description`."""
     columns = [Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
     columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
     columns += [
         Column("status", "", "'ok', or the word for how the case failed", "text"),
         Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
     ]
-    columns += form.layout.columns
-    return pa.schema(
-        [
-            pa.field(column.name, types[column.kind], metadata={"unit": column.unit, "description": column.description})
-            for column in columns
-        ]
-    )
+    return pa.schema([_field(column) for column in (*columns, *form.layout.columns)])
+
+
+def _field(column: Column) -> pa.Field:
+    types = {"float": pa.float64(), "int": pa.int64(), "text": pa.string()}
+    return pa.field(column.name, types[column.kind], metadata={"unit": column.unit, "description": column.description})
+
+
+def with_verdict(verdict: Verdict, table: pa.Table) -> pa.Table:
+    """Return rows of a summary with the columns that a grid makes of the others; null where a case failed."""
+    if not verdict.columns:
+        return table
+    columns = {name: values_of(table[name].combine_chunks()) for name in verdict.needs()}
+    added, failed = verdict.judge(columns), values_of(table["status"].combine_chunks()) != "ok"
+    for column in verdict.columns:
+        field, values = _field(column), added[column.name].astype(object)
+        values[failed] = None
+        table = table.append_column(field, _column(values.tolist(), field.type))
+    return table
 
 
 def summary_table(form: Form, rows: list[Row]) -> pa.Table:

@@ -2,12 +2,12 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-from .. import validity, wording
+from .. import validity, verdict, wording
 from .progress import clock
 from .sweep import RunResult
 
@@ -25,7 +25,8 @@ def of_run(result: RunResult) -> dict[str, Any]:
     failures: list[dict[str, Any]] = []
     statuses: Counter[str] = Counter()
     remarks = validity.Remarks(joints)
-    columns = ["status", *swept, *(_peak(joint) for joint in joints), *validity.columns(joints)]
+    kept = _Kept(run.grid)
+    columns = ["status", *swept, *(_peak(joint) for joint in joints), *validity.columns(joints), *kept.columns]
     for block in run.blocks(columns):
         good = block["status"] == "ok"
         for place in np.flatnonzero(~good).tolist():
@@ -37,6 +38,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
             statuses["ok"] += int(np.count_nonzero(good))
             finished = {name: values[good] for name, values in block.items()}
             remarks.add(finished)
+            kept.add(finished, swept)
             worst = sorted([*worst, *_worst_of(finished, joints, swept)], key=_order, reverse=True)[:WORST_CASES]
     return {
         "directory": str(result.directory),
@@ -53,10 +55,69 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "derived": result.derived,
         "warnings": [*result.warnings, *remarks.sentences()],
         "units": run.grid.get("units", {}),
+        "limits": kept.facts(),
         "worst": worst,
         "failures": failures,
         "files": {name: str(result.directory / name) for name in FILES},
     }
+
+
+class _Kept:
+    """How many cases keep to the limits of a grid, as `run` tells it."""
+
+    def __init__(self, record: Mapping[str, Any]):
+        self.verdict = verdict.of_record(record)
+        self.units = {column["name"]: column["unit"] for column in record["layout"]["columns"]}
+        self.units |= {own.name: own.unit for own in self.verdict.figures}
+        self.columns = [verdict.EXCEEDED, verdict.MARGIN] if self.verdict.limits else []
+        self.cases = 0
+        self.exceeded: Counter[str] = Counter()  # column -> cases
+        self.any = 0
+        self.worst: dict[str, Any] | None = None  # the case with the smallest margin
+
+    def add(self, block: dict[str, np.ndarray], swept: list[str]) -> None:
+        """Take in some finished cases."""
+        if not self.columns:
+            return
+        self.cases += len(block["status"])
+        self.any += sum(map(bool, block[verdict.EXCEEDED]))
+        self.exceeded.update(name for names in block[verdict.EXCEEDED] if names for name in names.split(","))
+        margins = block[verdict.MARGIN]
+        if np.isfinite(margins).any():
+            place = int(np.nanargmin(margins))
+            margin = float(margins[place])
+            if self.worst is None or (margin, block["case_id"][place]) < (self.worst["margin"], self.worst["case_id"]):
+                self.worst = _known(block, place, swept) | {"margin": margin}
+
+    def facts(self) -> dict[str, Any] | None:
+        """Return the counts, ready for JSON; None where there are no limits."""
+        if not self.columns:
+            return None
+        bounds: dict[str, list[str]] = {limit.column: [] for limit in self.verdict.limits}
+        for limit in self.verdict.limits:
+            bounds[limit.column].append(limit.words(self.units.get(limit.column, "1")))
+        return {
+            "cases": self.cases,
+            "exceeding": self.any,
+            "each": {name: {"limit": ", ".join(words), "cases": self.exceeded[name]} for name, words in bounds.items()},
+            "worst": self.worst,
+        }
+
+
+def _limit_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines on limits."""
+    kept = facts["limits"]
+    if not kept:
+        return []
+    lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one"]
+    lines += [f"  {name} {each['limit']}: {each['cases']:,} exceed it" for name, each in kept["each"].items()]
+    if kept["worst"]:
+        setting = _setting(kept["worst"]["swept"], facts["units"])
+        lines.append(
+            f"  smallest margin {100.0 * kept['worst']['margin']:.3g} %: case {kept['worst']['case_id']}"
+            + (f", {setting}" if setting else "")
+        )
+    return lines
 
 
 def _peak(joint: str) -> str:
@@ -93,6 +154,7 @@ def run_text(facts: dict[str, Any]) -> str:
         done = f"{cases(facts['reused'])} of {facts['joined']} directories joined in {clock(facts['seconds'])}"
     lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
     lines += derived_lines(facts["derived"])
+    lines += _limit_lines(facts)
     if facts["worst"]:
         lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]
     if facts["failures"]:

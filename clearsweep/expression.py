@@ -1,0 +1,170 @@
+"""Figures of a user's own: arithmetic on columns of the summary, its units checked.  Nothing is run but what is here.
+
+An expression is read by Python's own grammar, of which a few forms are taken and all else is refused: names of
+columns, numbers, quantities in quotes ('5 kN'), + - * /, ** with a number, brackets, and the functions below.
+"""
+
+import ast
+import operator
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import lru_cache, reduce
+from typing import TYPE_CHECKING, Any
+
+from . import quantity
+from .errors import InputError, nearest, shown
+
+if TYPE_CHECKING:
+    import numpy as np  # loaded only where values are worked out
+
+LONGEST = 500  # characters
+_SUMS: dict[type, Callable] = {ast.Add: operator.add, ast.Sub: operator.sub}
+_PRODUCTS: dict[type, tuple[Callable, int]] = {ast.Mult: (operator.mul, 1), ast.Div: (operator.truediv, -1)}
+_SIGNS: dict[type, Callable] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+_OF_SAME_UNIT = {"min": "minimum", "max": "maximum"}  # of two or more -> the name in numpy
+_OF_ONE = {"abs": Fraction(1), "sqrt": Fraction(1, 2)}  # -> the power of the unit
+FUNCTIONS = (*_OF_SAME_UNIT, *_OF_ONE)
+
+Dimension = dict[str, Fraction]
+
+
+def unit_of(text: str, units: Mapping[str, str]) -> str:
+    """Return the SI unit of an expression of columns whose SI units are `units`; InputError says what is wrong."""
+    dimension = _Checked(units).dimension(_tree(text))
+    if not names_in(text):
+        raise InputError(f"found {shown(text)}, which has no column in it; {_expected()}")
+    return quantity.unit_of(tuple(sorted(dimension.items())))
+
+
+def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+    """Return the values (n,) of an expression that `unit_of` has checked; NaN where a column is, or none is finite."""
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        values = np.asarray(_value(_tree(text), columns), float)
+    found: np.ndarray = np.where(np.isfinite(values), values, np.nan)
+    return found
+
+
+@lru_cache(256)
+def _tree(text: str) -> ast.expr:
+    if len(text) > LONGEST:
+        raise InputError(f"found {len(text):,} characters; expected at most {LONGEST}")
+    try:
+        return ast.parse(text.strip(), mode="eval").body
+    except SyntaxError as error:
+        place = f" at character {error.offset}" if error.offset else ""
+        raise InputError(f"found {shown(text)}, which cannot be read{place}; {_expected()}") from None
+    except (ValueError, RecursionError, MemoryError):
+        raise InputError(f"found {shown(text)}, which cannot be read; {_expected()}") from None
+
+
+def names_in(text: str) -> set[str]:
+    """Return the names of columns that an expression has."""
+    calls = {node.func for node in ast.walk(_tree(text)) if isinstance(node, ast.Call)}
+    return {node.id for node in ast.walk(_tree(text)) if isinstance(node, ast.Name) and node not in calls}
+
+
+def _expected() -> str:
+    example = "'1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)'"
+    return f"expected columns, numbers, + - * / **, brackets, {', '.join(FUNCTIONS)}, such as {example}"
+
+
+class _Checked:
+    """The dimensions of expressions of some columns."""
+
+    def __init__(self, units: Mapping[str, str]):
+        self.units = units
+
+    def dimension(self, node: ast.expr) -> Dimension:
+        """Return the dimension of an expression; InputError where it has none."""
+        match node:
+            case ast.Constant(value=bool() | None) | ast.Constant(value=complex()) | ast.Constant(value=bytes()):
+                raise InputError(f"found {shown(ast.unparse(node))}; {_expected()}")
+            case ast.Constant(value=str(written)):
+                return dict(quantity.with_unit(written)[1])
+            case ast.Constant(value=int() | float()):
+                _number(node)
+                return {}
+            case ast.Name(id=name):
+                return self._column(name)
+            case ast.UnaryOp(op=sign, operand=inner) if type(sign) in _SIGNS:
+                return self.dimension(inner)
+            case ast.BinOp(left=left, op=ast.Pow(), right=power):
+                return _scaled(self.dimension(left), Fraction(repr(_number(power))))
+            case ast.BinOp(left=left, op=sign, right=right) if type(sign) in _PRODUCTS:
+                turned = Fraction(_PRODUCTS[type(sign)][1])
+                return _times(self.dimension(left), _scaled(self.dimension(right), turned))
+            case ast.BinOp(left=left, op=sign, right=right) if type(sign) in _SUMS:
+                return self._same(left, right)
+            case ast.Call(func=ast.Name(id=name), args=[_, _, *_] as parts, keywords=[]) if name in _OF_SAME_UNIT:
+                return [self._same(parts[0], part) for part in parts[1:]][-1]
+            case ast.Call(func=ast.Name(id=name), args=[part], keywords=[]) if name in _OF_ONE:
+                return _scaled(self.dimension(part), _OF_ONE[name])
+        raise InputError(f"found {shown(ast.unparse(node))}; {_expected()}")
+
+    def _column(self, name: str) -> Dimension:
+        if name not in self.units:
+            known = ", ".join(self.units)
+            raise InputError(f"{shown(name)} is no column of this grid{nearest(name, self.units)} (known: {known})")
+        return dict(quantity.dimension_of(self.units[name]))
+
+    def _same(self, left: ast.expr, right: ast.expr) -> Dimension:
+        """Return the dimension that two parts share."""
+        dimensions = self.dimension(left), self.dimension(right)
+        if dimensions[0] == dimensions[1]:
+            return dimensions[0]
+        texts = [
+            f"{shown(ast.unparse(part))} in {quantity.unit_of(tuple(sorted(dimension.items())))}"
+            for part, dimension in zip((left, right), dimensions, strict=True)
+        ]
+        raise InputError(
+            f"{texts[0]} and {texts[1]} cannot be added or compared; a number with a unit is written in quotes, '5 kN'"
+        )
+
+
+def _value(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
+    """Return the value of an expression whose forms are those that `_Checked.dimension` takes."""
+    import numpy as np
+
+    match node:
+        case ast.Constant(value=str(written)):
+            return quantity.with_unit(written)[0]
+        case ast.Constant():
+            return _number(node)
+        case ast.Name(id=name):
+            return columns[name]
+        case ast.UnaryOp(op=sign, operand=inner):
+            return _SIGNS[type(sign)](_value(inner, columns))
+        case ast.BinOp(left=left, op=ast.Pow(), right=power):
+            return np.asarray(_value(left, columns), float) ** _number(power)
+        case ast.BinOp(left=left, op=sign, right=right):
+            form = _SUMS.get(type(sign)) or _PRODUCTS[type(sign)][0]
+            return form(_value(left, columns), _value(right, columns))
+        case ast.Call(func=ast.Name(id=name), args=parts):
+            values = [_value(part, columns) for part in parts]
+            return (
+                reduce(getattr(np, _OF_SAME_UNIT[name]), values)
+                if name in _OF_SAME_UNIT
+                else getattr(np, name)(*values)
+            )
+    raise AssertionError(node)  # `unit_of` has refused it
+
+
+def _number(node: ast.expr) -> float:
+    """Return a number as it is written, with its sign."""
+    match node:
+        case ast.UnaryOp(op=ast.USub(), operand=inner):
+            return -_number(inner)
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool) and abs(value) < 1e300:
+            return float(value)
+    raise InputError(f"found {shown(ast.unparse(node))}; expected one number below 1e300, written out")
+
+
+def _times(left: Dimension, right: Dimension) -> Dimension:
+    powers = {name: left.get(name, Fraction(0)) + right.get(name, Fraction(0)) for name in (*left, *right)}
+    return {name: power for name, power in powers.items() if power}
+
+
+def _scaled(dimension: Dimension, power: Fraction) -> Dimension:
+    return {name: power * old for name, old in dimension.items() if power}

@@ -1,0 +1,116 @@
+"""What a grid file says of columns: `figures`, which it makes of them, and `limits`, which it sets them."""
+
+from typing import Any
+
+from .. import expression, quantity
+from ..errors import InputError, nearest, shown
+from ..verdict import EXCEEDED, KINDS, MARGIN
+from .document import WrittenValue
+from .draft import Draft
+
+SECTIONS = ("figures", "limits")  # of a grid file
+_TIMES = "times"
+_LIMIT = "rod_slider_force_peak: 5 kN"
+_FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
+
+
+def read_into(draft: Draft, root: WrittenValue) -> None:
+    """Read both sections into the draft, whose columns are known."""
+    units = dict(draft.figures)
+    for name, written in _entries(draft, root, "figures", _FIGURE).items():
+        taken = _taken(draft, name)
+        if problem := taken or _unreadable(written.value, units):
+            place = root.value["figures"].key_place(name) if taken else written
+            draft.problems.add(place, f"figures.{name}", problem)
+            continue
+        units[name] = expression.unit_of(written.value, units)
+        draft.own_figures[name] = written.value
+    for column, written in _entries(draft, root, "limits", _LIMIT).items():
+        if column not in units:
+            place = root.value["limits"].key_place(column)
+            draft.problems.add(place, f"limits.{column}", _unknown(column, units))
+        elif isinstance(written.value, dict):
+            _bounds(draft, column, written, units)
+        else:
+            bound = _quantity(draft, written, f"limits.{column}", units[column])
+            draft.limits |= {} if bound is None else {column: bound}
+
+
+def _entries(draft: Draft, root: WrittenValue, name: str, example: str) -> dict[str, WrittenValue]:
+    """Return what a section holds, {} where there is none."""
+    section = root.value.get(name) if isinstance(root.value, dict) else None
+    if section is None:
+        return {}
+    if not isinstance(section.value, dict) or not section.value:
+        noun = name.removesuffix("s")
+        sentence = f"holds no {noun}; write such as `{example}`, or leave the key '{name}' out"
+        draft.problems.add(section, name, sentence)
+        return {}
+    entries: dict[str, WrittenValue] = section.value
+    return entries
+
+
+def _unknown(name: str, units: dict[str, str]) -> str:
+    return f"is no figure of this grid{nearest(name, units)} (known: {', '.join(units)})"
+
+
+def _taken(draft: Draft, name: str) -> str:
+    """Return why a figure of a grid's own cannot have this name, '' if it can."""
+    if name in draft.figures:
+        return "is a column already; give the figure another name"
+    if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
+        return "is a name with a meaning of its own; give the figure another one"
+    return "" if name.isidentifier() else "found a name that is none; expected letters, digits and _, no digit first"
+
+
+def _unreadable(text: Any, units: dict[str, str]) -> str:
+    """Return what is wrong with an expression, '' if nothing is."""
+    if not isinstance(text, str):
+        return f"found {shown(text)}; expected an expression of columns, in quotes, such as `{_FIGURE}`"
+    try:
+        expression.unit_of(text, units)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _bounds(draft: Draft, column: str, written: WrittenValue, units: dict[str, str]) -> None:
+    """Read a limit that is written as a section: at_most, at_least, times."""
+    path, entries = f"limits.{column}", written.value
+    known = (*KINDS, _TIMES)
+    for key in entries:
+        if key not in known:
+            sentence = f"unknown key{nearest(key, known)} (known: {', '.join(known)})"
+            draft.problems.add(written.key_place(key), f"{path}.{key}", sentence)
+    if not any(kind in entries for kind in KINDS):
+        draft.problems.add(written, path, f"holds no limit; write {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
+        return
+    unit, bounds = units[column], dict[str, Any]()
+    if _TIMES in entries:
+        times = entries[_TIMES].value
+        if times not in units:
+            draft.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{shown(times)} {_unknown(str(times), units)}")
+            return
+        unit = quotient(unit, units[times])
+        bounds[_TIMES] = times
+    for kind in KINDS:
+        if kind in entries:
+            bound = _quantity(draft, entries[kind], f"{path}.{kind}", unit)
+            bounds |= {} if bound is None else {kind: bound}
+    if any(kind in bounds for kind in KINDS):
+        draft.limits[column] = bounds
+
+
+def quotient(unit: str, by: str) -> str:
+    """Return the SI unit of a quotient of two quantities, '1' where theirs is the same."""
+    if by in ("1", unit):
+        return unit if by == "1" else "1"
+    return expression.unit_of("a / b", {"a": unit, "b": by})
+
+
+def _quantity(draft: Draft, written: WrittenValue, path: str, unit: str) -> float | None:
+    try:
+        return quantity.read(written.value, unit)
+    except InputError as error:
+        draft.problems.add(written, path, str(error))
+        return None

@@ -1,0 +1,214 @@
+"""Limits and own figures: what they say of cases, that they are no part of one, and what a mistake is told."""
+
+import math
+
+import fake_physics
+import fake_sweeps
+import grid_fake
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep import expression, grid, verdict
+from clearsweep.errors import InputError
+from clearsweep.sweeping import closing
+
+PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"
+UNITS = {"force": "N", "other": "N", "length": "m", "rate": "rad/s", "ratio": "1"}
+HEADROOM = {"headroom": f"1 - {PEAK} / (2 * {IDEAL})"}
+
+
+def judged(limits, **columns):
+    """Return which limits some cases exceed, and their margins."""
+    given = {name: np.array(values, float) for name, values in columns.items()}
+    found = verdict.Verdict((), verdict.limits_of(limits)).judge(given)
+    return found["limits_exceeded"].tolist(), found["margin"].tolist()
+
+
+def test_margins_are_those_of_the_definition():
+    exceeded, margins = judged({"force": 8.0, "length": {"at_least": 5.0}}, force=[4, 8, 12], length=[10, 5, 4])
+    assert exceeded == ["", "", "force,length"]
+    assert margins == pytest.approx([min(1 - 4 / 8, 10 / 5 - 1), 0.0, min(1 - 12 / 8, 4 / 5 - 1)])
+
+
+def test_a_limit_may_be_a_multiple_of_another_column():
+    exceeded, margins = judged({"force": {"at_most": 2.0, "times": "ideal"}}, force=[3, 5], ideal=[2, 2])
+    assert (exceeded, margins) == (["", "force"], [1 - 3 / 4, 1 - 5 / 4])
+
+
+def test_both_ends_of_a_range_count():
+    exceeded, margins = judged({"length": {"at_least": 1.0, "at_most": 3.0}}, length=[0.5, 2, 4])
+    assert exceeded == ["length", "", "length"]
+    assert margins == pytest.approx([-0.5, 1 / 3, -1 / 3])
+
+
+def test_null_is_within_its_limit_and_has_no_margin():
+    exceeded, margins = judged({"force": 8.0, "length": 1.0}, force=[math.nan, math.nan], length=[0.5, math.nan])
+    assert exceeded == ["", ""]
+    assert margins == pytest.approx([0.5, math.nan], nan_ok=True)
+
+
+def test_a_limit_of_zero_is_judged_without_margin():
+    exceeded, margins = judged({"force": 0.0}, force=[-1, 1])
+    assert exceeded == ["", "force"]
+    assert np.isnan(margins).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("force + other", "N", [5.0, 7.0]),
+        ("1 - force / (2 * other)", "1", [1 - 2 / 6, 1 - 3 / 8]),
+        ("force * length", "N*m", [8.0, 15.0]),
+        ("force / length ** 2", "Pa", [2 / 16, 3 / 25]),
+        ("sqrt(force * other)", "N", [6**0.5, 12**0.5]),
+        ("max(force, other, '2.5 kN' / 1000)", "N", [3.0, 4.0]),
+        ("-abs(force - '5 N')", "N", [-3.0, -2.0]),
+        ("force * length * rate", "rad*m^2*kg/s^3", [16.0, 45.0]),
+        ("length ** -1.5", "1/m^1.5", [4**-1.5, 5**-1.5]),
+        ("force / (other - other)", "1", [math.nan, math.nan]),
+    ],
+)
+def test_expressions_have_the_units_and_values_of_their_columns(text, unit, value):
+    columns = {"force": [2, 3], "other": [3, 4], "length": [4, 5], "rate": [2, 3], "ratio": [1, 1]}
+    assert expression.unit_of(text, UNITS) == unit
+    found = expression.value_of(text, {name: np.array(values, float) for name, values in columns.items()})
+    assert found == pytest.approx(value, rel=1e-14, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "__import__('os').system('true')",
+        "force.__class__",
+        "(lambda: 1)()",
+        "[force for force in (1, 2)]",
+        "force if 1 else other",
+        "force[0]",
+        "f'{force}'",
+        "force ** other",
+        "force ** 9 ** 9",
+        "force and other",
+        "force < other",
+        "(x := force)",
+        "min(*force)",
+        "min(force, key=other)",
+        "True * force",
+        "1j * force",
+        "force + length",
+        "force + 1",
+        "max(force, length)",
+        "3 * 4",
+        "1e999 * force",
+        "force +",
+        "",
+        "(" * 400 + "force" + ")" * 400,
+        "force" + "+ force" * 100,
+        "force + '3 furlong'",
+    ],
+)
+def test_all_else_is_refused_and_nothing_is_run(text):
+    with pytest.raises(InputError):
+        expression.unit_of(text, UNITS)
+
+
+MISTAKES = {
+    "limits: {rod_slider_force_peak: {at_mots: 5 kN}}\n": "21:34: limits.rod_slider_force_peak.at_mots: unknown "
+    "key; did you mean 'at_most'?",
+    "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: holds no limit; write",
+    "limits: {rod_slider_force_peak: {at_most: 2, times: rod_slider_force_peak_idael}}\n": "21:53: limits."
+    "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is no figure of this grid; did you mean 'rod_slider",
+    "limits: {rod_slider_force_peak: {at_most: 2 kN, times: rod_slider_force_peak_ideal}}\n": "21:43: limits."
+    "rod_slider_force_peak.at_most: found '2 kN', whose unit kN has another dimension",
+    'figures: {steps: "2 * rhs_evaluations"}\n': "21:11: figures.steps: is a column already",
+    'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a name with a meaning of its own",
+    'figures: {ratio: "2 * stebs"}\n': "21:18: figures.ratio: 'stebs' is no column of this grid; did you mean 'steps'?",
+    'figures: {sum: "steps + run_time"}\n': "21:16: figures.sum: 'steps' in 1 and 'run_time' in s cannot be added",
+    "figures: {double: 2}\n": "21:19: figures.double: found '2', which has no column in it",
+    'figures: {b: "a + 1", a: "2 * steps"}\n': "21:14: figures.b: 'a' is no column of this grid",
+    "figures: {}\n": "21:10: figures: holds no figure; write such as `headroom:",
+}
+
+
+@pytest.mark.parametrize(("line", "message"), MISTAKES.items())
+def test_a_mistake_is_told_with_its_place(line, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "grid.yaml").write_text(grid_fake.TEXT + line, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        grid_fake.load("grid.yaml")
+    assert any(problem.startswith(f"grid.yaml:{message}") for problem in caught.value.problems), caught.value.problems
+
+
+def test_they_are_no_part_of_a_case_and_of_what_a_directory_holds_fixed(tmp_path):
+    plain = grid.load(fake_physics.grid(), fake_physics.CATALOGUE)
+    more = {"figures": HEADROOM, "limits": {PEAK: {"at_most": 2, "times": IDEAL}, "headroom": {"at_least": "10 %"}}}
+    limited = grid.load(fake_physics.grid(**more), fake_physics.CATALOGUE)
+    assert limited.case_id(0) == plain.case_id(0)
+    assert limited.frame() == plain.frame()
+    again = grid.load(limited.resolved(), fake_physics.CATALOGUE)
+    assert again.verdict == limited.verdict
+    assert again.limits == {PEAK: {"times": IDEAL, "at_most": 2.0}, "headroom": {"at_least": 0.1}}
+
+
+@pytest.fixture
+def ran(tmp_path):
+    """Return a function that runs the same made-up cases, of which some fail, under limits; what ran, the summary."""
+
+    def run(**more):
+        source = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS), **more)
+        result = fake_sweeps.sweep(source, tmp_path / "run", executor="serial", show_progress=False)
+        summary = clearsweep.open(result.directory).summary
+        return result, summary
+
+    return run
+
+
+def test_limits_of_a_finished_sweep_are_changed_without_running_a_case(ran):
+    plain = ran()[1]
+    assert "margin" not in plain
+    first, summary = ran(limits={PEAK: "0.1015 N"}, figures=HEADROOM)
+    assert (first.ran, first.reused) == (0, 6)
+    good = summary[summary["status"] == "ok"]
+    assert good["limits_exceeded"].tolist() == ["" if value <= 0.1015 else PEAK for value in good[PEAK]]
+    assert good["margin"].tolist() == pytest.approx((1.0 - good[PEAK] / 0.1015).tolist())
+    assert good["headroom"].tolist() == pytest.approx((1.0 - good[PEAK] / (2.0 * good[IDEAL])).tolist())
+    assert summary.attrs["units"]["headroom"] == "1"
+    failed = summary[summary["status"] != "ok"]
+    assert len(failed) == 3
+    assert failed[["limits_exceeded", "margin", "headroom"]].isna().all(axis=None)
+    second, summary = ran(limits={"headroom": {"at_least": 0.9}}, figures=HEADROOM)
+    assert second.ran == 0
+    assert set(summary["limits_exceeded"].dropna()) == {"headroom"}
+    assert list(ran()[1].columns) == list(plain.columns)
+
+
+def test_the_closing_lines_count_cases_that_exceed_limits(ran):
+    result, summary = ran(limits={PEAK: "0.1015 N", "steps": {"at_least": 2, "times": "rhs_evaluations"}})
+    facts = closing.of_run(result)
+    assert facts["limits"]["cases"] == 3
+    assert facts["limits"]["exceeding"] == 3
+    assert facts["limits"]["each"][PEAK]["cases"] == int((summary[PEAK] > 0.1015).sum()) == 1
+    assert facts["limits"]["worst"]["margin"] == summary["margin"].min()
+    text = closing.run_text(facts)
+    assert "Limits: 3 of 3 cases exceed at least one" in text
+    assert f"{PEAK} at most 0.1015 N: 1 exceed it" in text
+    assert "steps at least 2 times rhs_evaluations: 3 exceed it" in text
+    assert f"case {facts['limits']['worst']['case_id']}" in text
+    assert closing.of_run(ran()[0])["limits"] is None
+
+
+def test_a_case_from_python_is_judged_like_one_of_a_sweep():
+    more = {"figures": HEADROOM, "limits": {PEAK: "1 N", "steps": {"at_least": 1}}}
+    changes = {"simulate.revolutions": 0.5, "save": {"orbits": "none"}, **more}
+    found = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes))).summary
+    assert found["limits_exceeded"] == PEAK
+    assert found["margin"] == pytest.approx(1.0 - found[PEAK], rel=1e-12)
+    assert found["headroom"] == pytest.approx(1.0 - found[PEAK] / (2.0 * found[IDEAL]), rel=1e-12)
+
+
+def test_until_cannot_judge_an_own_figure():
+    source = fake_physics.grid(figures=HEADROOM)
+    source["simulate"] = {"until": {"figure": "headroom", "relative_ci": 0.1, "max_revolutions": 100}}
+    with pytest.raises(InputError, match="headroom"):
+        grid.load(source, fake_physics.CATALOGUE)
