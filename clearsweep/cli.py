@@ -155,15 +155,16 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.argument("directory", required=False, type=click.Path(path_type=Path), metavar="[DIR]")
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/report.html.")
 @click.option("--tables", type=click.Path(path_type=Path), metavar="DIR", help="Write the tables as CSV here, too.")
+@click.option("--median", is_flag=True, help="Maps show the median over the axes left out, not the worst case.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
-def report(directory: Path | None, out: Path | None, tables: Path | None, as_json: bool) -> None:
+def report(directory: Path | None, out: Path | None, tables: Path | None, median: bool, as_json: bool) -> None:
     """Write the report of a run (default: the newest below results) as one page that needs no network."""
     from . import report as reports
     from . import store
 
     stored = store.open(directory or store.newest(RESULTS))
     with _writing():
-        files = {"report": str(reports.write(stored, out or stored.directory / "report.html"))}
+        files = {"report": str(reports.write(stored, out or stored.directory / "report.html", typical=median))}
         if tables:
             reports.tables(stored, tables)
             files["tables"] = str(tables)

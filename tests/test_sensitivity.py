@@ -89,7 +89,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     for _ in range(200):
         values = chance.normal(10.0, 2.0, 100)
         told = sensitivity.spread(values)
-        exceeded = sensitivity.exceedance(values, 12.0)
+        exceeded = sensitivity.exceedance(values > 12.0)
         truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in sensitivity.QUANTILES), stats.norm.sf(1.0))
         estimates = (told.mean, told.cv, *told.quantiles, exceeded)
         held.append([not (one.low > truth or one.high < truth) for one, truth in zip(estimates, truths, strict=True)])
@@ -110,7 +110,7 @@ def test_equal_values_have_no_spread():
 
 
 def test_a_limit_that_was_never_exceeded_may_still_be():
-    assert sensitivity.exceedance(np.arange(64.0), 63.0) == pytest.approx((0.0, 0.0, 1.0 - 0.025 ** (1 / 64)))
+    assert sensitivity.exceedance(np.arange(64.0) > 63.0) == pytest.approx((0.0, 0.0, 1.0 - 0.025 ** (1 / 64)))
 
 
 def test_a_sample_is_told_apart_for_each_setting_of_the_other_axes(run):

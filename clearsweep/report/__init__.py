@@ -7,11 +7,14 @@ if TYPE_CHECKING:
     from ..store import StoredRun
 
 
-def write(run: "StoredRun", out: str | Path) -> Path:
-    """Write the report of a run (as the store opens it) as one self-contained HTML file; return its path."""
+def write(run: "StoredRun", out: str | Path, *, typical: bool = False) -> Path:
+    """Write the report of a run (as the store opens it) as one self-contained HTML file; return its path.
+
+    Maps show the worst case over the axes that they leave out; `typical`: the median.
+    """
     from . import page
 
-    return page.write(run, Path(out))
+    return page.write(run, Path(out), typical=typical)
 
 
 def tables(run: "StoredRun", directory: str | Path) -> list[Path]:

@@ -13,10 +13,10 @@ from .section import Block
 from .study import Study, prepare
 
 
-def write(run: StoredRun, out: Path) -> Path:
+def write(run: StoredRun, out: Path, *, typical: bool = False) -> Path:
     """Write the report of a run as one self-contained HTML file; the same run gives the same bytes."""
     durable.check_regular(out)  # before the work
-    return save(render(prepare(run)), out)
+    return save(render(prepare(run, typical=typical)), out)
 
 
 def write_tables(run: StoredRun, directory: Path) -> list[Path]:

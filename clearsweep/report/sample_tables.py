@@ -1,10 +1,12 @@
 """What a sample says in tables: how figures spread, how likely limits are exceeded, what drives the spread."""
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
 
 from .. import wording
+from ..verdict import Limit, limits_of
 from . import sensitivity
 from .case_table import axis_columns
 from .sensitivity import Chance, Effect, Estimate, Setting
@@ -19,16 +21,17 @@ class Judged(NamedTuple):
     column: str
     name: str
     unit: str
-    limit: float | None
+    limits: tuple[Limit, ...]  # there may be one at either end
 
 
 def judged(study: Study) -> list[Judged]:
     """Return the figures whose spread is shown: those that matter, and those that have a limit."""
-    limits = study.run.grid.get("limits") or {}
+    limits = limits_of(study.run.grid.get("limits") or {})
     named = dict(shown(study, "sample"))
-    named |= {column: column.replace("_", " ") for column in limits if column not in named}
+    further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in limits)]
+    named |= {column: column.replace("_", " ") for column in further if column not in named}
     return [
-        Judged(column, name, study.unit(column), limits.get(column))
+        Judged(column, name, study.unit(column), tuple(limit for limit in limits if limit.column == column))
         for column, name in named.items()
         if study.has(column)
     ]
@@ -37,13 +40,13 @@ def judged(study: Study) -> list[Judged]:
 def spread_table(study: Study, samples: list[Setting]) -> Table:
     """Return mean, variation and quantiles of every figure."""
     columns = (
-        *_figure_columns(study),
+        *figure_columns(study),
         Column("cases"),
-        *_estimate_columns("mean"),
-        *_estimate_columns("cv"),
-        *_estimate_columns("5 % quantile"),
-        *_estimate_columns("median"),
-        *_estimate_columns("95 % quantile"),
+        *estimate_columns("mean"),
+        *estimate_columns("cv"),
+        *estimate_columns("5 % quantile"),
+        *estimate_columns("median"),
+        *estimate_columns("95 % quantile"),
     )
     rows = []
     for figure in judged(study):
@@ -51,9 +54,11 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
             values = sample.figures[figure.column]
             if np.isfinite(values).any():
                 spread = sensitivity.spread(values)
-                head = (figure.name, figure.unit, *_point(study, sample), counted(spread.cases))
-                quantiles = [cell for quantile in spread.quantiles for cell in _cells(quantile, figure.unit)]
-                rows.append((*head, *_cells(spread.mean, figure.unit), *_cells(spread.cv, "1"), *quantiles))
+                head = (figure.name, figure.unit, *point_cells(study, sample), counted(spread.cases))
+                quantiles = [cell for quantile in spread.quantiles for cell in estimate_cells(quantile, figure.unit)]
+                rows.append(
+                    (*head, *estimate_cells(spread.mean, figure.unit), *estimate_cells(spread.cv, "1"), *quantiles)
+                )
     note = (
         "In brackets the 95 % confidence interval: of mean and cv (standard deviation over mean) from the "
         f"bootstrap, of quantiles from order statistics; {wording.DASH}: too few cases to give that end. "
@@ -65,25 +70,39 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
 def limit_table(study: Study, samples: list[Setting]) -> Table:
     """Return the probability that each limit is exceeded."""
     columns = (
-        *_figure_columns(study),
+        *figure_columns(study),
         Column("limit"),
         Column("cases"),
-        *_estimate_columns("probability of exceeding it"),
+        *estimate_columns("probability of exceeding it"),
     )
     rows = []
     for figure in judged(study):
-        if figure.limit is None:
-            continue
-        for sample in samples:
-            values = sample.figures[figure.column]
-            known = int(np.isfinite(values).sum())
-            if known:
-                limit = Quantity(figure.limit, wording.text(figure.limit, figure.unit))
-                chance = sensitivity.exceedance(values, figure.limit)
-                head = (figure.name, figure.unit, *_point(study, sample))
-                rows.append((*head, limit, counted(known), *_cells(chance, "1")))
+        for limit, sample in itertools.product(figure.limits, samples):
+            known = np.isfinite(sample.figures[figure.column]) & np.isfinite(limit.bound(sample.figures))
+            if known.any():
+                chance = sensitivity.exceedance(limit.short_by(sample.figures)[known] < 0.0)
+                head = (figure.name, figure.unit, *point_cells(study, sample))
+                bound = Quantity(limit.value, limit.words(figure.unit))
+                rows.append((*head, bound, counted(int(known.sum())), *estimate_cells(chance, "1")))
+    for sample in samples if len(rows) > len(samples) else []:
+        beyond = any_exceeded(study, sample)
+        head = ("at least one of them", "", *point_cells(study, sample))
+        rows.append((*head, "", counted(len(beyond)), *estimate_cells(sensitivity.exceedance(beyond), "1")))
     note = f"In brackets the exact 95 % confidence interval (Clopper and Pearson). {_left_out(samples)}"
     return Table("limits", "How likely limits are exceeded", note.strip(), columns, rows)
+
+
+def any_exceeded(study: Study, sample: Setting) -> np.ndarray:
+    """Return which finished cases of a sample exceed a limit; one on what is null is not exceeded."""
+    limits = limits_of(study.run.grid["limits"])
+    beyond: np.ndarray = np.any([limit.short_by(sample.figures) < 0.0 for limit in limits], axis=0)[finished(sample)]
+    return beyond
+
+
+def finished(sample: Setting) -> np.ndarray:
+    """Return which rows of the design of a sample finished."""
+    failed = set(sample.failed)
+    return np.array([case_id not in failed for case_id in sample.case_ids])
 
 
 def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
@@ -92,13 +111,13 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
         Column("figure"),
         *axis_columns(study, _undrawn(study)),
         Column("variable"),
-        *_estimate_columns("first-order index"),
-        *_estimate_columns("total index"),
+        *estimate_columns("first-order index"),
+        *estimate_columns("total index"),
         Column("share of chance"),
         Column("chance was", file_only=True),
         Column("verdict"),
     )
-    names = _variables(study)
+    names = variables(study)
     rows: list[tuple] = []
     verdicts: dict[str, str] = {}  # figure that is or may be chaotic -> which of these
     measured = False
@@ -111,8 +130,8 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
             if verdict:
                 verdicts[figure.name] = verdict
             for place, index in enumerate(indices):
-                head = (figure.name, *_point(study, sample), names[index.path])
-                cells = (*_cells(index.first, "1"), *_cells(index.total, "1"))
+                head = (figure.name, *point_cells(study, sample), names[index.path])
+                cells = (*estimate_cells(index.first, "1"), *estimate_cells(index.total, "1"))
                 rows.append((*head, *cells, *_chance_cells(chance, verdict, shown=place == 0)))
     note = (
         "First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
@@ -136,7 +155,7 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
 def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
     """Return the effect of every variable alone on every figure, and what is to be said of chaos."""
     columns = (
-        *_figure_columns(study),
+        *figure_columns(study),
         Column("variable"),
         Column("at its 5 % quantile"),
         Column("in the middle"),
@@ -144,7 +163,7 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
         Column("scatter"),
         Column("verdict"),
     )
-    names = _variables(study)
+    names = variables(study)
     rows: list[tuple] = []
     chaotic: dict[str, None] = {}  # names of figures, each once
     for figure in judged(study):
@@ -154,7 +173,7 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
                     chaotic[figure.name] = None
                 numbers = (effect.low, effect.middle, effect.high, effect.scatter)
                 cells = [Quantity(value, wording.text(value, figure.unit)) for value in numbers]
-                head = (figure.name, figure.unit, *_point(study, sample), names[effect.path])
+                head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head, *cells, _blur(effect)))
     note = (
         "One variable at a time, the others at their medians. Scatter: how far the figure moves under disturbances "
@@ -196,7 +215,7 @@ def _advice(figures: list[str], verdict: str) -> str:
     return f"{sentence[0].upper()}{sentence[1:]} Take p99 or rms in place of peaks, or a longer run."
 
 
-def _variables(study: Study) -> dict[str, str]:
+def variables(study: Study) -> dict[str, str]:
     """Return the drawn paths, each with its name in words."""
     return {path: wording.axis_name(path, len(study.joints)) for path in study.run.grid["sample"]["drawn"]}
 
@@ -206,20 +225,22 @@ def _undrawn(study: Study) -> list[Axis]:
     return [axis for axis in study.swept() if axis.path not in drawn]
 
 
-def _figure_columns(study: Study) -> list[Column]:
+def figure_columns(study: Study) -> list[Column]:
     """Return the columns that say of which figure a row is, at which values of the axes that were not drawn."""
     return [Column("figure"), Column("figure unit", file_only=True), *axis_columns(study, _undrawn(study))]
 
 
-def _point(study: Study, sample: Setting) -> list[float | str]:
+def point_cells(study: Study, sample: Setting) -> list[float | str]:
+    """Return at which values of the axes that were not drawn a sample is."""
     return [sample.point[axis.path] for axis in _undrawn(study)]
 
 
-def _estimate_columns(name: str) -> list[Column]:
+def estimate_columns(name: str) -> list[Column]:
+    """Return the columns of an estimate: one on the page, three in the file."""
     return [Column(name), Column(f"{name}, low", file_only=True), Column(f"{name}, high", file_only=True)]
 
 
-def _cells(estimate: Estimate, unit: str) -> list[Quantity]:
+def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
     """Return an estimate with its interval: one cell on the page, three in the file."""
     scale = wording.scale(unit, [end for end in estimate if np.isfinite(end)])
     low, high = scale.number(estimate.low), scale.number(estimate.high)

@@ -13,6 +13,7 @@ import pandas as pd
 from ..errors import InputError
 from ..layout import DIFFERENCE
 from ..store import StoredRun
+from ..verdict import EXCEEDED
 
 QUANTILES = (0.05, 0.5, 0.95)
 LEVEL = 0.95  # of all confidence intervals
@@ -98,7 +99,7 @@ def settings(run: StoredRun) -> list[Setting]:
     keys = [_key(summary, others), _key(summary, paths)]
     for place, (point, drawn) in enumerate(zip(*keys, strict=True)):
         places.setdefault(point, {})[drawn] = place
-    columns = list(summary.columns[summary.columns.get_loc("message") + 1 :])
+    columns = [name for name in summary.columns[summary.columns.get_loc("message") + 1 :] if name != EXCEEDED]
     values = summary[columns].astype("float64").where(summary["status"] == "ok").to_numpy()
     samples = []
     for point, where in sorted(places.items(), key=lambda item: _order(item[0])):
@@ -172,12 +173,11 @@ def quantile(ordered: np.ndarray, share: float) -> Estimate:
     return Estimate(value, *ends)
 
 
-def exceedance(values: np.ndarray, limit: float) -> Estimate:
-    """Return the probability that a figure exceeds a limit, with Clopper and Pearson's exact interval."""
+def exceedance(beyond: np.ndarray) -> Estimate:
+    """Return the probability of what is true of some of the cases, with Clopper and Pearson's exact interval."""
     from scipy.stats import binomtest
 
-    known = values[np.isfinite(values)]
-    test = binomtest(int((known > limit).sum()), len(known))
+    test = binomtest(int(beyond.sum()), len(beyond))
     interval = test.proportion_ci(LEVEL, method="exact")
     return Estimate(float(test.statistic), float(interval.low), float(interval.high))
 

@@ -1,6 +1,6 @@
 """A run prepared for reading: its axes in units for people, its finished and failed cases, its joints."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from ..case import Case
 from ..case import Joint as CaseJoint
 from ..results import ELASTIC_ONSET
 from ..store import StoredRun
+from ..verdict import EXCEEDED
 from ..wording import Scale
 
 BASE = ("mechanism", "drive", "loads", "joints", "simulate", "save")  # where run.json keeps the values that make a case
@@ -99,6 +100,7 @@ class Study(NamedTuple):
     failed: pd.DataFrame
     units: dict[str, str]  # SI, by column of the summary and by dotted path of the grid
     base: dict
+    typical: bool = False  # maps show the median over the axes that they leave out, not the worst
 
     @property
     def lead(self) -> Lead:
@@ -173,8 +175,8 @@ class Study(NamedTuple):
         return (self.cases if case_id in self.cases.index else self.failed).loc[case_id]
 
 
-def prepare(run: StoredRun) -> Study:
-    """Return a run (of the store) prepared for reading."""
+def prepare(run: StoredRun, *, typical: bool = False) -> Study:
+    """Return a run (of the store) prepared for reading; `typical` as in Study."""
     summary, layout, record = run.summary, run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | summary.attrs.get("units", {})
     base = {key: record[key] for key in BASE if key in record}
@@ -182,7 +184,7 @@ def prepare(run: StoredRun) -> Study:
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     summary = summary.set_index("case_id")
     finished = (summary["status"] == "ok").to_numpy(dtype=bool)
-    texts = {"status", "message", *(axis.path for axis in axes if not axis.numeric)}
+    texts = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
     figures = [column for column in summary.columns if column not in texts]
     cases = summary.copy(deep=False) if finished.all() else summary[finished].copy()  # of a million, a copy counts
     for column in figures:
@@ -193,7 +195,7 @@ def prepare(run: StoredRun) -> Study:
             ideal = cases[joint.column("force_peak_ideal")]
             cases[joint.column(RATIO)] = cases[joint.column("force_p99")] / ideal.where(ideal > 0.0)
             units[joint.column(RATIO)] = "1"
-    return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base)
+    return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base, typical)
 
 
 def joint_of(case: Case, joint: Joint) -> CaseJoint:
@@ -227,6 +229,34 @@ def grouped(places: np.ndarray, count: int) -> list[np.ndarray]:
     """Return for each of `count` places the indices of the cases that are there, ascending."""
     order = np.argsort(places, kind="stable")
     return np.split(order, np.searchsorted(places[order], np.arange(count + 1)))[1:-1]
+
+
+def over_other_axes(
+    study: Study, values: np.ndarray, axes: tuple[Axis, Axis], reduced: Callable[[np.ndarray], float]
+) -> np.ndarray:
+    """Return one value per finished case reduced in every cell, (values of the second axis, of the first).
+
+    NaN where there is none.
+    """
+    across, up = axes
+    table = np.full(len(up.values) * len(across.values), np.nan)
+    for place, cases in enumerate(cells(study, values, axes)):
+        if len(cases):
+            table[place] = reduced(values[cases])
+    return table.reshape(len(up.values), len(across.values))
+
+
+def cells(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.ndarray]:
+    """Return the places of the finished cases that have a value, cell by cell, those along the first axis together."""
+    across, up = axes
+    row, column = position(up, study.cases[up.path]), position(across, study.cases[across.path])
+    known = np.isfinite(values) & (row >= 0) & (column >= 0)
+    return grouped(np.where(known, row * len(across.values) + column, -1), len(up.values) * len(across.values))
+
+
+def largest(values: np.ndarray) -> float:
+    """Return the worst of what should be small."""
+    return float(values.max())
 
 
 def dig(tree: Mapping, path: str) -> Any:

@@ -19,11 +19,13 @@ from . import (
     setup,
     summary,
     tradeoffs,
+    verdict,
     wear,
 )
 
 SECTIONS: tuple[Callable[[Study], list[Section]], ...] = (  # in the order of the page
     summary.sections,
+    verdict.sections,
     mechanism.sections,
     headline.sections,
     sample.sections,

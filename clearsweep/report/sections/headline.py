@@ -1,5 +1,7 @@
 """What the run says: the hardest case, what drives the forces, where the model ends, the best design at each speed."""
 
+from collections import Counter
+
 import numpy as np
 from markupsafe import Markup
 
@@ -39,7 +41,7 @@ def sentences(study: Study) -> list[str]:
         *_wear(study),
         *_restitution(study),
         *limits(study),
-        *_chaos(study, joint),
+        *_repeating(study, joint),
     ]
 
 
@@ -147,18 +149,46 @@ def _restitution(study: Study) -> list[str]:
     return points
 
 
-def _chaos(study: Study, joint: Joint) -> list[str]:
-    if not study.driven:
+def _repeating(study: Study, joint: Joint) -> list[str]:
+    """Return how many motions repeat themselves or are known to be chaotic, and so what a single peak is worth."""
+    if "period" not in study.cases:
         return []
-    ratio = study.cases[joint.column("force_peak")] / study.cases[joint.column("force_p99")]
+    periods, count = study.cases["period"], len(study.cases)
+    found, points = periods.dropna(), []
+    if len(found):
+        cases = "All motions" if len(found) == count else f"{len(found)} of {wording.count(count, 'motion')}"
+        shares = Counter(int(period) for period in found)
+        after = wording.sentence_list([f"{number} after {period}" for period, number in sorted(shares.items())])
+        points.append(f"{cases} repeat themselves (revolutions: {after}): a peak there comes back in every period.")
+    points += _chaotic(study)
+    if len(found) < count:
+        rest, beside = wording.count(count, "motion"), _beside_median(study, joint)
+        points.append(
+            f"{count - len(found)} of {rest} were not seen to repeat themselves within the window: compare these by "
+            f"the median of the peaks of revolutions, by rms or p99{beside}."
+        )
+    return points
+
+
+def _chaotic(study: Study) -> list[str]:
+    """Return how many motions were found to be chaotic; only where `simulate.horizon` looked."""
+    if not study.has("lyapunov_exponent"):
+        return []
+    chaotic = int(((study.cases["lyapunov_exponent"] > 0.0) & study.cases["period"].isna()).sum())
+    count = wording.count(len(study.cases), "motion")
+    return [f"{chaotic} of {count} are chaotic: the smallest disturbance grows."] if chaotic else []
+
+
+def _beside_median(study: Study, joint: Joint) -> str:
+    """Return by how much the largest peak of a case that does not repeat itself exceeds the median of revolutions."""
+    median = joint.column("force_peak_median")
+    if not study.has(median):
+        return ""
+    irregular = study.cases[study.cases["period"].isna()]
+    ratio = irregular[joint.column("force_peak")] / irregular[median].where(irregular[median] > 0.0)
     ratio = ratio[np.isfinite(ratio)]
     span = " to ".join(dict.fromkeys((wording.plain(ratio.min(), 2), wording.plain(ratio.max(), 2))))
-    figures = f" (here the peak is {span} times the p99)" if len(ratio) > 1 else ""
-    return [
-        "Motion with clearance is chaotic wherever contact is lost: a single peak changes with the smallest "
-        "disturbance. Compare designs by p99 and rms, which are taken over the whole window, not by single "
-        f"peaks{figures}."
-    ]
+    return f" (the largest peak is {span} times that median)" if len(ratio) else ""
 
 
 def limits(study: Study) -> list[str]:

@@ -19,8 +19,10 @@ def sections(study: Study) -> list[Section]:
     if study.lead is P99:
         blocks.append(
             Note(
-                "Rank designs by p99 and rms: they are taken over the whole window. The peak is a single event of a "
-                "chaotic motion. Ideal peak: largest reaction of the same joint without clearance."
+                "Peak: the largest of the window; beside it the median and the 95 % quantile of the peaks of its "
+                "revolutions, which are one where the motion repeats itself. Load: normal and friction force together. "
+                "p99: exceeded during 1 % of the time, so blind to shorter impacts. Ideal peak: largest reaction of "
+                "the same joint without clearance."
             )
         )
     tables = [*(_joint(study, joint) for joint in study.joints), _whole(study), _certainty(study)]

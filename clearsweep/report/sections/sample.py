@@ -7,6 +7,7 @@ from ...errors import InputError
 from .. import sensitivity
 from ..draw import comparison
 from ..picture import Picture, capital
+from ..rank_table import rank_table
 from ..sample_tables import Judged, effect_table, index_table, judged, limit_table, spread_table
 from ..section import Block, Gallery, Section, Sentences, filled
 from ..sensitivity import Setting
@@ -24,6 +25,7 @@ def sections(study: Study) -> list[Section]:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
         blocks: list[Block] = [spread_table(study, samples), limit_table(study, samples)]
+        blocks.append(rank_table(study, samples))
         blocks.append(Gallery(NOTE, _histograms(study, samples), small=True))
         return [Section("sample", "Probabilistic study", filled(blocks))]
     return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
@@ -61,11 +63,12 @@ def _histogram(study: Study, sample: Setting, figure: Judged) -> Picture:
         if sample.point.get(axis.path) is not None
     ]
     quantiles = zip(sensitivity.QUANTILES, marks, strict=True)
+    fixed = [limit.value for limit in figure.limits if not limit.times]
     alt = ", ".join(f"{share:.0%} quantile {scale.text(mark)}" for share, mark in quantiles)
     return Picture(
         capital(figure.name),
         "; ".join(settings),
         f"Histogram of {figure.name}, {len(values)} cases. {alt}",
-        lambda ax: comparison.histogram(ax, values, figure.name, scale, marks, figure.limit),
+        lambda ax: comparison.histogram(ax, values, figure.name, scale, marks, fixed[0] if fixed else None),
         size=(3.3, 2.8),
     )

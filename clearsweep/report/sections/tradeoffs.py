@@ -29,7 +29,7 @@ def sections(study: Study) -> list[Section]:
     joint = study.hardest_joint()
     p99 = joint.column("force_p99")
     peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
-    chance = "Cases of equal p99 have different peaks: a peak is a single event."
+    chance = "Cases of equal p99 have different peaks: p99 is blind to impacts under 1 % of the time."
     elastic = f"Steel stays elastic up to about {ELASTIC_TEXT}."
     clouds = (
         Cloud("Force peak against p99", p99, "force p99", peak, "force peak", chance),

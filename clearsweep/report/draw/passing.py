@@ -1,0 +1,51 @@
+"""A map of what passes: cells that keep to the limits in one colour, those that do not in another, a line between."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+
+from ... import wording
+from ..study import Axis
+from .comparison import CELLS_VECTOR, WRITTEN
+from .style import INK, name_values
+
+GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: told apart by any eye, and in grey
+
+
+def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, across: Axis, up: Axis) -> None:
+    """Draw the smallest margin of every cell, (values of `up`, values of `across`), and whether it fails (0 or 1).
+
+    NaN where no case finished.
+    """
+    ax.set_facecolor(UNKNOWN)
+    edges = [np.arange(size + 1) - 0.5 for size in failing.shape[::-1]]
+    ax.pcolormesh(
+        *edges,
+        np.ma.masked_invalid(failing),
+        cmap=ListedColormap([GOOD, BAD]),
+        vmin=0.0,
+        vmax=1.0,
+        rasterized=failing.size > CELLS_VECTOR,
+        edgecolors="face",
+        linewidth=0.3,
+    )
+    _border(ax, failing)
+    if all(size <= most for size, most in zip(failing.shape, WRITTEN, strict=True)):
+        for (row, column), fails in np.ndenumerate(failing):
+            margin = margins[row, column]
+            number = wording.plain(float(100.0 * margin), 2) if np.isfinite(margin) else ""
+            word = wording.DASH if np.isnan(fails) else "no" if fails else "ok"
+            text = f"{word}\n{number}".strip()
+            ax.text(column, row, text, ha="center", va="center", fontsize=7, color=INK)
+    name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
+    name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
+    ax.set(xlabel=across.label(), ylabel=up.label())
+    ax.tick_params(length=0)
+
+
+def _border(ax: Axes, failing: np.ndarray) -> None:
+    """Draw the line between neighbours of which one passes and the other does not."""
+    rows, columns = np.nonzero(np.abs(np.diff(failing, axis=1)) == 1.0)
+    ax.vlines(columns + 0.5, rows - 0.5, rows + 0.5, color=INK, linewidth=1.8)
+    rows, columns = np.nonzero(np.abs(np.diff(failing, axis=0)) == 1.0)
+    ax.hlines(rows + 0.5, columns - 0.5, columns + 0.5, color=INK, linewidth=1.8)

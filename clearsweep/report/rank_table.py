@@ -1,0 +1,78 @@
+"""The table of what drives a random sample: rank correlations, and how likely limits are exceeded in either half."""
+
+import itertools
+
+import numpy as np
+
+from .. import wording
+from . import ranks, sensitivity
+from .sample_tables import (
+    any_exceeded,
+    estimate_cells,
+    estimate_columns,
+    figure_columns,
+    finished,
+    judged,
+    point_cells,
+    variables,
+)
+from .sensitivity import Estimate, Setting
+from .study import Study
+from .table import Column, Quantity, Table
+
+LEAST = 8  # cases: correlations of fewer say nothing
+
+
+def rank_table(study: Study, samples: list[Setting]) -> Table:
+    """Return how each figure goes with each drawn variable, the strongest first; no rows from too few cases."""
+    names = variables(study)
+    drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
+    limited = bool(study.run.grid.get("limits"))
+    columns = [
+        *figure_columns(study),
+        Column("variable"),
+        *estimate_columns("rank correlation"),
+        *estimate_columns("others held"),
+    ]
+    if limited:
+        columns += [*estimate_columns("limits exceeded, lower half"), *estimate_columns("upper half")]
+    rows = []
+    for figure, sample in itertools.product(judged(study), samples):
+        values = sample.figures[figure.column]
+        known = np.isfinite(values)
+        if known.sum() < LEAST or np.ptp(values[known]) == 0.0:
+            continue
+        for path, alone, held in _correlations({path: drawn[path][known] for path in names}, values[known]):
+            head = (figure.name, figure.unit, *point_cells(study, sample), names[path])
+            halves = _halves(study, sample, drawn[path]) if limited else []
+            rows.append((*head, *estimate_cells(alone, "1"), *estimate_cells(held, "1"), *halves))
+    note = (
+        "Rank correlation (Spearman): 1 where the figure always rises with the variable, "
+        f"{wording.MINUS}1 where it always falls; others held: of what the other variables leave (PRCC). In brackets "
+        "the 95 % interval."
+    )
+    if limited:
+        note += " Limits exceeded: how likely at least one is where the variable is below its median, and above."
+    return Table("rank_drivers", "What drives the spread", note, tuple(columns), rows)
+
+
+def _correlations(drawn: dict[str, np.ndarray], values: np.ndarray) -> list[tuple[str, Estimate, Estimate]]:
+    """Return variable, rank correlation with a figure, and that with the others held, the strongest first."""
+    found = []
+    for path, x in drawn.items():
+        others = [other for name, other in drawn.items() if name != path]
+        alone, held = ranks.rank_correlation(x, values), ranks.partial_rank_correlation(x, values, others)
+        found.append((path, alone, held))
+    return sorted(found, key=lambda each: -abs(np.nan_to_num(each[2].value)))
+
+
+def _halves(study: Study, sample: Setting, values: np.ndarray) -> list[Quantity]:
+    """Return the cells of the chance that a limit is exceeded below and above the median of a variable."""
+    good, beyond = finished(sample), any_exceeded(study, sample)
+    values = values[good]
+    middle = np.median(values)
+    cells = []
+    for half in (values <= middle, values > middle):
+        chance = sensitivity.exceedance(beyond[half]) if half.any() else Estimate(np.nan, np.nan, np.nan)
+        cells += estimate_cells(chance, "1")
+    return cells

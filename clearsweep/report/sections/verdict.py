@@ -1,0 +1,136 @@
+"""The verdict: how far forces exceed those without clearance, which cases keep to the limits, and where they do not."""
+
+import itertools
+
+import numpy as np
+
+from ... import verdict, wording
+from ..case_table import axis_columns
+from ..draw import passing
+from ..main_effects import main_effects
+from ..picture import Picture
+from ..section import Block, Gallery, Points, Section, filled
+from ..study import Axis, Joint, Study, largest, over_other_axes
+from ..table import Column, Quantity, Table, counted
+
+MAPS = 3  # pairs of axes at most
+NOTE = "Smallest margin in per cent of the cases of a cell, which passes if all of them keep to all limits."
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where no case finished."""
+    if study.cases.empty:
+        return []
+    blocks: list[Block] = [Points([*ratios(study), *_kept(study)]), _table(study), Gallery(NOTE, _maps(study))]
+    return [Section("verdict", "Verdict", filled(blocks))]
+
+
+def ratios(study: Study) -> list[str]:
+    """Return by how much resultant forces exceed the ideal ones at most, joint by joint."""
+    sentences = []
+    for joint in study.joints:
+        column = joint.column("force_peak_ratio")
+        if study.has(column):
+            worst = study.cases[column].idxmax()
+            at = f", at {study.setting(worst)}" if study.swept() else ""
+            load, ideal = (study.text(worst, joint.column(name)) for name in ("load_peak", "force_peak_ideal"))
+            sentences.append(
+                f"At most {study.text(worst, column)} times the largest reaction without clearance"
+                f"{study.where(joint, ' in joint {}')}: {load} beside {ideal}{at}; {_motion(study, joint, worst)}."
+            )
+    return sentences
+
+
+def _motion(study: Study, joint: Joint, case_id: str) -> str:
+    """Return what the largest peak of a case is: of every revolution, of every period, or of one revolution."""
+    row, median = study.cases.loc[case_id], joint.column("force_peak_median")
+    period = row.get("period", np.nan)
+    if period == 1.0:
+        return "its motion repeats itself every revolution, and so does this peak"
+    if period > 1.0:
+        return f"its motion repeats itself every {period:.0f} revolutions, and so does this peak"
+    if not study.has(median) or np.isnan(row[median]):
+        return "its motion was not seen to repeat itself"
+    usual = study.text(case_id, median)
+    return f"its motion was not seen to repeat itself: half of its revolutions have a force peak of {usual} or more"
+
+
+def _kept(study: Study) -> list[str]:
+    """Return how many cases keep to the limits, and the worst and the best margin."""
+    if verdict.EXCEEDED not in study.cases:
+        return []
+    exceeded = study.cases[verdict.EXCEEDED]
+    beyond, count = int((exceeded != "").sum()), len(exceeded)
+    cases = wording.count(count, "case")
+    first = f"{beyond} of {cases} exceed at least one limit." if beyond else f"All of {cases} keep to the limits."
+    sentences = [first]
+    if study.has(verdict.MARGIN):
+        margins = study.cases[verdict.MARGIN]
+        worst, best = margins.idxmin(), margins.idxmax()
+        which = f" ({', '.join(exceeded[worst].split(','))})" if exceeded[worst] else ""
+        sentences.append(f"Smallest margin: {_margin(margins[worst])}{_at(study, worst)}{which}.")
+        if best != worst:
+            sentences.append(f"Largest margin: {_margin(margins[best])}{_at(study, best)}.")
+    return sentences
+
+
+def _at(study: Study, case_id: str) -> str:
+    return f" at {study.setting(case_id)}" if study.swept() else ""
+
+
+def _margin(share: float) -> str:
+    """Return a margin in per cent, with its sign."""
+    return f"{100.0 * share:.3g}{wording.BLANK}%".replace("-", wording.MINUS)
+
+
+def _table(study: Study) -> Table:
+    """Return, limit by limit, how many cases exceed it, and the case with the smallest margin."""
+    columns = (
+        Column("limit"),
+        Column("cases that exceed it"),
+        Column("of"),
+        Column("smallest margin"),
+        *axis_columns(study, study.swept()),
+        Column("case_id"),
+    )
+    rows = []
+    known = {name: study.cases[name].to_numpy(float) for name in study.cases if study.cases[name].dtype == float}
+    for limit in verdict.limits_of(study.run.grid.get("limits") or {}):
+        margins, beyond = limit.margin(known), limit.short_by(known) < 0.0
+        if np.isfinite(margins).any():
+            place = int(np.nanargmin(margins))
+            case_id = study.cases.index[place]
+            values = (study.cases.at[case_id, axis.path] for axis in study.swept())
+            margin = Quantity(float(margins[place]), _margin(margins[place]))
+            counts = (counted(int(beyond.sum())), counted(int(np.isfinite(margins).sum())))
+            rows.append((f"{limit.column} {limit.words(study.unit(limit.column))}", *counts, margin, *values, case_id))
+    note = "Margin: 1 - value/limit, of at least value/limit - 1; negative where the limit is exceeded."
+    return Table("limits_kept", "Limits", note, columns, rows)
+
+
+def _maps(study: Study) -> list[Picture]:
+    """Return the maps of the smallest margin over the pairs of axes that move it most."""
+    if verdict.MARGIN not in study.cases or not study.has(verdict.MARGIN):
+        return []
+    ranked = [effect.axis for effect in main_effects(study, verdict.MARGIN)]
+    if len(ranked) == 1:
+        return []
+    pairs = list(itertools.combinations(ranked, 2))[:MAPS]
+    return [_map(study, *sorted(pair, key=study.axes.index)) for pair in pairs]
+
+
+def _map(study: Study, across: Axis, up: Axis) -> Picture:
+    margins = study.cases[verdict.MARGIN].to_numpy(float)
+    exceeded = (study.cases[verdict.EXCEEDED] != "").to_numpy(float)
+    smallest = -over_other_axes(study, -margins, (across, up), largest)
+    failing = over_other_axes(study, exceeded, (across, up), largest)
+    passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
+    others = [axis.name for axis in study.swept() if axis not in (across, up)]
+    caption = f"Worst over {wording.sentence_list(others)}." if others else "One case per cell."
+    return Picture(
+        f"Within the limits: {across.name} {wording.TIMES} {up.name}",
+        caption,
+        f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells keep to all "
+        f"limits. {caption}",
+        lambda ax: passing.cells(ax, smallest, failing, across, up),
+    )
