@@ -65,6 +65,15 @@ class Contact(NamedTuple):
     values: Mapping[str, float]  # of both laws, by key
     material: Materials | None = None
     onset: str | None = None  # how long the onset rate counts: 'first' or 'renewed'; None: the law knows none
+    fit: Table | None = None  # penetration (m) and force (N) that the elastic law is fitted to
+
+
+class Roughness(NamedTuple):
+    """The roughness of the surfaces of a joint."""
+
+    law: str
+    values: Mapping[str, float]
+    tables: Mapping[str, Table]  # by key
 
 
 class Friction(NamedTuple):
@@ -100,6 +109,14 @@ class Joint(NamedTuple):
     friction: Friction | None = None
     wear: Wear | None = None
     height: float | None = None  # m, of a guide's block
+    roughness: Roughness | None = None
+
+    @property
+    def elastic_name(self) -> str:
+        """Return what its elastic force is called: 'johnson', 'johnson with fractal roughness'."""
+        elastic = self.contact.elastic or "spring"
+        rough = self.roughness and self.roughness.law
+        return f"{elastic} with {rough} roughness" if rough and rough != "smooth" else elastic
 
     @property
     def is_guide(self) -> bool:

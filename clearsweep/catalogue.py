@@ -60,7 +60,7 @@ class Order(NamedTuple):
 class Law(NamedTuple):
     """One law of a family, as a user names it."""
 
-    family: str  # 'law' (contact.law), 'elastic', 'friction' (friction.law), 'wear' (wear.law), 'pressure', or
+    family: str  # 'law' (contact.law), 'elastic', 'roughness', 'friction' (friction.law), 'wear', 'pressure', or
     # 'mechanism', 'drive', 'load', which have no `law` to choose by
     name: str
     summary: str
@@ -69,12 +69,13 @@ class Law(NamedTuple):
     fields: tuple[Field, ...] = ()
     uses_elastic: bool = True  # family 'law': False where the law brings its own stiffness and takes no `elastic`
     notes: str = ""  # pitfalls
-    needs: tuple[str, ...] = ()  # 'length', 'material', 'modulus', 'hertz': what has to be there besides its fields
+    needs: tuple[str, ...] = ()  # 'length', 'material', 'bearing_radius', 'modulus', 'hertz': what has to be there, too
     ranges: tuple[Range, ...] = ()
     uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
     orders: tuple[Order, ...] = ()
     remembers: bool = False  # family 'friction': depends on more than the present sliding
     sticks: bool = False  # family 'friction': holds surfaces that do not slide
+    tables: tuple["Columns", ...] = ()  # that may be given with it, each instead of `fields` that are optional
 
 
 class JointSite(NamedTuple):

@@ -32,6 +32,8 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
         _below(draft, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
         _material(draft, path)
         _elastic(draft, path, catalogue)
+        if f"{path}.roughness" in draft.shape:
+            _roughness(draft, path, catalogue)
         if f"{path}.wear" in draft.shape:
             _wear(draft, path)
             _pressure(draft, path, catalogue)
@@ -161,12 +163,35 @@ def _hertzian(draft: Draft, elastic: str, law: Law) -> None:
 
 def _needed(draft: Draft, joint: str, law: Law) -> tuple[str, ...]:
     """Return the paths within the joint of what a law of its contact needs besides its own fields."""
+    if any(draft.there(f"{joint}.contact.{columns.name}") for columns in law.tables):
+        return ()  # the table says it all
     needed = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
     from_material = law.name == "power" and not draft.there(f"{joint}.contact.stiffness")
     sized = needed or (from_material and draft.there(f"{joint}.contact.material"))
     radius = draft.shape.get(f"{joint}.bearing_radius")
     optional = isinstance(radius, Number) and radius.uses[0].field.optional
     return ("bearing_radius", *needed) if sized and optional else needed
+
+
+def _roughness(draft: Draft, joint: str, catalogue: Catalogue) -> None:
+    """Check that rough surfaces have what they follow from: the joint's sizes, and a texture or a profile of it."""
+    rough = f"{joint}.roughness"
+    for law in [law for law in catalogue.of("roughness") if law.name in draft.names[f"{rough}.law"]]:
+        for needed in law.needs:
+            path = "contact.material" if needed == "material" else needed
+            if not draft.there(f"{joint}.{path}"):
+                sentence = f"is missing; roughness '{law.name}' needs {_EXAMPLES[path]}"
+                draft.problems.add(draft.place(rough), f"{joint}.{path}", sentence)
+        for columns in law.tables:
+            table = f"{rough}.{columns.name}"
+            for field in [field for field in law.fields if field.optional]:
+                path = f"{rough}.{field.name}"
+                if draft.there(path) and draft.there(table):
+                    sentence = f"is written beside {columns.name}, which gives it; leave one of them out"
+                    draft.problems.add(draft.place(path), path, sentence)
+                elif not draft.there(path) and not draft.there(table):
+                    sentence = f"is missing for {law.name} ({field.text}); write it, or {columns.name}: profile.csv"
+                    draft.problems.add(draft.place(path), path, sentence)
 
 
 def _wear(draft: Draft, joint: str) -> None:

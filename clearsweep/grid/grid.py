@@ -254,8 +254,8 @@ class Grid:
                 flat[path] = words.get(path, self._values.get(path))
             elif isinstance(node, Number) and (fields := node.fields(names)):
                 flat[path] = self._values.get(path, fields[0].default)
-            elif isinstance(node, (Flag, Table)) and path in self._values:
-                flat[path] = self._values[path]
+            elif isinstance(node, Flag) or (isinstance(node, Table) and node.used(names)):
+                flat[path] = self._values.get(path)
         return flat
 
     @cached_property

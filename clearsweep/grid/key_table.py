@@ -226,6 +226,7 @@ def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     tree[path] = Section("the gap between the bodies")
     _numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
     _contact(tree, path, catalogue)
+    _roughness(tree, path, catalogue)
     elastic = word_key(tree, f"{path}.contact.elastic")
     for field in _GAP_SIZES:
         tree[f"{path}.{field.name}"] = Number((Use(field, elastic.when),))
@@ -245,6 +246,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     )
     tree[f"{path}.journal"] = Word(site.journals, "the body that the journal sits on", site.journals[0])
     _contact(tree, path, catalogue)
+    _roughness(tree, path, catalogue)
     _friction(tree, path, catalogue)
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
@@ -288,6 +290,14 @@ def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
 
 
 _SITES = {"line": _gap, "revolute": _revolute, "guide": _guide, ANY: _either}
+
+
+def _roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter the roughness of the surfaces of a joint."""
+    rough = f"{path}.roughness"
+    tree[rough] = Section("rough surfaces, in series with the elastic law; left out: smooth ones", "optional")
+    tree[f"{rough}.law"] = Word(catalogue.names("roughness"), "the roughness law", sweep=True, noun="law")
+    _laws(tree, rough, "law", catalogue.of("roughness"))
 
 
 def _friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
@@ -336,3 +346,8 @@ def _laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[C
             uses = known.uses if isinstance(known, Number) else ()
             if not uses or any(other.when for other in uses):
                 tree[f"{path}.{field.name}"] = Number((*uses, use))
+    tables = {
+        columns: frozenset(law.name for law in laws if columns in law.tables) for law in laws for columns in law.tables
+    }
+    for columns, names in tables.items():
+        tree[f"{path}.{columns.name}"] = Table(columns, (*when, (f"{path}.{key}", names)), optional=True)

@@ -75,6 +75,12 @@ class Table(NamedTuple):
     """A key that holds a table, or the name of its file."""
 
     columns: Columns
+    when: tuple[Condition, ...] = ()
+    optional: bool = False
+
+    def used(self, names: Names) -> bool:
+        """Return whether the key is in use with the law names in play."""
+        return _met(self.when, names)
 
     @property
     def sweep(self) -> bool:
@@ -82,8 +88,8 @@ class Table(NamedTuple):
         return False
 
     def choosers(self) -> tuple[str, ...]:
-        """Return (): no law name decides whether it is in use."""
-        return ()
+        """Return the paths of the law names that decide whether the key is in use."""
+        return tuple(path for path, _ in self.when)
 
 
 def _met(when: tuple[Condition, ...], names: Names) -> bool:

@@ -13,6 +13,7 @@ from ..case import (
     Material,
     Materials,
     Mechanism,
+    Roughness,
     Save,
     Simulate,
     Table,
@@ -62,6 +63,8 @@ def _table(columns: Tree) -> Table:
 
 def _joint(name: str, section: Tree) -> Joint:
     sections: dict[str, Any] = {"contact": _contact(section["contact"])}
+    if "roughness" in section:
+        sections["roughness"] = _roughness(section["roughness"])
     if "friction" in section:
         sections["friction"] = Friction(*_taken(section["friction"], "law"))
     if "wear" in section:
@@ -70,8 +73,16 @@ def _joint(name: str, section: Tree) -> Joint:
 
 
 def _contact(section: Tree) -> Contact:
-    law, elastic, material, onset, values = _taken(section, "law", "elastic", "material", "onset")
-    return Contact(law, elastic, values, _materials(material) if material else None, onset)
+    law, elastic, material, onset, fit, values = _taken(section, "law", "elastic", "material", "onset", "fit")
+    return Contact(
+        law, elastic, values, _materials(material) if material else None, onset, _table(fit) if fit else None
+    )
+
+
+def _roughness(section: Tree) -> Roughness:
+    law, values = _taken(section, "law")
+    tables = {key: _table(value) for key, value in values.items() if isinstance(value, dict)}
+    return Roughness(law, {key: value for key, value in values.items() if key not in tables}, tables)
 
 
 def _materials(section: Tree) -> Materials:

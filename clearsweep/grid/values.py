@@ -129,7 +129,7 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
 
 
 def _activate(draft: Draft, whole: Shape) -> None:
-    """Keep of the whole shape what is there, and give the material to wear where there is wear."""
+    """Keep of the whole shape what is there, and give wear and roughness the keys that else a law alone has."""
     for path, node in whole.items():
         parent = path.rpartition(".")[0]
         there = not isinstance(node, Section) or path in draft.sections or node.need == "implied"
@@ -138,8 +138,12 @@ def _activate(draft: Draft, whole: Shape) -> None:
             if isinstance(node, Section):
                 draft.sections.setdefault(path, draft.sections[parent])
     for path, node in draft.shape.items():
-        joint = path.partition(".contact.material.")[0]
-        if isinstance(node, Number) and joint != path and f"{joint}.wear" in draft.shape:
+        joint = ".".join(path.split(".")[:2])
+        of_material = path.startswith(f"{joint}.contact.material.")
+        sized = f"{joint}.roughness" in draft.shape and (
+            of_material or path in (f"{joint}.length", f"{joint}.bearing_radius")
+        )
+        if isinstance(node, Number) and (sized or (of_material and f"{joint}.wear" in draft.shape)):
             draft.shape[path] = Number(tuple(use._replace(when=()) for use in node.uses))
 
 
@@ -183,6 +187,12 @@ def _word(draft: Draft, path: str, node: Word) -> None:
 
 def _table(draft: Draft, path: str, node: Table) -> None:
     """Read one table."""
+    if node.when and not node.used(draft.names):
+        if _meant(draft, path, node):
+            draft.problems.add(draft.place(path), path, f"is not used by {_chosen(draft, node)}; leave it out")
+        return
+    if path not in draft.written and node.optional:
+        return
     if path not in draft.written:
         sentence = f"is missing; write the name of a .csv file beside the grid ({node.columns.text})"
         draft.problems.add(draft.place(path), path, sentence)
@@ -307,23 +317,23 @@ def _from_material(draft: Draft, path: str, missing: Field) -> bool:
     return True
 
 
-def _doubtful(draft: Draft, node: Word | Number) -> bool:
+def _doubtful(draft: Draft, node: Word | Number | Table) -> bool:
     """Return whether a law name that decides about this key could not be read; its own problem is told already."""
     return any(path in draft.unsure for path in node.choosers())
 
 
-def _switched(draft: Draft, node: Word | Number) -> bool:
+def _switched(draft: Draft, node: Word | Number | Table) -> bool:
     """Return whether a law name that decides about this key is swept, so that the key may be kept for other values."""
     return any(path in draft.swept for path in node.choosers())
 
 
-def _meant(draft: Draft, path: str, node: Word | Number) -> bool:
+def _meant(draft: Draft, path: str, node: Word | Number | Table) -> bool:
     """Return whether a key that is not in use was written as if it were."""
     there = path in draft.swept or (path in draft.written and not _switched(draft, node))
     return there and not _doubtful(draft, node)
 
 
-def _chosen(draft: Draft, node: Word | Number) -> str:
+def _chosen(draft: Draft, node: Word | Number | Table) -> str:
     """Return the law names in play that decide about this key, in words: `law 'hertz'`."""
     names = {path: sorted(draft.names[path]) for path in node.choosers()}
     return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, chosen))}" for path, chosen in names.items())

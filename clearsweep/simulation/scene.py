@@ -180,6 +180,11 @@ def warnings(case: Case) -> list[str]:
                 f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
                 "its normal force can be negative and is not clipped"
             )
+        if registry.beyond_hertz(joint):
+            sentences.append(
+                f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
+                "in series a free impact gives back something else than is asked for"
+            )
         if joint.wear is None:
             continue
         if "hardness" not in joint.wear.values:

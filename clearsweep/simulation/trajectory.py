@@ -233,7 +233,7 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     limits = past_limits(
         (
             joint.name,
-            joint.contact.elastic or "",
+            joint.elastic_name,
             registry.penetration_limit(joint),
             float(summary[f"{joint.column}_law_limit_fraction"] or 0.0),
         )

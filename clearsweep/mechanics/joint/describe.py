@@ -4,7 +4,7 @@ import math
 import textwrap
 
 from ...case import Contact, Joint, Material, Materials
-from ...catalogue import Field, Law
+from ...catalogue import Columns, Field, Law
 from ...errors import InputError, nearest
 from ..mechanism import MECHANISMS
 from ..mechanism.drives import DRIVES
@@ -35,6 +35,7 @@ _KEYS = {
     "load": "loads",
     "law": "contact.law",
     "elastic": "contact.elastic",
+    "roughness": "roughness.law",
     "friction": "friction.law",
     "wear": "wear.law",
     "pressure": "wear.pressure",
@@ -71,9 +72,19 @@ def _list() -> str:
 def _described(law: Law) -> str:
     recipe = RECIPES.get((law.family, law.name))  # None of a mechanism, a drive or a load
     blocks = [f"{_KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
-    if law.fields or law.needs:
+    if law.fields or law.needs or law.tables:
         onset = [_wrapped("  ", ONSET)] if law.uses_onset else []
-        blocks.append("\n".join(["parameters", *map(_parameter, law.fields), *map(_needed, law.needs), *onset]))
+        blocks.append(
+            "\n".join(
+                [
+                    "parameters",
+                    *map(_parameter, law.fields),
+                    *map(_table_key, law.tables),
+                    *map(_needed, law.needs),
+                    *onset,
+                ]
+            )
+        )
     if law.source:
         blocks.append(_wrapped("", f"source: {law.source}"))
     if law.notes:
@@ -96,9 +107,15 @@ def _parameter(field: Field) -> str:
     return _wrapped("  ", f"{field.name}{unit}: {field.text}; {allowed}{default}")
 
 
+def _table_key(columns: Columns) -> str:
+    heads = ", ".join(f"{field.name} [{field.unit}]" for field in (*columns.over, *columns.values))
+    return _wrapped("  ", f"{columns.name}: {columns.text}; a .csv file of {heads}; may be left out")
+
+
 def _needed(name: str) -> str:
     texts = {
         "length": "m: of the joint, along the pin",
+        "bearing_radius": "m",
         "material": "young (Pa) and poisson of both bodies, or of bearing and journal",
         "hertz": "elastic: power with the exponent 1.5",
         "modulus": "Pa: Young's, from `material` or from the stiffness of a power law",
@@ -125,8 +142,9 @@ def reference_joint(law: Law) -> Joint:
 
 def _forces(law: Law, recipe: Recipe) -> str:
     joint = reference_joint(law)
-    term, limit = recipe.make(joint), recipe.limit(joint)
+    term, limit, derived = recipe.make(joint), recipe.limit(joint), recipe.derived(joint)
     layer = ", layer 5 mm" if any(field.name == "thickness" for field in law.fields) else ""
     reach = "" if math.isinf(limit) else f"\n  holds up to {1e6 * limit:.4g} um"
     rows = [(f"{1e6 * pen:g}", f"{elastic_force(term, pen):.5g}") for pen in DEPTHS]
-    return _table(f"force ({_REFERENCE_TEXT}{layer})", ("pen, um", "F, N"), rows) + reach
+    follows = [f"\n  {key}: {value:.5g}{'' if unit == '1' else f' {unit}'}" for key, (value, unit) in derived.items()]
+    return _table(f"force ({_REFERENCE_TEXT}{layer})", ("pen, um", "F, N"), rows) + "".join(follows) + reach

@@ -16,6 +16,7 @@ from .wear import contract as wear
 DECLARED = {
     "law": loss.FAMILIES,
     "elastic": elastic.FAMILIES,
+    "roughness": (),  # tabulated before anything is compiled
     "friction": friction.FAMILIES,
     "wear": wear.WEAR_FAMILIES,
     "pressure": wear.PRESSURE_FAMILIES,

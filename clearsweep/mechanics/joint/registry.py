@@ -15,19 +15,24 @@ from .elastic.power import Linear
 from .friction.contract import Frictionless
 from .loss.contract import lowest_force
 from .loss.renewed import renewed
+from .material import line_modulus
 from .recipe import RECIPES, Recipe, compiled_term
+from .roughness.series import Arc, Series, in_series
+from .roughness.spots import Surface
 from .wear.contract import NoWear
 
 # Each of these enters its laws, which are listed in this order.
 # isort: off
 from .loss import hysteresis, plastic, dampers  # noqa: F401
-from .elastic import power, cylinders, conformal  # noqa: F401
+from .elastic import power, cylinders, conformal, compatible  # noqa: F401
+from .roughness import smooth, fractal, kogut_etsion  # noqa: F401
 from .friction import sliding, stick, bristles  # noqa: F401
 from .wear import archard, pressure  # noqa: F401
 # isort: on
 
 __all__ = [
     "RECIPES",
+    "beyond_hertz",
     "contact_terms",
     "derived",
     "described",
@@ -76,19 +81,38 @@ def joint_term(joint: Joint, distal: str) -> dry.Joint | guide.Guide:
 def contact_terms(joint: Joint) -> tuple:
     """Return the compiled form of (law, elastic) of a joint."""
     contact = joint.contact
-    law = compiled_term("law", contact.law, joint)
+    law, elastic = compiled_term("law", contact.law, joint), _bulk(joint)
+    rough = _roughness(joint)
+    elastic = rough.term if rough else elastic
     if not _elastic(joint):
-        return law, Linear(contact.values["stiffness"])
-    elastic, returned = compiled_term("elastic", contact.elastic, joint), restitution(joint)
+        return law, elastic
+    returned = restitution(joint)
     if contact.onset == "renewed" and returned is not None:
         law = renewed(law, elastic, returned)
     return law, elastic
 
 
+def _bulk(joint: Joint) -> tuple:
+    """Return the compiled form of the elastic force of a joint's bodies."""
+    if not _elastic(joint):
+        return Linear(joint.contact.values["stiffness"])
+    return compiled_term("elastic", joint.contact.elastic, joint)
+
+
+def _roughness(joint: Joint) -> Series | None:
+    """Return the elastic law of a joint with its rough surfaces in series, None where they are smooth."""
+    surface = compiled_term("roughness", joint.roughness.law, joint) if joint.roughness else None
+    if not isinstance(surface, Surface):
+        return None
+    arc = Arc(line_modulus(joint) * joint.clearance, 2.0 * joint.bearing_radius * joint.length)
+    return in_series(_bulk(joint), surface, arc)
+
+
 def penetration_limit(joint: Joint) -> float:
-    """Return the largest penetration (m) that the elastic law of a joint holds for, inf if any."""
-    elastic_law = _elastic(joint)
-    return elastic_law.limit(joint) if elastic_law else math.inf
+    """Return the largest penetration (m) that the elastic law of a joint, rough or not, holds for, inf if any."""
+    elastic_law, rough = _elastic(joint), _roughness(joint)
+    limit = elastic_law.limit(joint) if elastic_law else math.inf
+    return min(rough.flattened, rough.depth(limit)) if rough else limit
 
 
 def elastic_forces(joint: Joint, depths) -> list[float]:
@@ -127,6 +151,11 @@ def restitution(joint: Joint) -> float | None:
     return float(returned(joint.contact.values.get("restitution"))) if returned else None
 
 
+def beyond_hertz(joint: Joint) -> bool:
+    """Return whether the contact law of a joint is made for Hertz's force, which its rough surfaces alter."""
+    return "hertz" in RECIPES["law", joint.contact.law].law.needs and _roughness(joint) is not None
+
+
 def pulls(joint: Joint) -> bool:
     """Return whether the normal force of a joint can be negative."""
     return lowest_force(contact_terms(joint)[0]) < 0.0
@@ -138,6 +167,8 @@ def derived(joint: Joint) -> dict[str, tuple[float, str]]:
     values = RECIPES["law", joint.contact.law].derived(joint)
     if elastic_law:
         values = elastic_law.derived(joint) | values
+    if joint.roughness:
+        values = values | RECIPES["roughness", joint.roughness.law].derived(joint)
     return values | ({"contact.penetration_limit": (limit, "m")} if math.isfinite(limit) else {})
 
 

@@ -194,6 +194,20 @@ def _conformal(elastic, pen):
     return elastic.stiffness * conformal_load(CONFORMAL_END) * (2.0 * depth / CONFORMAL_END - 1.0)
 
 
+#: The square of the tangent of half of 84.83 degrees, the half-angle that Persson's load goes to infinity at.
+WIDEST = 0.8346152454776572
+
+
+def load_arc(load: np.ndarray) -> np.ndarray:
+    """Return the half-angle (rad) over which Persson's cylinders touch, at loads in units of E* clearance length."""
+    low, high = np.zeros(np.shape(load)), np.full(np.shape(load), WIDEST)  # of b^2
+    for _ in range(60):
+        b2 = 0.5 * (low + high)
+        more = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - np.log1p(b2) - 2.0 * b2 * b2)
+        low, high = np.where(more, b2, low), np.where(more, high, b2)
+    return 2.0 * np.arctan(np.sqrt(0.5 * (low + high)))
+
+
 def _make_persson(joint):
     return Conformal(2.0 * math.pi * line_modulus(joint) * joint.clearance, joint.clearance)
 

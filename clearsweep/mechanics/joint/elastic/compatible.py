@@ -1,0 +1,182 @@
+"""Conformal contact whose arc follows from the elastic displacements, not from the overlap of rigid circles.
+
+Journal and bearing give way like half-spaces bent to the bearing's radius R: a radial pressure p(phi) displaces the
+surfaces towards each other by
+
+    w(phi) = 2 R / (pi E*) integral of p(psi) (-1 - ln sin(|phi - psi| / 2)) d psi ,
+
+whose constant is that of Johnson 1985, section 5.6, each body taken with a disc's own approach to its centre.  They
+touch over |phi| <= theta where w is the overlap of the circles, w(phi) = (c + pen) cos(phi) - c.  Differentiated, and
+with y = tan(phi / 2), that is the aerofoil's integral equation; its solution without peaks at the ends is half an
+ellipse over sin(phi / 2),
+
+    p = E* (c + pen) / R  cos(phi / 2) sqrt(s^2 - sin^2(phi / 2)),  s = sin(theta / 2) ,
+
+the first term of Persson's pressure.  Put back at phi = 0 and summed up over the arc, with q = s^2:
+
+    pen / (c + pen) = q (ln(4 / q) - 1),   F = (pi / 2) E* L (c + pen) q (2 - q) .
+
+For small arcs F = pi E* L c q, and the first is Johnson's law.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ....case import Joint
+from ....catalogue import Columns, Field, Law, Order
+from ....errors import InputError
+from ...compiled import calculus
+from ...compiled.dual import as_type_of
+from ...compiled.family import kernel
+from ..material import line_modulus
+from ..recipe import enter
+from .contract import NEEDS, NODES, elastic_energy, elastic_force, elastic_form
+from .cylinders import inverse_lambert
+from .power import Power, derived_power
+
+WIDEST = math.radians(45.0)  # half-angle up to which it holds: there Persson's load over the same arc is 10 % larger
+#: Where the tangent of the force over penetration is twice the secant: q, and penetration and force in clearances and
+#: K c; a half-angle of 77.3 degrees.
+END_SHARE, END_DEPTH, END_FORCE = 0.3904034394336609, 1.0747499705677557, 1.303756352688982
+
+
+class Compatible(NamedTuple):
+    """pen / (c + pen) = q (ln(4 / q) - 1), F = K (c + pen) q (2 - q)."""
+
+    stiffness: float  # K = (pi / 2) E* L, N/m
+    clearance: float  # c, m
+
+
+def depth_of_arc(angle: float) -> float:
+    """Return the penetration in clearances at which the half-angle of the arc is `angle` (rad)."""
+    q = math.sin(0.5 * angle) ** 2
+    share = q * (math.log(4.0 / q) - 1.0)
+    return share / (1.0 - share)
+
+
+@elastic_form(Compatible, odd=False)
+def _compatible(elastic, pen):
+    if pen <= 0.0:
+        return as_type_of(0.0, pen)
+    c = elastic.clearance
+    if pen < END_DEPTH * c:
+        share = pen / (c + pen)
+        q = share * inverse_lambert(0.25 * math.e * share)
+        return elastic.stiffness * (c + pen) * q * (2.0 - q)
+    return elastic.stiffness * END_FORCE * (2.0 / END_DEPTH * pen - c)
+
+
+@kernel
+def stored(q):
+    """Return the energy in units of K c^2: the integral of the force over the penetration, by parts.
+
+    With w = pen / (c + pen) and h = w (2 - w) / (1 - w)^2 it is q (2 - q) h / 2 less the integral of (1 - q) h over q;
+    of that 2 w, the part with a logarithm at small q, is integrated as it is.
+    """
+    w = q * (calculus.log(4.0 / q) - 1.0)
+    rest = 0.0
+    for node, weight in NODES:
+        t = q * (node * node)
+        inner = t * (calculus.log(4.0 / t) - 1.0)
+        rest += weight * inner * ((1.0 - t) * (2.0 - inner) / ((1.0 - inner) * (1.0 - inner)) - 2.0)
+    return 0.5 * q * (2.0 - q) * w * (2.0 - w) / ((1.0 - w) * (1.0 - w)) - q * (w + 0.5 * q + rest)
+
+
+END_ENERGY = stored(END_SHARE)
+
+
+@elastic_energy.member(Compatible)
+def _energy_of_compatible(elastic, pen):
+    if pen <= 0.0:
+        return as_type_of(0.0, pen)
+    c = elastic.clearance
+    if pen < END_DEPTH * c:
+        share = pen / (c + pen)
+        return elastic.stiffness * c * c * stored(share * inverse_lambert(0.25 * math.e * share))
+    more = pen - END_DEPTH * c
+    return elastic.stiffness * (END_ENERGY * c * c + END_FORCE * more * (c + more / END_DEPTH))
+
+
+def _make_compatible(joint: Joint) -> Compatible:
+    return Compatible(0.5 * math.pi * line_modulus(joint), joint.clearance)
+
+
+enter(
+    Law(
+        "elastic",
+        "compatible",
+        "conformal contact over the arc that the elastic displacements leave",
+        "pen / (c + pen) = q (ln(4 / q) - 1), F_elastic = (pi/2) E* L (c + pen) q (2 - q), q = sin^2(theta / 2)",
+        "half-space compatibility over the arc, in the manner of 'A continuous contact force model for planar revolute "
+        "joint based on fitting method' 2017, Adv. Mech. Eng. 9(2), whose equations were not read; derived here",
+        needs=NEEDS,
+        notes="Johnson's law for small arcs.  Its pressure is half an ellipse over sin(phi / 2), the first term of "
+        "Persson's: over the same arc it bears what Persson's bears within 4 % up to a half-angle of 40 degrees, 9 % "
+        "less at 45, up to which it is held to be good.  From 77.3 degrees on, where the tangent stiffness is twice "
+        "the secant, the force goes on along the tangent.  docs/model.md derives it.",
+    ),
+    (Compatible,),
+    _make_compatible,
+    limit=lambda joint: depth_of_arc(WIDEST) * joint.clearance,
+)
+
+# ---------------------------------------------------------------------------------------------- a power
+
+_POINTS = 200  # of the fit to `compatible`, evenly over the logarithm of the penetration
+FIT = Columns(
+    "fit",
+    "points of one's own, such as a finite-element model's, that the power is fitted to in place of `compatible`",
+    (Field("penetration", "m", "of the journal's surface into the bearing's"),),
+    (Field("force", "N", "normal, of the whole joint"),),
+)
+FROM = Field("fit_from", "m", "least penetration of the fit", default=1e-7)
+TO = Field("fit_to", "m", "largest penetration of the fit", default=2e-5)
+
+
+class Fitted(NamedTuple):
+    """A power that points were fitted to."""
+
+    power: Power
+    residual: float  # rms of the relative error, 1
+    reach: float  # m, largest penetration of the points
+
+
+def fitted(joint: Joint) -> Fitted:
+    """Return the power closest to the points of a joint, or to `compatible` over its range.  Raises InputError."""
+    values, points = joint.contact.values, joint.contact.fit
+    if points is None:
+        depths = np.geomspace(values["fit_from"], values["fit_to"], _POINTS)
+        term = _make_compatible(joint)
+        points = {"penetration": tuple(depths), "force": tuple(elastic_force(term, depth) for depth in depths)}
+    depths, forces = (np.array(points[name]) for name in ("penetration", "force"))
+    exponent, logarithm = np.polyfit(np.log(depths), np.log(forces), 1)
+    if not exponent > 0.0:
+        raise InputError(f"joints.{joint.name}.contact.fit: its forces do not grow with the penetration")
+    error = np.exp(logarithm) * depths**exponent / forces - 1.0
+    power = Power(float(np.exp(logarithm)), float(exponent))
+    return Fitted(power, float(np.sqrt(np.mean(error**2))), float(depths[-1]))
+
+
+enter(
+    Law(
+        "elastic",
+        "compatible-fit",
+        "a power fitted to compatible, or to points of one's own",
+        "F_elastic = K_f pen^n_f, K_f = k(n_f, range / c) E* L c^(1 - n_f); ln K_f and n_f the least squares of ln F "
+        "over fit_from to fit_to, evenly in ln pen, or over the points of `fit`",
+        "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
+        "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
+        (FROM, TO),
+        needs=NEEDS,
+        orders=(Order("fit_from", "fit_to", "there would be nothing to fit"),),
+        tables=(FIT,),
+        notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power goes on "
+        "outside its range, beyond which a remark says so.  Points of `fit` take the place of fit_from and fit_to.",
+    ),
+    (Power,),
+    lambda joint: fitted(joint).power,
+    limit=lambda joint: fitted(joint).reach,
+    derived=lambda joint: derived_power(fitted(joint).power) | {"contact.fit_residual": (fitted(joint).residual, "1")},
+)

@@ -1,0 +1,56 @@
+"""Fractal surfaces whose small spots yield and whose large ones are elastic."""
+
+import math
+
+from ....case import Joint
+from ....catalogue import Field, Law
+from ..material import plane_strain_modulus
+from ..recipe import enter
+from .profile import DIMENSION, PROFILE, SCALE, derived_texture, texture
+from .spots import Piece, Surface, critical_area
+
+HARDNESS = Field("hardness", "Pa", "H, of the softer body")
+SERIES = (
+    "In series with the elastic law: pen = bulk(F) + approach(F), approach = G^(D-1) a_L^((2-D)/2) with the a_L at "
+    "which the spots bear F; solved beforehand for each joint, a table of ln(bulk / pen) over ln pen.  Where the area "
+    "A_r = psi^((2-D)/2) D / (2-D) a_L of the spots nears that of the arc of contact, A_n = 2 R_b theta L with the "
+    "half-angle theta of Persson's load, it is held below it, A_r (1 + (A_r / A_n)^8)^(-1/8); from A_r = A_n on a "
+    "remark says so.  The asperities are springs: what they lose is left to the contact law."
+)
+NEEDED = ("length", "material", "bearing_radius")  # of the arc of contact and of E*
+
+
+def yielding(dimension: float, scale: float, hardness: float, modulus: float) -> Surface:
+    """Return a surface (scale in m, hardness and E* in Pa) of which spots below a_c yield."""
+    elastic = math.log(4.0 * math.sqrt(math.pi) / 3.0 * modulus) + (dimension - 1.0) * math.log(scale)
+    critical = critical_area(dimension, scale, 2.0 * modulus / hardness)
+    pieces = Piece(critical, math.log(hardness), 1.0), Piece(math.inf, elastic, 0.5 * (3.0 - dimension))
+    return Surface(dimension, scale, pieces)
+
+
+def _make(joint: Joint) -> Surface:
+    assert joint.roughness is not None
+    hardness = joint.roughness.values["hardness"]
+    return yielding(*texture(joint), hardness, plane_strain_modulus(joint.contact.material))
+
+
+enter(
+    Law(
+        "roughness",
+        "fractal",
+        "fractal surfaces, small spots plastic and large ones elastic",
+        "P = psi^((2-D)/2) [(4 sqrt(pi)/3) E* G^(D-1) D / (3-2D) a_L^(D/2) (a_L^((3-2D)/2) - a_c^((3-2D)/2)) + H D / "
+        "(2-D) a_L^(D/2) a_c^((2-D)/2)], a_c = G^2 / (H / (2 E*))^(2/(D-1)); P = psi^((2-D)/2) H D / (2-D) a_L for a_L "
+        "< a_c; its limit, a logarithm, at D = 3/2; psi^((2-D)/2) - (1 + psi^(-D/2))^(-(2-D)/D) = (2-D) / D",
+        "after Majumdar & Bhushan 1991, J. Tribol. 113:1; psi after Wang & Komvopoulos 1994, J. Tribol. 116:812",
+        (DIMENSION, SCALE, HARDNESS),
+        needs=NEEDED,
+        tables=(PROFILE,),
+        notes=f"{SERIES}  The areas a are real ones; papers that take them for those of Hertz have 4/(3 pi) for "
+        "4 sqrt(pi)/3.  E* is that of the pair.  That small spots yield and large ones do not is the model's; "
+        "kogut-etsion has what is between.",
+    ),
+    (Surface,),
+    _make,
+    derived=derived_texture,
+)

@@ -1,0 +1,63 @@
+"""Fractal surfaces whose spots go from elastic through elastic-plastic to plastic."""
+
+import math
+
+from ....case import Joint
+from ....catalogue import Law
+from ..material import plane_strain_modulus
+from ..recipe import enter
+from .fractal import HARDNESS, NEEDED, SERIES
+from .profile import DIMENSION, PROFILE, SCALE, derived_texture, texture
+from .spots import Piece, Surface, critical_area
+
+#: Up to which interference r, in critical ones, the force on an asperity is c r^n critical forces: (r, c, n).
+REGIMES = ((1.0, 1.0, 1.5), (6.0, 1.03, 1.425), (110.0, 1.40, 1.263))
+
+
+def hardness_factor(poisson: float) -> float:
+    """Return K = 0.454 + 0.41 nu: the largest pressure of Hertz at which an asperity begins to yield, in hardnesses."""
+    return 0.454 + 0.41 * poisson
+
+
+def in_regimes(dimension: float, scale: float, hardness: float, modulus: float, poisson: float) -> Surface:
+    """Return a surface (scale in m, hardness and E* in Pa) of spots in three regimes and full plasticity."""
+    factor = hardness_factor(poisson)
+    critical = critical_area(dimension, scale, 2.0 * modulus / (factor * hardness))
+    force = 2.0 / 3.0 * factor * hardness / math.pi  # F_c r / a, Pa: that of a spot of critical interference
+    pieces = [Piece(critical - math.log(REGIMES[-1][0]) / (dimension - 1.0), math.log(force * 3.0 / factor), 1.0)]
+    ends = [math.inf, *(critical - math.log(r) / (dimension - 1.0) for r, _, _ in REGIMES[:-1])]
+    for end, (_, share, power) in reversed(list(zip(ends, REGIMES, strict=True))):
+        steep = (dimension - 1.0) * (power - 1.0)  # F = F_c share r^power, r = (a_c / a)^(D - 1), F_c r = force a
+        pieces.append(Piece(end, math.log(force * share) + steep * critical, 1.0 - steep))
+    return Surface(dimension, scale, tuple(pieces))
+
+
+def _make(joint: Joint) -> Surface:
+    assert joint.roughness is not None
+    material = joint.contact.material
+    hardness, poisson = joint.roughness.values["hardness"], material.bearing.poisson
+    return in_regimes(*texture(joint), hardness, plane_strain_modulus(material), poisson)
+
+
+enter(
+    Law(
+        "roughness",
+        "kogut-etsion",
+        "fractal surfaces, spots elastic, elastic-plastic in two regimes, and plastic",
+        "P = integral of F(a) n(a) over a up to a_L, n = (D/2) psi^((2-D)/2) a_L^(D/2) a^(-(D+2)/2); F = F_c r^1.5 for "
+        "r < 1, 1.03 F_c r^1.425 up to 6, 1.40 F_c r^1.263 up to 110, 3 F_c r / K beyond; r = (a_c / a)^(D-1), a_c "
+        "= G^2 (2 E* / (K H))^(2/(D-1)), F_c r = (2/3) K H a / pi, K = 0.454 + 0.41 nu",
+        "after Kogut & Etsion 2002, J. Appl. Mech. 69:657, for one asperity, of radius a^(D/2) / (pi^2 G^(D-1)), "
+        "pressed G^(D-1) a^((2-D)/2) deep; spots as in Majumdar & Bhushan 1991, psi after Wang & Komvopoulos 1994.  In "
+        "the manner of Li, Han, Wang, Sun & Li 2018, Chin. J. Mech. Eng. 31:109, whose equations were not read",
+        (DIMENSION, SCALE, HARDNESS),
+        needs=NEEDED,
+        tables=(PROFILE,),
+        notes=f"{SERIES}  nu is the bearing's.  A spot's force jumps where the published fits meet, by 3 % at r = 1, "
+        "1.7 % at 6 and 7.9 % (nu 0.3) at 110; the sum over all spots does not.  a is the base of an asperity, a / pi "
+        "its elastic contact.",
+    ),
+    (Surface,),
+    _make,
+    derived=derived_texture,
+)

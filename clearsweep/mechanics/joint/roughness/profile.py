@@ -1,0 +1,148 @@
+"""What a measured profile says of a fractal surface: its dimension D and scale G.
+
+The heights of a Weierstrass-Mandelbrot profile z = G^(D - 1) sum gamma^((D - 2) n) cos(2 pi gamma^n x + phase) differ,
+at two places a lag t apart, in the mean square by the structure function S = C G^(2 D - 2) t^(4 - 2 D),
+
+    C = (2 pi)^s / ln(gamma) pi / (2 Gamma(1 + s) sin(pi s / 2)),  s = 4 - 2 D,
+
+the sum over n taken as an integral (Majumdar & Bhushan 1990, J. Tribol. 112:205; C is derived here).  So the slope of
+ln S over ln t gives D and its height G.  What the profile cannot show, waves shorter than its steps, is missing in S by
+the same amount at every lag, and the noise of an instrument adds such an amount: C G^(2 D - 2) t^s - B is fitted, by
+least squares of ln S.
+"""
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.special import gamma
+from scipy.stats import t as student
+
+from ....case import Joint
+from ....catalogue import Columns, Field
+from ....errors import InputError
+
+GAMMA = 1.5  # of the frequencies of the profile
+LEAST_ROWS = 1000
+PIECES = 8  # of the profile, whose scatter gives the confidence
+_REACH = 40  # the longest lag is this share of the profile, a fifth of a piece
+_EVEN = 0.01  # share by which steps may differ
+_NEAR = 0.02  # of the ends 0 and 2 a power of the lag is no fractal's
+
+DIMENSION = Field("dimension", "1", "D, fractal dimension of a profile", 1.0, 2.0, optional=True)
+SCALE = Field("scale", "m", "G, the length that scales its heights", optional=True)
+PROFILE = Columns(
+    "from_profile",
+    "a measured profile, which gives dimension and scale in their place; in even steps, at least 1000 rows",
+    (Field("x", "m", "along the surface", -math.inf),),
+    (Field("height", "m", "of the surface", -math.inf),),
+)
+
+
+class Identified(NamedTuple):
+    """What a profile gives; the intervals hold with 95 % confidence."""
+
+    dimension: float  # 1
+    scale: float  # m
+    dimension_low: float
+    dimension_high: float
+    scale_low: float  # m
+    scale_high: float
+    residual: float  # rms by which ln S leaves the fit, 1
+
+
+def texture(joint: Joint) -> tuple[float, float]:
+    """Return dimension and scale (m) of the surfaces of a joint, as given or from its profile.  Raises InputError."""
+    assert joint.roughness is not None  # asked of rough joints
+    if joint.roughness.tables:
+        return identified(joint)[:2]
+    return joint.roughness.values["dimension"], joint.roughness.values["scale"]
+
+
+def identified(joint: Joint) -> Identified:
+    """Return what the profile of a joint gives.  Raises InputError."""
+    assert joint.roughness is not None
+    table = joint.roughness.tables[PROFILE.name]
+    try:
+        return identify(table["x"], table["height"])
+    except ValueError as error:
+        raise InputError(f"joints.{joint.name}.roughness.{PROFILE.name}: {error}") from None
+
+
+def derived_texture(joint: Joint) -> dict[str, tuple[float, str]]:
+    """Return what the profile of a joint gives as values that follow from others: path -> (value, unit)."""
+    if not joint.roughness or not joint.roughness.tables:
+        return {}
+    units = {"scale": "m", "scale_low": "m", "scale_high": "m"}
+    return {f"roughness.{key}": (value, units.get(key, "1")) for key, value in identified(joint)._asdict().items()}
+
+
+@functools.lru_cache(maxsize=8)
+def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
+    """Return what a profile (m, m) gives.  Raises ValueError where it is no profile of a fractal."""
+    places, heights = np.array(x), np.array(height)
+    steps = np.diff(places)
+    step = (places[-1] - places[0]) / (len(places) - 1)
+    if len(places) < LEAST_ROWS:
+        raise ValueError(f"has {len(places)} rows; at least {LEAST_ROWS} are needed to tell a dimension")
+    if np.abs(steps - step).max() > _EVEN * step:
+        raise ValueError(f"has steps of x from {steps.min():.4g} to {steps.max():.4g} m; expected even steps")
+    heights = heights - np.polyval(np.polyfit(places - places[0], heights, 1), places - places[0])  # levelled
+    lags = np.unique(np.geomspace(1, len(heights) // _REACH, 24).round().astype(int))
+    distances = step * lags
+    power, height, hidden, residual = _fitted(distances, _structure(heights, lags))
+    dimension, scale = _fractal(power, height)
+    pieces = []
+    for piece in np.array_split(heights, PIECES):
+        squares = _structure(piece, lags) + hidden
+        pieces.append(_fractal(*np.polyfit(np.log(distances), np.log(squares), 1)))
+    width = student.ppf(0.975, PIECES - 1) * np.std(pieces, axis=0, ddof=1) / math.sqrt(PIECES)
+    off = residual / math.log(lags[-1] / lags[0])  # of D, were S the residual off at both ends
+    width *= math.hypot(1.0, off / float(width[0]))
+    return Identified(
+        dimension,
+        math.exp(scale),
+        dimension - float(width[0]),
+        dimension + float(width[0]),
+        math.exp(scale - float(width[1])),
+        math.exp(scale + float(width[1])),
+        residual,
+    )
+
+
+def _structure(heights: np.ndarray, lags: np.ndarray) -> np.ndarray:
+    """Return the mean square (m^2) by which heights (m) differ at each lag, in rows."""
+    squares = np.array([np.mean((heights[lag:] - heights[:-lag]) ** 2) for lag in lags])
+    if not squares.all():
+        raise ValueError("is flat; expected heights that differ")
+    return squares
+
+
+def _fitted(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, float, float]:
+    """Return s, ln of the factor of t^s, B (m^2) and the rms residual of ln S, S the `squares` (m^2) over lags (m)."""
+    along, wanted = np.log(distances / distances[0]), np.log(squares / squares[0])
+
+    def residuals(guess: np.ndarray) -> np.ndarray:
+        power, height, hidden = guess
+        return np.log(np.maximum(np.exp(height + power * along) - hidden, 1e-9)) - wanted
+
+    start = [min(max(np.polyfit(along, wanted, 1)[0], 0.1), 1.9), 0.0, 0.0]
+    found = least_squares(residuals, start, bounds=([0.0, -50.0, -0.95], [2.0, 50.0, 50.0]))
+    power, height, hidden = map(float, found.x)
+    if not _NEAR < power < 2.0 - _NEAR:
+        raise ValueError(
+            f"has heights whose differences grow with the power {0.5 * power:.3g} of the distance; between 0 (noise) "
+            "and 1 (a smooth line) they would be a fractal's"
+        )
+    height += math.log(squares[0]) - power * math.log(distances[0])
+    return power, height, hidden * float(squares[0]), float(np.sqrt(np.mean(found.fun**2)))
+
+
+def _fractal(power: float, height: float) -> tuple[float, float]:
+    """Return D and ln G of S = exp(height) t^power, in m."""
+    dimension = 2.0 - 0.5 * power
+    constant = (2.0 * math.pi) ** power / math.log(GAMMA) * 0.5 * math.pi
+    constant /= gamma(1.0 + power) * math.sin(0.5 * math.pi * power)
+    return float(dimension), float((height - math.log(constant)) / (2.0 * (dimension - 1.0)))

@@ -1,0 +1,180 @@
+"""An elastic law with rough surfaces in series: pen = bulk(F) + approach(F).
+
+Bodies and asperities bear the same force F.  With u the part of the penetration that the bodies give, F is the elastic
+law's at u, and pen = u + approach(F(u)) grows with u.  A table holds ln(u / pen) over ln pen as polynomials of degree
+five with four continuous derivatives, and the elastic law itself is evaluated at u.  So smooth surfaces leave it as it
+is, to the last digits; where the load on the asperities has a kink the table rounds it off over a row.
+
+The energy is F pen times a second column of the table, from the integral of the force.
+"""
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from scipy.interpolate import make_interp_spline
+
+from ...compiled import calculus
+from ...compiled.dual import as_type_of, plain
+from ...compiled.family import kernel
+from ...compiled.held import Held, held, item_of
+from ..elastic.conformal import load_arc
+from ..elastic.contract import elastic_energy, elastic_force, parity
+from .spots import Surface, approach, contact_area, domain_extension, largest_spot
+
+LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power of the penetration; beyond, u / pen stays
+STEP = 0.04  # of the logarithm of the penetration, from row to row
+SHALLOWEST = 1e-90  # m, that a body is asked the force of
+BLEND = 8.0  # the spots' area A is held below that of the arc, A_n, as A (1 + (A / A_n)^8)^(-1/8)
+NOTICED = 0.01  # of the penetration: what rough surfaces give, below which it does not matter that they are flattened
+_POWERS = 6  # of the polynomial between two rows
+_WIDTH = 2 * _POWERS  # numbers of a row
+
+
+class Rough(NamedTuple):
+    """An elastic law with rough surfaces in series."""
+
+    elastic: tuple  # of the bodies
+    table: Held  # address of (rows, _WIDTH) numbers: polynomials of ln(u / pen), then of the energy over F pen
+    rows: float
+    start: float  # ln pen of the first row
+    below: float  # slope of ln(u / pen) before it
+    parity: float  # as in the contract of elastic laws
+
+
+class Arc(NamedTuple):
+    """What the arc of contact of a joint follows from."""
+
+    stiffness: float  # E* c L, N
+    width: float  # 2 R_b L, m^2: the area of an arc over its half-angle
+
+
+class Series(NamedTuple):
+    """Rough surfaces on an elastic law: the compiled form, and how far the spots keep their room."""
+
+    term: Rough
+    flattened: (
+        float  # m, penetration at which the spots' area would be all of the arc's; inf: never, or it is no matter
+    )
+    surface: Surface
+    arc: Arc
+
+    def depth(self, bulk: float) -> float:
+        """Return the penetration (m) at which the bodies give `bulk` (m) of it."""
+        if math.isinf(bulk):
+            return bulk
+        return bulk + float(pressed(self.surface, self.arc, np.log(elastic_force(self.term.elastic, bulk))))
+
+
+@kernel
+def _column(rough, x, column):
+    """Return what stands in a column of the table at x = ln pen, x at least its start."""
+    along = (x - rough.start) * (1.0 / STEP)
+    last = rough.rows - 1.0
+    row = int(min(plain(along), last))
+    t = min(along, rough.rows) - row
+    place = _WIDTH * row + _POWERS * column
+    value = item_of(rough.table, place) * t + item_of(rough.table, place + 1)
+    for i in range(2, _POWERS):
+        value = value * t + item_of(rough.table, place + i)
+    return value
+
+
+@elastic_force.member(Rough)
+def _in_series(elastic, pen):
+    if pen <= 0.0:
+        return as_type_of(0.0, pen)
+    x = calculus.log(pen)
+    if x < elastic.start:
+        share = _column(elastic, as_type_of(elastic.start, x), 0) + elastic.below * (x - elastic.start)
+    else:
+        share = _column(elastic, x, 0)
+    return elastic_force(elastic.elastic, pen * calculus.exp(share))
+
+
+@elastic_energy.member(Rough)
+def _energy_in_series(elastic, pen):
+    if pen <= 0.0:
+        return as_type_of(0.0, pen)
+    return elastic_force(elastic, pen) * pen * _column(elastic, max(calculus.log(pen), elastic.start), 1)
+
+
+@parity.member(Rough)
+def _as_at_first_touch(elastic):
+    return elastic.parity
+
+
+@functools.lru_cache(maxsize=256)
+def in_series(elastic: tuple, surface: Surface, arc: Arc) -> Series:
+    """Return an elastic law with rough surfaces in series."""
+    x, bulk, force = _curve(elastic, surface, arc)
+    share = make_interp_spline(x, bulk - x, k=5)
+    load = make_interp_spline(x, force, k=5)
+    power = float(load(x[0], 1))
+    energy = make_interp_spline(x, _energies(x, load, power) / np.exp(force + x), k=5)
+    columns = [
+        curve(x[:-1], order) * STEP**order / math.factorial(order) for curve in (share, energy) for order in _ORDERS
+    ]
+    term = Rough(
+        elastic,
+        held(np.stack(columns, -1)),
+        float(len(x) - 1),
+        float(x[0]),
+        float(share(x[0], 1)),
+        -1.0 if round(2.0 * power) % 2 else 1.0,
+    )
+    spots = contact_area(surface, largest_spot(surface, force, _psi(surface)), _psi(surface))
+    over = np.flatnonzero((spots >= _room(arc, force)) & (x - bulk > NOTICED))
+    return Series(term, float(np.exp(x[over[0]])) if over.size else math.inf, surface, arc)
+
+
+_ORDERS = tuple(reversed(range(_POWERS)))
+
+
+def _psi(surface: Surface) -> float:
+    return domain_extension(surface.dimension)
+
+
+def _room(arc: Arc, force: np.ndarray) -> np.ndarray:
+    """Return the logarithm of the area (m^2) of the arc of contact, from that of the force (N)."""
+    return np.log(arc.width * load_arc(np.exp(force) / arc.stiffness))
+
+
+def pressed(surface: Surface, arc: Arc, force: np.ndarray) -> np.ndarray:
+    """Return how deep (m) rough surfaces are pressed together, from the logarithm of the force (N)."""
+    psi = _psi(surface)
+    largest = largest_spot(surface, force, psi)
+    excess = contact_area(surface, largest, psi) - _room(arc, force)
+    return approach(surface, largest - np.logaddexp(0.0, BLEND * excess) / BLEND)
+
+
+def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ln pen in even steps, and at each of them the logarithms of u (m) and of the force (N)."""
+
+    def at(bulk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        force = np.log([elastic_force(elastic, depth) for depth in np.exp(bulk)])
+        return np.log(np.exp(bulk) + pressed(surface, arc, force)), force
+
+    bulk = np.linspace(math.log(SHALLOWEST), math.log(MOST), 800)
+    pen = at(bulk)[0]
+    guess = make_interp_spline(pen, bulk, k=3)
+    first = max(math.log(LEAST), float(pen[0]))
+    rows = math.ceil((float(pen[-1]) - first) / STEP)
+    x = float(pen[-1]) - STEP * np.arange(rows, -1.0, -1.0)
+    bulk, slope = guess(x), np.maximum(guess(x, 1), 1e-3)
+    for _ in range(20):
+        pen, force = at(bulk)
+        bulk -= slope * (pen - x)
+        if np.all(np.abs(pen - x) < 1e-12):
+            break
+    return x, bulk, force
+
+
+def _energies(x: np.ndarray, load, power: float) -> np.ndarray:
+    """Return the integral (J) of the force over the penetration up to each x = ln pen; `load` : spline of ln F."""
+    nodes, weights = leggauss(5)
+    inside = x[:-1, None] + 0.5 * STEP * (nodes + 1.0)
+    rows = 0.5 * STEP * np.exp(load(inside) + inside) @ weights
+    return np.concatenate([[0.0], np.cumsum(rows)]) + math.exp(float(load(x[0])) + x[0]) / (power + 1.0)

@@ -1,0 +1,24 @@
+"""No roughness: for grids that sweep rough surfaces beside smooth ones."""
+
+from typing import NamedTuple
+
+from ....catalogue import Law
+from ..recipe import enter
+
+
+class Smooth(NamedTuple):
+    """Surfaces that give nothing."""
+
+
+enter(
+    Law(
+        "roughness",
+        "smooth",
+        "no roughness: the elastic law alone",
+        "pen = bulk(F)",
+        "the limit of surfaces whose scale goes to zero",
+        notes="The same as a joint without the section, but for the case's identity; for sweeps beside rough surfaces.",
+    ),
+    (Smooth,),
+    lambda joint: Smooth(),
+)

@@ -1,0 +1,109 @@
+"""The load on a fractal surface from that on one spot of contact.
+
+The spots' areas a are spread with the density n(a) = (D / 2) psi^((2 - D) / 2) a_L^(D / 2) a^(-(D + 2) / 2) up to the
+largest, a_L (Majumdar & Bhushan 1991, J. Tribol. 113:1); psi extends the domain over all spots (Wang & Komvopoulos
+1994, J. Tribol. 116:812).  A spot of area a is pressed G^(D - 1) a^((2 - D) / 2) deep.
+
+Areas go by their logarithms, as they differ by hundreds of decades where D is near an end of its range.
+"""
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+LARGEST = 600.0  # of the logarithm of an area (m^2) at which a spot's load changes its form: beyond it there is none
+
+
+class Piece(NamedTuple):
+    """The load of a spot, factor area^power (N), over the areas up to `upto`."""
+
+    upto: float  # logarithm of an area, m^2
+    factor: float  # logarithm of the factor, N m^(-2 power)
+    power: float  # 1
+
+
+class Surface(NamedTuple):
+    """A fractal surface."""
+
+    dimension: float  # D, 1
+    scale: float  # G, m
+    pieces: tuple[Piece, ...]  # from the smallest spots on; the last goes on without end
+
+
+@functools.cache
+def domain_extension(dimension: float) -> float:
+    """Return psi, the root of psi^((2 - D) / 2) - (1 + psi^(-D / 2))^(-(2 - D) / D) = (2 - D) / D."""
+    share = (2.0 - dimension) / dimension
+
+    def excess(psi: float) -> float:
+        grown = math.expm1(0.5 * (2.0 - dimension) * math.log(psi))
+        return grown - math.expm1(-share * math.log1p(psi ** (-0.5 * dimension))) - share
+
+    return float(brentq(excess, 1.0, 10.0, xtol=1e-14))
+
+
+def critical_area(dimension: float, scale: float, ratio: float) -> float:
+    """Return the logarithm of (G ratio^(1 / (D - 1)))^2, m^2; `ratio` : of a modulus over a pressure."""
+    logarithm = 2.0 * math.log(scale) + 2.0 / (dimension - 1.0) * math.log(ratio)
+    return min(max(logarithm, -LARGEST), LARGEST)
+
+
+def spot_load(surface: Surface, area: np.ndarray) -> np.ndarray:
+    """Return the logarithm of the load (N) of one spot, from that of its area (m^2)."""
+    area = np.asarray(area, dtype=float)
+    load = np.full(area.shape, np.nan)
+    for piece in reversed(surface.pieces):
+        load = np.where(area <= piece.upto, piece.factor + piece.power * area, load)
+    return load
+
+
+def load(surface: Surface, largest: np.ndarray, psi: float = 1.0) -> np.ndarray:
+    """Return the logarithm of the load (N) of all spots, from that of the area (m^2) of the largest."""
+    largest = np.asarray(largest, dtype=float)
+    half = 0.5 * surface.dimension
+    total, low = np.full(largest.shape, -math.inf), -math.inf
+    for upto, factor, power in surface.pieces:
+        high = np.minimum(largest, upto)
+        # the integral of a^(p - 1), p = power - D / 2, over what of the piece is below the largest spot
+        p, inside = power - half, high > low
+        span = np.where(inside, high - low, 1.0)
+        if low == -math.inf:
+            reached = -math.log(p)
+        elif p == 0.0:
+            reached = np.log(span)
+        else:
+            reached = max(-p, 0.0) * span + np.log(-np.expm1(-abs(p) * span)) - math.log(abs(p))
+        part = factor + p * high + half * largest + reached
+        total = np.logaddexp(total, np.where(inside, part, -math.inf))
+        low = upto
+    return total + math.log(half) + 0.5 * (2.0 - surface.dimension) * math.log(psi)
+
+
+def largest_spot(surface: Surface, force: np.ndarray, psi: float) -> np.ndarray:
+    """Return the logarithm of the area (m^2) of the largest spot, from that of the load (N): Newton's method."""
+    share = 0.5 * (2.0 - surface.dimension) * math.log(psi)
+    first = surface.pieces[0]
+    area = (force - first.factor - share - math.log(surface.dimension / (2.0 - surface.dimension))) / first.power
+    for _ in range(60):
+        now = load(surface, area, psi)
+        slope = 0.5 * surface.dimension * (1.0 + np.exp(share + spot_load(surface, area) - now))
+        step = (force - now) / slope
+        area += step
+        if np.all(np.abs(step) < 1e-12 * (1.0 + np.abs(area))):
+            break
+    return area
+
+
+def contact_area(surface: Surface, largest: np.ndarray, psi: float) -> np.ndarray:
+    """Return the logarithm of the area (m^2) of all spots, from that of the largest."""
+    spread = surface.dimension / (2.0 - surface.dimension)
+    return largest + math.log(spread) + 0.5 * (2.0 - surface.dimension) * math.log(psi)
+
+
+def approach(surface: Surface, largest: np.ndarray) -> np.ndarray:
+    """Return how deep (m) the surface is pressed together, from the logarithm of the area (m^2) of the largest spot."""
+    dimension = surface.dimension
+    return np.exp((dimension - 1.0) * math.log(surface.scale) + 0.5 * (2.0 - dimension) * largest)
