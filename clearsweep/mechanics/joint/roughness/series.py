@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import PchipInterpolator, make_interp_spline
 
 from ...compiled import calculus
 from ...compiled.dual import as_type_of, plain
@@ -27,6 +27,7 @@ from .spots import Surface, approach, contact_area, domain_extension, largest_sp
 LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power of the penetration; beyond, u / pen stays
 STEP = 0.04  # of the logarithm of the penetration, from row to row
 SHALLOWEST = 1e-90  # m, that a body is asked the force of
+MOST_STEPS = 30  # of the search for u at a row
 BLEND = 8.0  # the spots' area A is held below that of the arc, A_n, as A (1 + (A / A_n)^8)^(-1/8)
 NOTICED = 0.01  # of the penetration: what rough surfaces give, below which it does not matter that they are flattened
 _POWERS = 6  # of the polynomial between two rows
@@ -106,7 +107,7 @@ def _as_at_first_touch(elastic):
     return elastic.parity
 
 
-@functools.lru_cache(maxsize=256)
+@functools.lru_cache(maxsize=256, typed=True)  # forms of different types may hold the same numbers
 def in_series(elastic: tuple, surface: Surface, arc: Arc) -> Series:
     """Return an elastic law with rough surfaces in series."""
     x, bulk, force = _curve(elastic, surface, arc)
@@ -157,18 +158,23 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
         force = np.log([elastic_force(elastic, depth) for depth in np.exp(bulk)])
         return np.log(np.exp(bulk) + pressed(surface, arc, force)), force
 
-    bulk = np.linspace(math.log(SHALLOWEST), math.log(MOST), 800)
-    pen = at(bulk)[0]
-    guess = make_interp_spline(pen, bulk, k=3)
+    coarse = np.linspace(math.log(SHALLOWEST), math.log(MOST), 800)
+    pen = at(coarse)[0]
+    guess = PchipInterpolator(pen, coarse)
     first = max(math.log(LEAST), float(pen[0]))
     rows = math.ceil((float(pen[-1]) - first) / STEP)
     x = float(pen[-1]) - STEP * np.arange(rows, -1.0, -1.0)
-    bulk, slope = guess(x), np.maximum(guess(x, 1), 1e-3)
-    for _ in range(20):
+    x = x[x >= pen[0]]
+    above = np.clip(np.searchsorted(pen, x), 1, len(pen) - 1)
+    low, high = coarse[above - 1], coarse[above]
+    bulk, slope = guess(x), guess(x, 1)
+    for _ in range(MOST_STEPS):  # Newton's method with the slope of the guess, halving where that leaves the bracket
         pen, force = at(bulk)
-        bulk -= slope * (pen - x)
         if np.all(np.abs(pen - x) < 1e-12):
             break
+        low, high = np.where(pen < x, bulk, low), np.where(pen > x, bulk, high)
+        better = bulk - slope * (pen - x)
+        bulk = np.where((better > low) & (better < high), better, 0.5 * (low + high))
     return x, bulk, force
 
 
