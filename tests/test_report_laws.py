@@ -158,6 +158,35 @@ def test_a_material_shows_what_other_elastic_laws_would_give(tmp_path):
     assert of_choice(Run()) == []  # no material, no law swept
 
 
+ROUGH = {"law": "fractal", "dimension": 1.5, "scale": 1e-11, "hardness": 5.5e9}
+
+
+def of_rough(laws):
+    """Return a run over roughness laws of a steel joint, of which over none the law is `fractal`."""
+    path = f"{JOINT}.roughness.law"
+    run = of_elastic([], {**STEEL, "elastic": "johnson"})
+    del run.grid["joints"]["rod-slider"]["contact"]["thickness"]
+    swept = Run(sweep={path: laws} if laws else {}, histories=False, wear=False)
+    swept.grid["joints"] = run.grid["joints"]
+    swept.grid["joints"]["rod-slider"]["roughness"] = dict(ROUGH)
+    return swept
+
+
+def test_rough_surfaces_stand_beside_smooth_ones(tmp_path):
+    run = of_rough(["smooth", "fractal", "kogut-etsion"])
+    rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
+    assert rows["smooth"][3] == pytest.approx(814.618, rel=1e-4)
+    assert rows["kogut-etsion"][3] < rows["fractal"][3] < rows["smooth"][3]
+    assert "What the choice of roughness law does" in text(run, tmp_path)
+
+
+def test_a_rough_joint_shows_other_elastic_laws_and_surfaces():
+    rows = {row[0]: row for row in table(of_rough([]), "elastic_force_rod_slider").rows}
+    assert rows["johnson with fractal roughness"][1] == "yes"
+    assert rows["johnson with fractal roughness"][3] < rows["johnson"][3]
+    assert {"johnson with kogut-etsion roughness", "compatible with fractal roughness"} <= set(rows)
+
+
 def test_the_other_elastic_laws_are_those_that_a_grid_with_this_joint_may_name():
     steel = Material(207e9, 0.3)
     contact = Contact("exact", "power", {"exponent": 1.5, "restitution": 0.7}, Materials(steel, steel))

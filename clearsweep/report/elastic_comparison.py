@@ -17,7 +17,10 @@ CURVE = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
 
 
 def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
-    """Return what there is to say of the swept elastic laws of a joint, each in its case closest to the hardest."""
+    """Return what there is to say of the swept elastic or roughness laws of a joint.
+
+    Each is taken in its case closest to the hardest.
+    """
     hardest = study.cases.loc[study.cases[joint.column(study.lead.figure)].idxmax()]
     others = [other.path for other in study.swept() if other is not axis]
     alike = (study.cases[others] == hardest[others]).sum(axis=1)
@@ -41,8 +44,7 @@ def of_material(study: Study, joint: Joint) -> Part | None:
     except InputError:  # laws of another version
         return None
     sections = simulation.elastic_choices(section)
-    used = section.contact.elastic
-    return _beside(joint, sections, [used]) if used and len(sections) > 1 else None
+    return _beside(joint, sections, [section.elastic_name]) if len(sections) > 1 else None
 
 
 def _beside(joint: Joint, sections: dict[str, case.Joint], used: list[str]) -> Part:

@@ -42,6 +42,8 @@ SPEED_AND_STIFFNESS = {  # rpm -> N/m^1.5
     50000: 1e12,
 }
 MIXED, SEED = 48, 20240229  # drawn at random, always the same ones
+SURFACES = ("johnson/fractal", "compatible/kogut-etsion", "compatible/", "power/fractal")  # elastic law/roughness
+ROUGH, ROUGH_SEED = 10, 20261122
 CYCLES = 5e4  # oscillations in contact per revolution that a mixed case may have
 
 Section = dict[str, Any]  # of a grid, in SI
@@ -133,7 +135,7 @@ def pair(
 
 def cases() -> list[Extreme]:
     """Return all cases of the table but those of `machines`."""
-    return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_dear()]
+    return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_surfaces(), *_dear()]
 
 
 def _along_the_axes() -> Iterator[Extreme]:
@@ -233,6 +235,25 @@ def _pairs() -> Iterator[Extreme]:
     yield Extreme("pair/mass ratio 1e4", pair(1e9, 0.5, masses=(0.01, 100.0)))
     yield Extreme("pair/creeping", pair(1e5, 0.5, speed=1e-4))
     yield Extreme("pair/tight", pair(1e10, 0.5, clearance=1e-7))
+
+
+def _surfaces() -> Iterator[Extreme]:
+    """Yield rough and conformal joints in which everything differs at once."""
+    draw = np.random.default_rng(ROUGH_SEED)
+    for number in range(ROUGH):
+        elastic, _, rough = SURFACES[number % len(SURFACES)].partition("/")
+        speed, clearance = 10.0 ** draw.uniform(1.8, 4.0), 10.0 ** draw.uniform(-5.3, -3.0)
+        texture = {"dimension": draw.uniform(1.1, 1.9), "scale": 10.0 ** draw.uniform(-13.0, -8.0)}
+        hardness, young = 10.0 ** draw.uniform(8.0, 10.0), 10.0 ** draw.uniform(9.0, 11.6)
+        restitution, coefficient = float(draw.choice([0.01, 0.1, 0.5, 0.9, 1.0])), float(draw.choice([0.0, 0.1, 0.5]))
+        law = {"law": "exact", "elastic": elastic, "restitution": restitution}
+        law["material"] = {"young": young, "poisson": 0.3}
+        friction = tanh(coefficient, 1e-2) if coefficient else None
+        grid = crank("C", speed=speed, law=law, clearance=clearance, friction=friction, gravity=9.81)
+        grid["joints"][LETTERS["C"]]["length"] = 0.02
+        if rough:
+            grid["joints"][LETTERS["C"]]["roughness"] = {"law": rough, "hardness": hardness, **texture}
+        yield Extreme(f"rough/{number:02d} {elastic}{' ' * bool(rough)}{rough}", grid)
 
 
 def _dear() -> Iterator[Extreme]:

@@ -8,7 +8,8 @@ The bound on the penetration of a joint.  Let a body of reduced mass m touch at 
 at most F.  Its deepest penetration d has K d^(n+1) / (n+1) <= E + F d with E = 1/2 m v^2 2 [chi - ln(1 + chi)] / chi^2:
 the elastic energy of the deepest point is what the damper leaves of the onset energy (the phase curve of
 F = K pen^n (1 + chi rate / v)), and the work of the load.  Alone, the first gives d1 = ((n+1) E / K)^(1/(n+1)) and the
-second, a load that is applied at once, d2 = ((n+1) F / K)^(1/n); as (d1 + d2)^n >= d1^n + d2^n, d <= d1 + d2.
+second, a load that is applied at once, d2 = ((n+1) F / K)^(1/n); as (d1 + d2)^n >= d1^n + d2^n, d <= d1 + d2.  Of an
+elastic force that is no power of d its energy W takes the left side's place, and the bound is where W(d) = E + F d.
 What stands in for m, v and F:
 m : the largest reduced mass of the mechanism in which only that joint is open, over all crank angles and directions
     (to hold the other joints closed can only raise it);
@@ -38,6 +39,7 @@ from ..layout import JointLayout
 from ..machine import Constant
 from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.elastic.contract import elastic_energy
+from ..mechanics.joint.elastic.power import POWERS
 from ..mechanics.joint.guide import CORNERS
 from ..mechanics.mechanism import contract, planar
 from ..mechanics.observe import tally
@@ -207,11 +209,24 @@ def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
         loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for part, joint, load in zip(made.layout.joints, made.value.joints, loads, strict=True):
-        stiffness, exponent = joint.elastic.stiffness, getattr(joint.elastic, "exponent", _exponent(joint.elastic))
-        bound = ((exponent + 1.0) * sum(energies) / stiffness) ** (1.0 / (exponent + 1.0))
-        bound += ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent)
+        bound = _deepest(joint.elastic, sum(energies), load)
         shares.append(summary[f"{part.name}_penetration_max"] / bound if bound > 0.0 else 0.0)
     return max(shares)
+
+
+def _deepest(elastic: Any, energy: float, load: float) -> float:
+    """Return the bound (m) of a penetration under an energy (J) and a load (N)."""
+    if type(elastic) in POWERS:
+        stiffness, exponent = elastic.stiffness, getattr(elastic, "exponent", _exponent(elastic))
+        bound = ((exponent + 1.0) * energy / stiffness) ** (1.0 / (exponent + 1.0))
+        return float(bound + ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent))
+    low, high = 0.0, 1e-9
+    while elastic_energy(elastic, high) < energy + load * high:
+        high *= 2.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if elastic_energy(elastic, middle) < energy + load * middle else (low, middle)
+    return high
 
 
 def _exponent(elastic: Any) -> float:

@@ -122,7 +122,10 @@ def elastic_forces(joint: Joint, depths) -> list[float]:
 
 
 def elastic_choices(joint: Joint) -> dict[str, Joint]:
-    """Return, by name, a joint with each elastic law that its radii, length and material allow."""
+    """Return, by name, a joint with each elastic law that its radii, length and material allow.
+
+    Rough surfaces stay; with the law in use other ones are among the choices, too.
+    """
     contact, choices = joint.contact, {}
     if _elastic(joint) is None or contact.material is None:
         return choices
@@ -141,8 +144,19 @@ def elastic_choices(joint: Joint) -> dict[str, Joint]:
         known = {field.name for field in law.fields} <= follows and set(law.needs) <= there
         within = all(limit.low <= (sizes | material)[limit.path] <= limit.high for limit in law.ranges)
         if known and within:
-            choices[law.name] = joint._replace(contact=contact._replace(elastic=law.name, values=values))
-    return choices
+            other = joint._replace(contact=contact._replace(elastic=law.name, values=values))
+            choices[other.elastic_name] = other
+    return choices | _other_surfaces(joint)
+
+
+def _other_surfaces(joint: Joint) -> dict[str, Joint]:
+    """Return, by name, a rough joint with smooth surfaces and with those of each other roughness law."""
+    rough = joint.roughness
+    if not rough or not rough.values:
+        return {}
+    laws = [law for law in described() if law.family == "roughness" and law.name != rough.law]
+    others = [joint._replace(roughness=rough._replace(law=law.name)) for law in laws]
+    return {other.elastic_name: other for other in others}
 
 
 def restitution(joint: Joint) -> float | None:

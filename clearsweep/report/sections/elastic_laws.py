@@ -10,7 +10,8 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     swept = {axis.path for axis in study.swept()}
-    joints = [joint for joint in study.joints if f"joints.{joint.title}.contact.elastic" not in swept]
+    choices = ("contact.elastic", "roughness.law")
+    joints = [joint for joint in study.joints if swept.isdisjoint(f"joints.{joint.title}.{key}" for key in choices)]
     parts = {joint: elastic_comparison.of_material(study, joint) for joint in joints}
     return [
         Section(

@@ -13,7 +13,12 @@ from ..section import Part, Section
 from ..study import P99, Axis, Joint, Study
 from ..table import Column, Quantity, Table, counted
 
-CHOICES = (".contact.law", ".contact.elastic", ".friction.law")  # paths within a joint that name a law
+CHOICES = (
+    ".contact.law",
+    ".contact.elastic",
+    ".roughness.law",
+    ".friction.law",
+)  # paths within a joint that name a law
 FIGURES = (("force_peak", "force peak"), ("force_p99", "force p99"), ("force_rms", "force rms"))
 
 
@@ -31,7 +36,7 @@ def _section(study: Study, axis: Axis) -> Section:
     more = Part([], [], [])
     if axis.path.endswith(".contact.law"):
         more = restitution_comparison.of_axis(study, axis, joint)
-    elif axis.path.endswith(".contact.elastic"):
+    elif axis.path.endswith((".contact.elastic", ".roughness.law")):
         more = elastic_comparison.of_axis(study, axis, joint)
     strips = [_strip(study, axis, place, *figure) for place in study.joints for figure in _figures(study, place)]
     part = Part(
