@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from law_cases import RECIPES, compiled_elastic, joint
 from mechanism_cases import PAIR, changed, slider_crank
+from rough_profile import profile
 from scipy.integrate import quad
 
 import clearsweep
@@ -249,53 +250,6 @@ def test_a_free_impact_of_rough_surfaces_gives_back_what_it_is_asked_for(law):
     assert run.status == "ok"
     assert run.summary["pair_restitution"] == pytest.approx(0.6, rel=1e-8)
     assert run.summary["energy_residual"] < 1e-9
-
-
-# ---------------------------------------------------------------------------------------------- profiles
-
-
-def profile(dimension, scale=1e-10, rows=4000, seed=1):
-    """Return places and heights (m) of a Weierstrass-Mandelbrot profile, its waves far shorter than its steps, too."""
-    x = np.arange(rows) * 1e-6
-    draw, heights = np.random.default_rng(seed), np.zeros(rows)
-    for n in range(math.floor(math.log(0.1 / x[-1]) / math.log(1.5)), math.ceil(math.log(5e8) / math.log(1.5))):
-        heights += 1.5 ** ((dimension - 2.0) * n) * np.cos(
-            2.0 * math.pi * 1.5**n * x + draw.uniform(0.0, 2.0 * math.pi)
-        )
-    return x, scale ** (dimension - 1.0) * heights
-
-
-@pytest.mark.parametrize("dimension", [1.3, 1.5, 1.7])
-def test_a_profile_of_known_dimension_is_recognised(dimension):
-    x, heights = profile(dimension)
-    found = identify(tuple(x), tuple(heights))
-    assert found.dimension == pytest.approx(dimension, abs=0.03, rel=0.0)
-    assert found.dimension_low < dimension < found.dimension_high
-    assert found.dimension_high - found.dimension_low < 0.2
-    assert math.log10(found.scale) == pytest.approx(-10.0, abs=0.5, rel=0.0)
-    assert found.scale_low < found.scale < found.scale_high
-    assert found.residual < 0.05
-
-
-def test_tilt_and_height_of_a_profile_do_not_matter():
-    x, heights = profile(1.5, rows=2000)
-    tilted = identify(tuple(x), tuple(heights + 0.3 * x + 1.0))
-    assert tilted.dimension == pytest.approx(identify(tuple(x), tuple(heights)).dimension, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("spoil", "told"),
-    [
-        (lambda x, z: (x[:500], z[:500]), "has 500 rows; at least 1000"),
-        (lambda x, z: (x**1.1, z), "expected even steps"),
-        (lambda x, z: (x, 0.0 * z), "is flat"),
-        (lambda x, z: (x, np.sin(2e3 * x)), "grow with the power"),
-    ],
-)
-def test_what_is_no_profile_of_a_fractal_is_told(spoil, told):
-    x, heights = spoil(*profile(1.5, rows=1200))
-    with pytest.raises(ValueError, match=told):
-        identify(tuple(x), tuple(heights))
 
 
 # ---------------------------------------------------------------------------------------------- grids

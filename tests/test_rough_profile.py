@@ -1,0 +1,42 @@
+"""Dimension and scale of surfaces from measured profiles."""
+
+import math
+
+import numpy as np
+import pytest
+from rough_profile import profile
+
+from clearsweep.mechanics.joint.roughness.profile import identify
+
+
+@pytest.mark.parametrize("dimension", [1.3, 1.5, 1.7])
+def test_a_profile_of_known_dimension_is_recognised(dimension):
+    x, heights = profile(dimension)
+    found = identify(tuple(x), tuple(heights))
+    assert found.dimension == pytest.approx(dimension, abs=0.03, rel=0.0)
+    assert found.dimension_low < dimension < found.dimension_high
+    assert found.dimension_high - found.dimension_low < 0.2
+    assert math.log10(found.scale) == pytest.approx(-10.0, abs=0.5, rel=0.0)
+    assert found.scale_low < found.scale < found.scale_high
+    assert found.residual < 0.05
+
+
+def test_tilt_and_height_of_a_profile_do_not_matter():
+    x, heights = profile(1.5, rows=2000)
+    tilted = identify(tuple(x), tuple(heights + 0.3 * x + 1.0))
+    assert tilted.dimension == pytest.approx(identify(tuple(x), tuple(heights)).dimension, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (lambda x, z: (x[:500], z[:500]), "has 500 rows; at least 1000"),
+        (lambda x, z: (x**1.1, z), "expected even steps"),
+        (lambda x, z: (x, 0.0 * z), "is flat"),
+        (lambda x, z: (x, np.sin(2e3 * x)), "grow with the power"),
+    ],
+)
+def test_what_is_no_profile_of_a_fractal_is_told(spoil, told):
+    x, heights = spoil(*profile(1.5, rows=1200))
+    with pytest.raises(ValueError, match=told):
+        identify(tuple(x), tuple(heights))
