@@ -140,6 +140,13 @@ def test_forces_that_fall_are_told(tmp_path):
         registry.contact_terms(case.joints[0])
 
 
+def test_a_fit_over_nothing_is_told():
+    contact = {"law": "exact", "restitution": 0.6, "elastic": "compatible-fit", "fit_from": 1e-5, "fit_to": 1e-6}
+    contact["material"] = {"young": 207e9, "poisson": 0.3}
+    with pytest.raises(InputError, match=r"contact\.fit_from: found 1e-05; allowed: below 1e-06"):
+        loaded(slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact}))
+
+
 def test_points_belong_to_no_other_law(tmp_path):
     source = changed(with_points(tmp_path, "p.csv", [(1.0, 2.0)]), {"joints.rod-slider.contact.elastic": "power"})
     with pytest.raises(InputError, match=r"contact\.fit: is not used by law 'exact', elastic 'power'"):

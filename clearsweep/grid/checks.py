@@ -138,6 +138,7 @@ def _elastic(draft: Draft, joint: str, catalogue: Catalogue) -> None:
             if not draft.there(f"{joint}.{path}"):
                 sentence = f"is missing; {chosen.family} '{chosen.name}' needs {_EXAMPLES[path]}"
                 draft.problems.add(draft.place(elastic), f"{joint}.{path}", sentence)
+        _in_order(draft, f"{joint}.contact", chosen)
         if "hertz" in chosen.needs:
             _hertzian(draft, elastic, chosen)
         for own, low, high, unit, reason in chosen.ranges:
