@@ -27,7 +27,7 @@ from .spots import Surface, approach, contact_area, domain_extension, largest_sp
 LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power of the penetration; beyond, u / pen stays
 STEP = 0.04  # of the logarithm of the penetration, from row to row
 SHALLOWEST = 1e-90  # m, that a body is asked the force of
-MOST_STEPS = 30  # of the search for u at a row
+MOST_STEPS, ENOUGH = 40, 1e-11  # of the search for u at a row: steps, and share by which pen may be off
 BLEND = 8.0  # the spots' area A is held below that of the arc, A_n, as A (1 + (A / A_n)^8)^(-1/8)
 NOTICED = 0.01  # of the penetration: what rough surfaces give, below which it does not matter that they are flattened
 _POWERS = 6  # of the polynomial between two rows
@@ -166,15 +166,19 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
     x = float(pen[-1]) - STEP * np.arange(rows, -1.0, -1.0)
     x = x[x >= pen[0]]
     above = np.clip(np.searchsorted(pen, x), 1, len(pen) - 1)
-    low, high = coarse[above - 1], coarse[above]
+    low, high = coarse[above - 1], coarse[above]  # copies
     bulk, slope = guess(x), guess(x, 1)
+    pen, force = at(bulk)
     for _ in range(MOST_STEPS):  # Newton's method with the slope of the guess, halving where that leaves the bracket
-        pen, force = at(bulk)
-        if np.all(np.abs(pen - x) < 1e-12):
+        off = np.flatnonzero(np.abs(pen - x) > ENOUGH)
+        if not off.size:
             break
-        low, high = np.where(pen < x, bulk, low), np.where(pen > x, bulk, high)
-        better = bulk - slope * (pen - x)
-        bulk = np.where((better > low) & (better < high), better, 0.5 * (low + high))
+        now, excess = bulk[off], pen[off] - x[off]
+        low[off], high[off] = np.where(excess < 0.0, now, low[off]), np.where(excess > 0.0, now, high[off])
+        better = now - slope[off] * excess
+        inside = (better > low[off]) & (better < high[off])
+        bulk[off] = np.where(inside, better, 0.5 * (low[off] + high[off]))
+        pen[off], force[off] = at(bulk[off])
     return x, bulk, force
 
 
