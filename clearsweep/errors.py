@@ -73,6 +73,13 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"; did you mean '{near[0]}'?" if near else ""
 
 
+def likely(word: str, known: Iterable[str]) -> list[str]:
+    """Return the known words of which `word` is a part, or else those most like it; [] where none is."""
+    known = list(known)
+    parts = [other for other in known if word and word.lower() in other.lower()]
+    return parts or get_close_matches(word, known, 3, 0.6)
+
+
 def shown(value: object) -> str:
     """Return a value as a message shows it: short, text in quotes."""
     if isinstance(value, (dict, list)):

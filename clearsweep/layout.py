@@ -181,11 +181,11 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[Joint
     return (Column(TIME, "s", "time"), *(Column(*channel) for channel in (*mechanism.channels, *inside)))
 
 
-def settling(catalogue: Catalogue, mechanism: Mechanism) -> tuple[str, ...]:
-    """Return the columns that settle as a run grows longer, with clearance and wear in every joint."""
+def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
+    """Return the columns that settle as a run grows longer, or those that do not, with everything in every joint."""
     parts = {column_name(site.name): set() if site.kind == "guide" else {"wear"} for site in mechanism.joints}
-    settled = {figure.name for figure in catalogue.figures if figure.settles}
-    return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in settled)
+    named = {figure.name for figure in catalogue.figures if figure.settles is settles}
+    return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in named)
 
 
 def markdown(catalogue: Catalogue) -> str:

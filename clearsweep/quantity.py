@@ -32,19 +32,23 @@ tonne = 1e3 kilogram = t
 minute = 60 second = min
 hour = 3600 second = h
 inch = 0.0254 metre = in
+pound = 0.45359237 kilogram = lb
 degree = turn / 360 = deg = °
 turn = 6.28318530717958647692528676655900576839433879875 radian = _ = rev = revolution
 hertz = turn / second = Hz
 rpm = turn / minute
 newton = kilogram * metre / second^2 = N
+pound_force = 4.4482216152605 newton = lbf
 pascal = newton / metre^2 = Pa
+pound_per_square_inch = pound_force / inch^2 = psi
 bar = 1e5 pascal
 joule = newton * metre = J
 watt = joule / second = W
 """
 _BASE = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
 _COMMON = (
-    "m mm um nm cm inch kg g mg t s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN Pa kPa MPa GPa bar J mJ kJ W"
+    "m mm um nm cm in inch kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN lbf Pa kPa MPa GPa bar psi "
+    "J mJ kJ W"
 )
 _WORDS = (
     "metre meter millimetre millimeter micrometre micrometer kilogram gram second minute hour radian degree "
@@ -57,7 +61,7 @@ _EXAMPLES = {
     "kg*m^2": "1e-4 kg*m^2 or 0.0001",
     "s": "2 ms or 0.002",
     "rad": "30 deg or 0.52",
-    "rad/s": "5000 rpm, 80 Hz (turns per second) or 523.6 rad/s",
+    "rad/s": "5000 rpm, 5000 1/min, 80 Hz (turns per second) or 523.6 rad/s",
     "m/s": "1 mm/s or 0.001",
     "m/s^2": "9.81 m/s^2 or 9.81",
     "N": "5 kN or 5000",
@@ -74,6 +78,7 @@ _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\
 _POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
 _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
 _PART = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
+_PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
 _LONGEST = 200  # characters; a quantity has no use for more
 
 
@@ -104,6 +109,26 @@ def exact(value: Any, unit: str) -> Fraction:
         return Fraction(repr(float(value)))
     except (OverflowError, ValueError):
         raise InputError(_infinite(value, unit)) from None
+
+
+def has_unit(value: Any) -> bool:
+    """Return whether a quantity is text with a unit."""
+    match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+    return match is not None and bool(match[2])
+
+
+def is_bare(value: Any) -> bool:
+    """Return whether a quantity is a number without a unit, but not 0, which is the same in every unit."""
+    if isinstance(value, str):
+        match = _QUANTITY.fullmatch(value) if len(value) <= _LONGEST else None
+        return match is not None and not match[2] and float(match[1]) != 0.0
+    return isinstance(value, int | float) and not isinstance(value, bool) and value != 0
+
+
+def said(value: Any, unit: str) -> str:
+    """Return a quantity as it was written, the SI `unit` it is in behind it where it has none."""
+    text = f"{value:.15g}" if isinstance(value, float) else str(value)
+    return text if has_unit(value) or unit in ("1", "") else f"{text} {unit}"
 
 
 def expected(unit: str) -> str:
@@ -160,6 +185,8 @@ def _from_text(text: str, unit: str) -> Fraction:
         scale = Fraction(1)
     elif written == "%" and unit == "1":
         scale = Fraction(1, 100)
+    elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, written):  # of a shaft these are turns, as on a rating plate
+        scale, _ = _unit("rpm", text)
     else:
         scale, dimension = _unit(written, text)
         if dimension != _unit(unit, unit)[1]:

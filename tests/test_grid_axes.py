@@ -96,7 +96,15 @@ AXES = {
     ),
     "too wide": (
         f"{JOINT}.clearance: [0.1 mm, 11 mm]",
-        f"22:32: {JOINT}.clearance: found 0.011; allowed: below",
+        f"22:32: {JOINT}.clearance: found 11 mm; allowed: below 10 mm",
+    ),
+    "half without a unit": (
+        "drive.speed: [200 rpm, 0, 500]",
+        "22:29: sweep.drive.speed: found 500 without a unit beside '200 rpm'; alone it would mean 500 rad/s",
+    ),
+    "an end without a unit": (
+        "drive.speed: {linspace: [200, 500 rpm, 4]}",
+        "22:28: sweep.drive.speed: found 200 without a unit beside '500 rpm'; alone it would mean 200 rad/s",
     ),
     "short run": (
         "simulate.revolutions: [2, 20]",

@@ -77,7 +77,7 @@ def test_law_names_go_in_step_with_what_they_use(at):
 def test_values_in_step_are_compared_row_by_row(at):
     cases = at(f"zip:\n  {CLEARANCE}: [1 mm, 11 mm]\n  {JOINT}.bearing_radius: [10 mm, 20 mm]\n")
     assert len(cases) == 2
-    with pytest.raises(InputError, match=r"found 0\.011; allowed: below 0\.01"):
+    with pytest.raises(InputError, match=r"found 11 mm; allowed: below 10 mm"):
         at(f"zip:\n  {CLEARANCE}: [11 mm, 1 mm]\n  {JOINT}.bearing_radius: [10 mm, 20 mm]\n")
 
 
@@ -300,7 +300,7 @@ MISTAKES = {
     "low above high": (
         sample({SPEED: "{uniform: [2, 1]}"}),
         "",
-        f"grid.yaml:22:26: sample.over.{SPEED}: uniform: the low end 2 is above the high end 1",
+        f"grid.yaml:22:26: sample.over.{SPEED}: uniform: the low end 2 rad/s is above the high end 1 rad/s",
     ),
     "end out of range": (
         sample({RESTITUTION: "{uniform: [0.5, 1.5]}"}),
@@ -350,7 +350,7 @@ MISTAKES = {
     "mean outside": (
         sample({SPEED: "{normal: {mean: 100, cv: 0.1, low: 110}}"}),
         "",
-        f"grid.yaml:22:25: sample.over.{SPEED}: normal: the mean 100 is not between low 110 and high inf",
+        f"grid.yaml:22:25: sample.over.{SPEED}: normal: the mean 100 rad/s is not between its bounds (low 110 rad/s)",
     ),
     "endless lognormal": (
         sample({"mechanism.gravity": "{lognormal: {mean: 1, cv: 1e300}}"}),
@@ -360,7 +360,7 @@ MISTAKES = {
     "negative lognormal": (
         sample({"mechanism.gravity": "{lognormal: {mean: -1, cv: 0.1}}"}),
         "",
-        "grid.yaml:22:34: sample.over.mechanism.gravity: lognormal: found the mean -1; it has to be above 0",
+        "grid.yaml:22:34: sample.over.mechanism.gravity: lognormal: found the mean -1 m/s^2; it has to be above 0",
     ),
     "draws that do not fit together": (
         sample({CLEARANCE: "{uniform: [1 mm, 15 mm]}"}),

@@ -19,6 +19,9 @@ READS = [
     (" 20 um ", "m", 20e-6),
     ("20 µm", "m", 20e-6),
     ("1 in", "m", 0.0254),
+    ("2 lb", "kg", 0.90718474),
+    ("1 lbf", "N", 4.4482216152605),
+    ("1 psi", "Pa", 6894.757293168362),
     ("6.61e10 N/m^1.5", "N/m^1.5", 6.61e10),
     ("1e6 N/mm", "N/m", 1e9),
     ("2e-14 m^2/N", "m^2/N", 2e-14),
@@ -70,6 +73,21 @@ def test_the_spelling_of_the_unit_does_not_change_a_bit(number):
 def test_a_bare_number_comes_back_as_it_is_whether_number_or_text(number):
     assert (
         quantity.read(number, "m") == number == quantity.read(repr(number), "m") == quantity.read(f"{number!r} m", "m")
+    )
+
+
+@pytest.mark.parametrize("written", ["90 1/min", "90/min", "90 min^-1", "90 rpm"])
+def test_a_shaft_that_turns_so_often_a_minute_is_read_as_its_rating_plate_has_it(written):
+    assert quantity.read(written, "rad/s") == pytest.approx(3.0 * math.pi, rel=1e-15, abs=0.0)
+    assert quantity.read("90 1/min", "1/s") == 1.5
+
+
+def test_a_quantity_is_repeated_as_it_was_written():
+    assert quantity.said("20 mm", "m") == "20 mm"
+    assert (quantity.said("500", "rad/s"), quantity.said(0.1, "m"), quantity.said("3", "1")) == (
+        "500 rad/s",
+        "0.1 m",
+        "3",
     )
 
 

@@ -11,6 +11,7 @@ import sys
 import time
 from pathlib import Path
 
+import fake_physics
 import numpy as np
 import psutil
 import pytest
@@ -19,7 +20,7 @@ from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake,
 from fake_sweeps import sweep
 
 from clearsweep import errors
-from clearsweep.sweeping import estimate, executors, progress
+from clearsweep.sweeping import closing, estimate, executors, progress
 from clearsweep.sweeping.driver import Batches
 from clearsweep.sweeping.worker import Manifest
 
@@ -361,6 +362,63 @@ def test_bad_options_are_refused_before_anything_is_written(tmp_path, options, n
     with pytest.raises(errors.InputError, match=named):
         quiet(grid(1), tmp_path / "run", **options)
     assert not (tmp_path / "run").exists()
+
+
+def test_a_dry_run_shows_a_case_and_what_si_is_assumed_for(tmp_path):
+    source = grid(2, drive={"speed": 100})
+    source["joints"]["rod-slider"]["length"] = 0.02
+    found = estimate.estimate(source, tmp_path / "run", simulator=Fake)
+    assert found.assumed["drive.speed"] == {"unit": "rad/s", "values": [100.0]}
+    assert found.assumed["mechanism.slider.mass"] == {"unit": "kg", "values": [0.1, 0.101]}
+    assert "joints.rod-slider.length" in found.assumed
+    assert "joints.rod-slider.clearance" not in found.assumed  # 0.5 mm
+    assert found.case["values"]["joints.rod-slider.clearance"] == 0.5e-3
+    text = closing.estimate_text(found._asdict())
+    assert "no unit is written, so SI it is: drive.speed = 100 rad/s = 954.9 rpm\n" in text
+    assert "no unit is written, so SI it is: mechanism.slider.mass = 0.1 to 0.101 kg" in text
+    assert "  joints.rod-slider: clearance 0.5 mm, bearing_radius 10 mm, length 20 mm" in text
+
+
+def test_what_a_first_case_compiles_and_cases_that_differ_do_not_spoil_the_estimate():
+    counts = np.bincount(np.array(estimate.chosen(6400)) // 100)
+    assert counts.tolist() == [1] * 64  # one of each stretch
+    assert len(set(np.array(estimate.chosen(6400)) % 5)) == 5  # of an axis of five values each is met
+    assert sorted(estimate.chosen(3)) == [0, 1, 2]
+
+
+class Warming(Fake):
+    """Its first case of all takes as long as if it compiled something."""
+
+    solved = 0
+
+    @classmethod
+    def solve(cls, case):
+        """Return a made-up trajectory."""
+        cls.solved += 1
+        time.sleep(1.0 if cls.solved == 1 else 0.01)
+        return fake_physics.trajectory(case)
+
+
+def test_the_time_that_a_first_case_compiles_is_no_part_of_the_estimate(tmp_path):
+    assert estimate.estimate(grid(20), tmp_path / "run", jobs=1, simulator=Warming).case_seconds < 0.05
+
+
+def test_the_bar_moves_with_every_case_and_its_time_left_does_not_jump(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    bar = progress.Bar(1000)
+    said = []
+    for step in range(100):  # ten cases a second, a batch of fifty every five; the first second passes in starting up
+        now[0] += 1.0 if step == 0 else 0.1
+        done = step
+        bar.advance(50 if step and step % 50 == 0 else 0, 0)
+        bar.look(done - bar.done)
+        if bar.bar.n == done and (left := bar.pace.left(done, 1000)) is not None:  # it was drawn
+            said.append(left + now[0])
+    assert bar.bar.n > 90
+    assert len(said) > 10
+    assert max(said) - min(said) < 10.0  # s: the end that is foretold stays where it is
+    bar.__exit__()
 
 
 def test_progress_in_a_log_is_a_line_now_and_then(capsys, monkeypatch):

@@ -6,6 +6,7 @@ from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .json_schema import schema
 from .key_units import key_units
 from .reference import markdown
+from .resolve import leaves
 from .room import check_disk, check_memory, history_bytes, largest_history, usual_history
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "identity",
     "key_units",
     "largest_history",
+    "leaves",
     "load",
     "markdown",
     "schema",

@@ -1,6 +1,6 @@
 """Reads the values of one axis of a sweep: a list, or values evenly spaced on a linear or a logarithmic scale."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from .. import quantity
@@ -35,6 +35,8 @@ def axis(
     if isinstance(written.value, list):
         if not written.value:
             problems.add(written, where, "the list is empty; write at least one value, or leave the path out")
+        if half_bare(problems, where, written.value, reading.unit):
+            return None
         return _distinct(problems, where, written, reading) if distinct else _repeatable(written, reading)
     if (
         reading.unit
@@ -49,6 +51,31 @@ def axis(
         written, where, f"found {shown(written.value)}; expected a list such as [a, b]{spaced if reading.unit else ''}"
     )
     return None
+
+
+def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], unit: str) -> bool:
+    """Note numbers without a unit beside others that have one, and return whether there are any.
+
+    `[200 rpm, 500]` would mean 500 rad/s, which hardly anybody who writes it means.
+    """
+    items = list(items)
+    named = next((item for item in items if _reads(item.value, unit)), None) if unit not in ("", "1") else None
+    bare = [item for item in items if quantity.is_bare(item.value)] if named else []
+    for item in bare:
+        sentence = (
+            f"found {item.value} without a unit beside {shown(named.value if named else '')}; alone it would mean "
+            f"{item.value} {unit}: write the unit of each, or of none"
+        )
+        problems.add(item, where, sentence)
+    return bool(bare)
+
+
+def _reads(value: Any, unit: str) -> bool:
+    """Return whether a quantity is written with a unit of the right dimension."""
+    try:
+        return quantity.has_unit(value) and quantity.exact(value, unit) is not None
+    except InputError:
+        return False
 
 
 def _repeatable(written: WrittenValue, reading: Reading) -> list[Any] | None:
@@ -94,7 +121,7 @@ def _generated(problems: Problems, where: str, kind: str, given: WrittenValue, r
             raise InputError(f"found the count {count:.15g}; expected a whole number from 2 to {_MOST_VALUES}")
         if kind == "logspace":
             values = _powers(items, int(count), reading.unit)
-        elif None in [reading.value(item) for item in items[:2]]:
+        elif half_bare(problems, where, items[:2], reading.unit) or None in [reading.value(each) for each in items[:2]]:
             return None
         else:
             values = _between(kind, items, int(count), reading.unit)

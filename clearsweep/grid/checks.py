@@ -53,8 +53,8 @@ def _until(draft: Draft) -> None:
     if least and most and min(most) < max(least):
         path = "simulate.until.max_revolutions"
         sentence = (
-            f"found {min(most):.15g}; allowed: at least {max(least):.15g}, the value of simulate.revolutions, the "
-            "shortest run"
+            f"found {draft.said(path, min(most))}; allowed: at least "
+            f"{draft.said('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest run"
         )
         draft.problems.add(draft.place(path), path, sentence)
     path = "simulate.until.figure"
@@ -84,7 +84,8 @@ def _below(draft: Draft, low: str, high: str, reason: str, *, equal: bool = Fals
     draft.problems.add(
         draft.place(where),
         where,
-        f"found {max(lows):.15g}; allowed: {word} {min(highs):.15g}, the value of {high}; {reason}",
+        f"found {draft.said(low, max(lows))}; allowed: {word} {draft.said(high, min(highs))}, the value of {high}; "
+        f"{reason}",
     )
 
 
@@ -146,8 +147,8 @@ def _elastic(draft: Draft, joint: str, catalogue: Catalogue) -> None:
             outside = [value for value in draft.reached(f"{joint}.{path}") if not low <= value <= high]
             if outside:
                 sentence = (
-                    f"found {outside[0]:.15g}; elastic '{chosen.name}' allows {low:.15g} to {high:.15g}"
-                    f"{'' if unit == '1' else f' ({unit})'}: {reason}"
+                    f"found {draft.said(f'{joint}.{path}', outside[0])}; elastic '{chosen.name}' allows {low:.15g} to "
+                    f"{high:.15g}{'' if unit == '1' else f' ({unit})'}: {reason}"
                 )
                 draft.problems.add(draft.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
 
@@ -215,7 +216,8 @@ def _wear(draft: Draft, joint: str) -> None:
         largest = max(draft.reached(path), default=0.0)
         if largest * hardness > _LARGEST_WEAR:
             sentence = (
-                f"found {largest:.15g} m^2/N, times the hardness {hardness:.15g} Pa {largest * hardness:.3g}; allowed: "
+                f"found {draft.said(path, largest)}, times the hardness {draft.said(f'{wear}.hardness', hardness)} "
+                f"{largest * hardness:.3g}; allowed: "
                 f"at most {_LARGEST_WEAR}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
             draft.problems.add(draft.place(path), path, sentence)

@@ -1,9 +1,12 @@
 """What a document says, path by path, as far as it has been read."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+from .. import quantity
 from ..catalogue import Mechanism
+from ..errors import InputError
 from ..outline import Outline
 from .document import Problems, WrittenValue
 from .keys import Number, Shape
@@ -39,6 +42,18 @@ class Draft:
         while path and path not in self.swept and path not in self.written and path not in self.sections:
             path = path.rpartition(".")[0]
         return self.swept.get(path) or self.written.get(path) or self.sections[path]
+
+    def said(self, path: str, value: Any) -> str:
+        """Return a value that `path` takes as it was written, or in SI where it follows from what is written."""
+        node = self.shape.get(path)
+        unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.used(self.names) else "1"
+        place = self.swept.get(path) or self.written.get(path)
+        items = [] if place is None else place.value if isinstance(place.value, list) else [place]
+        for item in items:
+            with suppress(InputError):
+                if quantity.read(item.value, unit) == value:
+                    return quantity.said(item.value, unit)
+        return quantity.said(float(value), unit)
 
     def there(self, path: str) -> bool:
         """Return whether a value or a section is written, or swept."""

@@ -18,6 +18,7 @@ from ..layout import Layout
 from ..outline import Outline
 from ..verdict import Verdict, figures_of, limits_of
 from . import checks, variations
+from .assumed import assumed
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
@@ -66,6 +67,7 @@ def load(source: str | PathLike | Mapping, catalogue: Catalogue, overrides: Mapp
         {draft.way[paths[0]]: paths for paths in variations.steps(draft)},
         _sample(draft),
         draft.outline,
+        assumed(draft),
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -134,6 +136,7 @@ class Grid:
     _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
     _sample: dict[str, Any]
     _outline: Outline
+    assumed: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
     _layout: Layout | None = None
 
     @cached_property

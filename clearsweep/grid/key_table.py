@@ -110,6 +110,7 @@ _UNTIL = (
         default=500.0,
     ),
 )
+_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run goes on, so they cannot be judged"
 _HORIZON = Flag("find the Lyapunov exponent and how far ahead the motion can be foretold, by a second run beside it")
 _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store how far every figure differs")
 _IMPACTS = Field(
@@ -159,7 +160,10 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
         tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
     for site in mechanism.joints:
         _SITES[site.kind](tree, f"joints.{site.name}", site, catalogue)
-    (_revolutions if mechanism.turns else _impacts)(tree, settling(catalogue, mechanism))
+    if mechanism.turns:
+        _revolutions(tree, settling(catalogue, mechanism), settling(catalogue, mechanism, settles=False))
+    else:
+        _impacts(tree)
     if mechanism.free:
         _numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
         del tree["simulate.horizon"]  # disturbed, a free crank turns at another speed: the two are not compared
@@ -188,8 +192,8 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
         tree[f"{keys.path}.{columns.name}"] = Table(columns)
 
 
-def _revolutions(tree: Shape, judged: tuple[str, ...]) -> None:
-    """Enter how long to run what turns, and what to save of it; `judged` are the figures that `until` can judge."""
+def _revolutions(tree: Shape, judged: tuple[str, ...], others: tuple[str, ...]) -> None:
+    """Enter how long to run what turns, and what to save of it; `until` can judge some figures, and no `others`."""
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
     _numbers(tree, "simulate", _SIMULATE)
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
@@ -198,13 +202,14 @@ def _revolutions(tree: Shape, judged: tuple[str, ...]) -> None:
     _numbers(tree, "simulate", _TIME_BUDGET, sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section("end a case when a figure has settled or its motion is periodic", "optional")
-    tree["simulate.until.figure"] = Word(judged, "the column of the summary whose 95 % interval is judged")
+    text = "the column of the summary whose 95 % interval is judged"
+    tree["simulate.until.figure"] = Word(judged, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     _numbers(tree, "simulate.until", _UNTIL, sweep=False)
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
     _numbers(tree, "save", (_SAVED, _SAMPLES), sweep=False)
 
 
-def _impacts(tree: Shape, _judged: tuple[str, ...]) -> None:
+def _impacts(tree: Shape) -> None:
     """Enter how long to run what does not turn, and what to save of it."""
     tree["simulate"] = Section("how long and how exactly", "implied")
     _numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))

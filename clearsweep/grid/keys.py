@@ -46,6 +46,7 @@ class Word(NamedTuple):
     when: tuple[Condition, ...] = ()
     idle: bool = False  # may be written where it is not in use
     rather: tuple[str, tuple[str, ...]] = ("", ())  # another default, where one of these paths is written or swept
+    refused: Mapping[str, str] = {}  # a word that might be expected here -> why it is not allowed
 
     def used(self, names: Names) -> bool:
         """Return whether the key is in use with the law names in play."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from .. import quantity
 from ..catalogue import Field
 from ..errors import InputError, nearest, shown
-from .axes import Reading
+from .axes import Reading, half_bare
 from .document import Problems, WrittenValue
 
 if TYPE_CHECKING:
@@ -198,12 +198,13 @@ def _ends(problems: Problems, where: str, kind: str, given: WrittenValue, readin
         problems.add(given, where, f"{kind}: found {shown(given.value)}; expected [low, high]")
         return None
     low, high = (reading.value(item) for item in given.value)
-    if low is None or high is None:
+    if half_bare(problems, where, given.value, reading.unit) or low is None or high is None:
         return None
+    first, last = (quantity.said(item.value, reading.unit) for item in given.value)
     if low > high:
-        problems.add(given, where, f"{kind}: the low end {low:.15g} is above the high end {high:.15g}; swap them")
+        problems.add(given, where, f"{kind}: the low end {first} is above the high end {last}; swap them")
     if kind == "loguniform" and low <= 0.0:
-        problems.add(given, where, f"loguniform: found {low:.15g}; both ends have to be above 0; use uniform")
+        problems.add(given, where, f"loguniform: found {first}; both ends have to be above 0; use uniform")
     return {"low": low, "high": high}
 
 
@@ -223,7 +224,15 @@ def _moments(
     if ("std" in given.value) == ("cv" in given.value) or "mean" not in given.value:
         problems.add(given, where, f"{kind}: expected mean and either std or cv: {DISTRIBUTIONS[kind]}")
         return None
+    lengths = [item for key, item in given.value.items() if key != "cv"]
+    if half_bare(problems, f"{where}.{kind}", lengths, reading.unit):
+        return None
     mean = reading.value(given.value["mean"])
+    written = {
+        key: quantity.said(item.value, reading.unit)
+        for key, item in given.value.items()
+        if key in ("mean", "low", "high")
+    }
     values = {
         key: _quantity(problems, where, given.value[key], "1" if key == "cv" else reading.unit)
         for key in known[1:]
@@ -241,10 +250,14 @@ def _moments(
     if kind == "truncated-normal" and "low" not in numbers and "high" not in numbers:
         problems.add(given, where, "truncated-normal: has no bound; write low, high or both, or use normal")
     if not low <= mean <= high or low == high:
-        sentence = f"{kind}: the mean {mean:.15g} is not between low {low:.15g} and high {high:.15g}; change one"
+        limits = " and ".join(f"{key} {written[key]}" for key in ("low", "high") if key in written)
+        sentence = f"{kind}: the mean {written['mean']} is not between its bounds ({limits}); change one"
         problems.add(given, where, sentence)
     if kind == "lognormal" and mean <= 0.0:
-        problems.add(given, where, f"lognormal: found the mean {mean:.15g}; it has to be above 0; use normal")
+        sentence = (
+            f"lognormal: found the mean {quantity.said(given.value['mean'].value, reading.unit)}; it has to be above 0"
+        )
+        problems.add(given, where, f"{sentence}; use normal")
     bounds = {key: numbers[key] for key in ("low", "high") if key in numbers}
     return {"mean": mean, "std": std} | bounds
 

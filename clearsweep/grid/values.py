@@ -8,7 +8,7 @@ from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
 from . import judged, table_key, variations
-from .axes import Reading
+from .axes import Reading, half_bare
 from .document import Problems, WrittenValue
 from .draft import Draft
 from .key_table import shape
@@ -90,6 +90,8 @@ def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
             draft.problems.add(written, path, f"found {shown(content)}; expected a list of two {example}")
             draft.broken.add(path)
             return
+        first = whole.get(f"{path}.0")
+        half_bare(draft.problems, path, content, first.uses[0].field.unit if isinstance(first, Number) else "")
         content = {str(k): item for k, item in enumerate(content)}
     if content is None and isinstance(section, Section) and section.need == "implied":
         content = {}
@@ -155,9 +157,9 @@ def _word(draft: Draft, path: str, node: Word) -> None:
             return written.value
         noun = f"unknown {node.noun}"
         hint = nearest(written.value, node.options) if isinstance(written.value, str) else ""
-        draft.problems.add(
-            written, path, f"{noun} {shown(written.value)}{hint} (known: {', '.join(node.options) or 'none'})"
-        )
+        known, reason = ", ".join(node.options) or "none", node.refused.get(str(written.value))
+        what = f"found {shown(written.value)}; {reason}" if reason else f"{noun} {shown(written.value)}"
+        draft.problems.add(written, path, f"{what}{hint} (known: {known})")
         draft.unsure.add(path)
         return None
 

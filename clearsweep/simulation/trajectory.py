@@ -20,6 +20,7 @@ from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
 from ..validity import UNCHECKED, Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
+from . import compiling
 from .figures import COST, figures_of
 from .revolutions import begun, marks_of, period_in, spreads_of
 from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, unit_of
@@ -204,7 +205,8 @@ def compile_for(case: Case) -> None:
     scene = build(case)
     end = scene.turning.at(1e-3 / (2.0 * math.pi))
     bare = case.save.orbits == "none" and not scene.layout.until
-    integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
+    with compiling.told():
+        integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
 
 
 def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:

@@ -192,18 +192,50 @@ def estimate_text(facts: dict[str, Any]) -> str:
         f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them there already, "
         f"{facts['pending']:,} to run",
         *derived_lines(facts["derived"]),
+        *_assumed_lines(facts["assumed"]),
+        *_case_lines(facts["case"]),
     ]
     if facts["seconds"] is None:
         lines.append("time: unknown, a timed case did not end within a minute")
     elif facts["pending"]:
+        spread = facts["give_or_take"] > 0.1 * facts["seconds"]
         lines.append(
-            f"time: about {clock(facts['seconds'])} ({cases(facts['timed'])} timed, "
-            f"{friendly(facts['case_seconds'], 's')} each)"
+            f"time: about {clock(facts['seconds'])}"
+            + (f", give or take {clock(facts['give_or_take'])}" if spread else "")
+            + f" ({cases(facts['timed'])} timed, {friendly(facts['case_seconds'], 's')} each, the longest "
+            f"{friendly(facts['longest'], 's')})"
         )
     if facts["pending"]:
         lines.append(f"storage: about {size(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
+
+
+def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
+    """Return one line for each quantity that is written without a unit."""
+    lines = []
+    for path, each in assumed.items():
+        values = " to ".join(f"{value:.6g}" for value in each["values"])
+        known = " to ".join(friendly(value, each["unit"], speed=path.endswith("speed")) for value in each["values"])
+        same = known == f"{values} {each['unit']}"
+        lines.append(
+            f"no unit is written, so SI it is: {path} = {values} {each['unit']}{'' if same else f' = {known}'}"
+        )
+    return lines
+
+
+def _case_lines(case: dict[str, Any]) -> list[str]:
+    """Return the values of a case, a line for each section."""
+    sections: dict[str, list[str]] = {}
+    for path, value in case["values"].items():
+        section, _, key = path.rpartition(".")
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        text = friendly(value, case["units"].get(path, "1"), speed=path.endswith("speed")) if number else str(value)
+        sections.setdefault(section, []).append(f"{key} {text}")
+    return [
+        f"the first case ({case['case_id']}), with every default:",
+        *(f"  {section}: {', '.join(texts)}" for section, texts in sections.items()),
+    ]
 
 
 def cases(count: int) -> str:

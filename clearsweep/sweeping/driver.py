@@ -103,6 +103,7 @@ class Driver:
                 done, _ = wait(self.window, timeout=TICK, return_when=FIRST_COMPLETED)
                 for future in done or self._orphans():
                     self._settle(future)
+                self.progress.look(self._in_hand())
             self._drain()
             raise signals.Stopped(
                 signals.requested(),
@@ -225,6 +226,11 @@ class Driver:
             if batch.name in committed or (note and not _alive(note.process)):
                 self.doubtful.setdefault(future, now)
         return [future for future, since in list(self.doubtful.items()) if now - since > PATIENCE]
+
+    def _in_hand(self) -> int:
+        """Return how many cases of the batches under way are done, as far as their workers can be looked at."""
+        notes = () if self.executor.elsewhere else (read_note(self.job, batch) for batch in self.window.values())
+        return sum(note.batch_index for note in notes if note)
 
     def _drain(self) -> None:
         """Let the workers finish the case they are at, end them, and take in what they have committed."""

@@ -4,7 +4,7 @@ import errno
 import shutil
 import time
 from collections.abc import Mapping
-from concurrent.futures import BrokenExecutor, wait
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -269,11 +269,8 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
 def warm(workers: executors.Executor, grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> None:
     """Compile each kind of scene once, in one worker; what fails there fails again as a case, where it is recorded."""
     cases = kinds(grid, pending, simulator)
-    future = workers.submit(compile_all, simulator, cases)
-    if wait([future], timeout=2.0).not_done:
-        progress.say(f"compiling {len(cases)} kind{'s' if len(cases) > 1 else ''} of scene (kept for later runs)")
     try:
-        future.result()
+        workers.submit(compile_all, simulator, cases).result()
     except BrokenExecutor:
         workers.restart()
     except Exception as error:

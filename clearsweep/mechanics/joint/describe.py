@@ -5,7 +5,7 @@ import textwrap
 
 from ...case import Contact, Joint, Material, Materials
 from ...catalogue import Columns, Field, Law
-from ...errors import InputError, nearest
+from ...errors import InputError, likely
 from ..mechanism import MECHANISMS
 from ..mechanism.drives import DRIVES
 from ..mechanism.loads import LOADS
@@ -50,7 +50,10 @@ def text(name: str | None = None) -> str:
     chosen = [law for law in everything if law.name == name]
     if not chosen:
         known = dict.fromkeys(law.name for law in everything)
-        raise InputError(f"list: unknown law '{name}'{nearest(name, known)} (known: {', '.join(known)})")
+        like = likely(name, known)
+        near = f"; did you mean '{like[0]}'?" if len(like) == 1 else f"; there are {', '.join(like)}" if like else ""
+        rest = "`clearsweep list` tells all" if like else f"known: {', '.join(known)}"
+        raise InputError(f"list: unknown law '{name}'{near} ({rest})")
     return "\n\n".join(map(_described, chosen))
 
 
