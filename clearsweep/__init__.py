@@ -19,7 +19,7 @@ _HOMES = {
     "simulate": "simulation",
     "sweep": "sweeping.sweep",
     "merge": "sweeping.merge",
-    "open": "store",
+    "open": "report",
     "Trajectory": "results",
     "ClearsweepError": "errors",
     "InputError": "errors",

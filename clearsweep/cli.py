@@ -156,15 +156,19 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/report.html.")
 @click.option("--tables", type=click.Path(path_type=Path), metavar="DIR", help="Write the tables as CSV here, too.")
 @click.option("--median", is_flag=True, help="Maps show the median over the axes left out, not the worst case.")
+@click.option("--all", "all_cases", is_flag=True, help="Of all cases in DIR, not of the grid last run there alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
-def report(directory: Path | None, out: Path | None, tables: Path | None, median: bool, as_json: bool) -> None:
+def report(  # noqa: PLR0913 - one argument per option
+    directory: Path | None, out: Path | None, tables: Path | None, median: bool, all_cases: bool, as_json: bool
+) -> None:
     """Write the report of a run (default: the newest below results) as one page that needs no network."""
     from . import report as reports
     from . import store
+    from .sweeping.everything import everything
 
-    stored = store.open(directory or store.newest(RESULTS))
-    with _writing():
-        files = {"report": str(reports.write(stored, out or stored.directory / "report.html", typical=median))}
+    directory = directory or store.newest(RESULTS)
+    with everything(directory) if all_cases else contextlib.nullcontext(store.open(directory)) as stored, _writing():
+        files = {"report": str(reports.write(stored, out or directory / "report.html", typical=median))}
         if tables:
             reports.tables(stored, tables)
             files["tables"] = str(tables)
@@ -223,11 +227,12 @@ def draw(grid: Path, out: Path | None) -> None:
 @click.argument("case_id")
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/CASE_ID.html.")
 def show(directory: Path, case_id: str, out: Path | None) -> None:
-    """Run one case again and draw its orbit, force and events."""
+    """Run one case again and draw its orbit, force and events; the first characters of CASE_ID will do."""
     from . import report as reports
     from . import store
 
     stored = store.open(directory)
+    case_id = stored.full_id(case_id)
     with _writing():
         page = reports.show(stored, case_id, out or stored.directory / f"{case_id}.html")
     click.echo(page)

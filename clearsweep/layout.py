@@ -113,6 +113,11 @@ class Layout(NamedTuple):
         """Return the names of all contacts, as events have them."""
         return tuple(name for joint in self.joints for name in joint.contacts)
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Return name -> SI unit of every column and channel."""
+        return {each.name: each.unit for each in (*self.columns, *self.channels)}
+
     def written(self) -> dict[str, Any]:
         """Return the layout as run.json holds it."""
         listed = {name: [each._asdict() for each in getattr(self, name)] for name in _LISTED}

@@ -47,8 +47,8 @@ watt = joule / second = W
 """
 _BASE = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
 _COMMON = (
-    "m mm um nm cm in inch kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN lbf Pa kPa MPa GPa bar psi "
-    "J mJ kJ W"
+    "m mm um nm cm in inch kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN lbf Pa kPa MPa GPa bar "
+    "psi J mJ kJ W"
 )
 _WORDS = (
     "metre meter millimetre millimeter micrometre micrometer kilogram gram second minute hour radian degree "

@@ -1,9 +1,13 @@
 """What a case came to: its figures, events, wear and time histories.  What they mean is in `layout`."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import xarray  # not needed where it is not asked for
 
 #: Approach speed in m/s above which steel may yield: about 1e-5 sqrt(E/rho), E = 207 GPa, rho = 7850 kg/m^3.
 #: Love's criterion for impacts that stay elastic, as Lankarani and Nikravesh 1990 use it.
@@ -15,7 +19,7 @@ EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", 
 TIMINGS = frozenset({"run_time"})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """One case's result: histories by channel name, events, wear, figures of merit, and how the run ended.
 
@@ -29,6 +33,7 @@ class Trajectory:
         crank angle 0 of every revolution, and 'poincare/revolution', which that is. Empty where no history was kept.
     summary : dict of column name to value; None for what could not be computed.
     status, message : 'ok' and '', or a word and the sentence that explains it.
+    units : dict of channel or column name to SI unit.
     """
 
     status: str
@@ -38,6 +43,41 @@ class Trajectory:
     events: np.ndarray = field(default_factory=lambda: np.empty(0, EVENT_DTYPE))
     wear: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     poincare: dict[str, np.ndarray] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        if self.status != "ok":
+            return f"<Trajectory {self.status}: {self.message}>"
+        span = f" from {self.t[0]:.6g} to {self.t[-1]:.6g} s" if self.t.size else ""
+        return (
+            f"<Trajectory ok: {self.t.size:,} samples of {len(self.channels)} channels{span}, {len(self.events):,} "
+            f"events, {len(self.summary)} figures{f'; {self.message}' if self.message else ''}>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: orbits and normal forces of the joints, and the figures with their units."""
+        from .preview import page
+
+        return page(repr(self), self.channels, self.summary, self.units)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return the time histories as an xarray.Dataset over `t` (s), unit of each and figures in `attrs`.
+
+        Needs xarray, which `pip install "clearsweep[xarray]"` brings; an ImportError says so.
+        """
+        try:
+            import xarray
+        except ImportError as error:
+            raise ImportError('to_xarray needs xarray: pip install "clearsweep[xarray]"') from error
+        histories = {
+            name: ("t", values, {"units": self.units.get(name, "")})
+            for name, values in self.channels.items()
+            if name != "t"
+        }
+        figures = {name: value for name, value in self.summary.items() if value is not None}
+        return xarray.Dataset(
+            histories, {"t": ("t", self.t, {"units": "s"})}, {"status": self.status, "message": self.message} | figures
+        )
 
     @property
     def t(self) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .results import ELASTIC_ONSET
-from .wording import joint_name
+from .wording import joint_name, short_id
 
 #: Figure of a joint -> value above which there is a remark.
 THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0}
@@ -60,7 +60,7 @@ class Remarks:
             for word in _TOLD:
                 if remark := _remark(messages[place], word):
                     self.counts[word] += 1
-                    self.first.setdefault(word, (ids[place], remark))
+                    self.first.setdefault(word, (short_id(ids[place]), remark))
         for figure, threshold in THRESHOLDS.items():
             values = np.nan_to_num(np.array([cases[f"{joint}_{figure}"] for joint in self.joints], float))
             largest = values.max(axis=0)
@@ -88,14 +88,14 @@ class Remarks:
         return (
             f"Impacts leave the elastic range in {self._share('onset_rate_max')}: the fastest closes at {rate:.3g} "
             f"m/s, {rate / ELASTIC_ONSET:.2g} times the {ELASTIC_ONSET:g} m/s from about which steel may yield (case "
-            f"{case_id}, {joint}); a law that does not yield then overstates forces and understates losses."
+            f"{short_id(case_id)}, {joint}); a law that does not yield then overstates forces and understates losses."
         )
 
     def _deep(self, share: float, joint: str, case_id: str, message: str) -> str:
         worst = _remark(message, LAW_LIMIT) or f"{joint}, {_percent(share)} of the time"
         return (
             f"Contacts go deeper than their elastic law holds in {self._share('law_limit_fraction')}, longest in case "
-            f"{case_id}: {worst}"
+            f"{short_id(case_id)}: {worst}"
             ". The notes of clearsweep list NAME say how its force goes on."
         )
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 _SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·")
 BLANK = "\u00a0"  # number and unit stay on one line
 DASH, TIMES, MINUS = "\u2013", "\u00d7", "\u2212"
+SHORT_ID = 8  # characters of a case_id: of 10,000 cases two have the same in one run of a hundred
 _TURNS = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
 
 #: Per SI unit: (smallest magnitude that takes it, factor, unit shown), the largest first.
@@ -121,6 +122,17 @@ def count(number: int, noun: str, plural: str | None = None) -> str:
     return f"{_thousands(str(int(number)))} {noun if number == 1 else plural or noun + 's'}"
 
 
+def duration(seconds: float) -> str:
+    """Return a duration as '3 s', '4 min 20 s' or '5 h 10 min'."""
+    if seconds < 1.0:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if not minutes:
+        return f"{rest} s"
+    hours, minutes_left = divmod(minutes, 60)
+    return f"{hours} h {minutes_left} min" if hours else f"{minutes} min {rest} s"
+
+
 def sentence_list(words: list[str]) -> str:
     """Return words as 'a, b and c'."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else ""
@@ -139,6 +151,11 @@ def axis_name(path: str, joints: int = 1) -> str:
         words = _leaf(parts[2:])
         return words if joints == 1 else f"{words} ({joint_name(parts[1])})"
     return _leaf(parts[1:] if len(parts) > 1 else parts)
+
+
+def short_id(case_id: str) -> str:
+    """Return the first characters of a case_id, which tell the cases of a run apart and which commands accept."""
+    return case_id[:SHORT_ID]
 
 
 def joint_name(name: str) -> str:

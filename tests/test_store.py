@@ -330,11 +330,24 @@ def test_opening_what_is_no_run_says_so(tmp_path, mixed):
     with pytest.raises(DirectoryError, match="holds no run"):
         store.open(tmp_path / "nothing")
     _, run = mixed
-    with pytest.raises(InputError, match="no case 'abc'"):
-        run.orbit("abc")
+    with pytest.raises(InputError, match="no case 'abcx'"):
+        run.orbit("abcx")
+    with pytest.raises(InputError, match="no case ''"):
+        run.orbit("")
     (run.directory / "orbits.h5").unlink()
     with pytest.raises(DirectoryError, match="not finished"):
         store.open(run.directory)
+
+
+def test_the_first_characters_name_a_case_where_they_tell_it_apart(mixed):
+    ids = mixed[1].summary["case_id"].tolist()
+    for case_id in ids:
+        least = next(k for k in range(1, 17) if sum(other.startswith(case_id[:k]) for other in ids) == 1)
+        assert mixed[1].full_id(case_id[:least]) == mixed[1].full_id(case_id) == case_id
+        assert mixed[1].orbit(case_id[:least]).equals(mixed[1].orbit(case_id))
+        if least > 1:
+            with pytest.raises(InputError, match="cases begin with"):
+                mixed[1].full_id(case_id[: least - 1])
 
 
 def test_a_full_disk_is_a_storage_error_that_names_the_file(tmp_path, monkeypatch):

@@ -22,6 +22,7 @@ from fake_sweeps import sweep
 from clearsweep import errors
 from clearsweep.sweeping import closing, estimate, executors, progress
 from clearsweep.sweeping.driver import Batches
+from clearsweep.sweeping.everything import everything
 from clearsweep.sweeping.worker import Manifest
 
 pytestmark = pytest.mark.heavy
@@ -82,9 +83,26 @@ def test_a_larger_grid_runs_only_what_is_new_and_a_smaller_one_shows_only_its_ow
     quiet(grid(3), tmp_path / "run")
     assert quiet(grid(5), tmp_path / "run").ran == 2
     smaller = quiet(grid(2), tmp_path / "run")
-    assert smaller.ran == 0
+    assert (smaller.ran, smaller.others) == (0, 3)
+    assert "3 cases with other values on the axes stay stored" in closing.run_text(closing.of_run(smaller))
     assert len(smaller.open().summary) == 2
-    assert quiet(grid(5), tmp_path / "run").ran == 0
+    with everything(tmp_path / "run", Fake) as run:
+        every = run.summary
+        assert run.grid["sweep"]["mechanism.slider.mass"] == [0.1 + 0.001 * k for k in (0, 1, 2, 3, 4)]
+    assert len(smaller.open().summary) == 2
+    larger = quiet(grid(5), tmp_path / "run")
+    assert (larger.ran, larger.others) == (0, 0)
+    assert every.equals(larger.open().summary)
+
+
+@pytest.mark.parametrize("masses", [[0.1, 0.2, 0.3], [0.4]])
+def test_all_cases_of_a_directory_whose_axes_go_in_step_are_one_run(tmp_path, masses):
+    for values in ([0.1, 0.2], masses):
+        source = grid(cases={"mechanism.slider.mass": values, "mechanism.gravity": [GOOD] * len(values)})
+        del source["sweep"]
+        quiet(source, tmp_path / "run")
+    with everything(tmp_path / "run", Fake) as run:
+        assert sorted(run.summary["mechanism.slider.mass"]) == sorted({0.1, 0.2, *masses})
 
 
 def test_serial_and_parallel_runs_leave_the_same(tmp_path):

@@ -40,6 +40,15 @@ def run(*settings, **more):
     return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes | more)))
 
 
+def test_a_run_that_tells_how_far_it_is_is_the_same_to_the_last_bit(monkeypatch, capsys):
+    monkeypatch.setattr("clearsweep.simulation.telling.FIRST", 0.0)
+    scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN))
+    told, plain = clearsweep.simulate(scene, progress=True), clearsweep.simulate(scene)
+    assert figures(told) == figures(plain)
+    assert all(np.array_equal(told[name], plain[name]) for name in plain.channels)
+    assert "of 4, " in capsys.readouterr().err
+
+
 def figures(found):
     return {name: value for name, value in found.summary.items() if name not in COSTS}
 

@@ -1,10 +1,21 @@
 """Reports: one offline HTML page of a run, its tables as CSV, and one case simulated again and drawn."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ..store import StoredRun
+from ..store import StoredRun
+
+
+class Run(StoredRun):
+    """The results in one directory, as the store reads them, that can write their report."""
+
+    def report(self, out: str | Path | None = None) -> Path:
+        """Write the report as one self-contained HTML file, default report.html in the directory; return its path."""
+        return write(self, out or self.directory / "report.html")
+
+
+def open(directory: str | Path) -> Run:
+    """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none."""
+    return Run(directory)
 
 
 def write(run: "StoredRun", out: str | Path, *, typical: bool = False) -> Path:

@@ -6,6 +6,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
+from .. import wording
 from ..store import StoredRun, durable
 from . import interactive, sections
 from .picture import Picture, svg
@@ -54,7 +55,7 @@ def fill(template: str, **content: object) -> str:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters |= {"drawing": drawing, "form": _form, "json": interactive.data}
+    environment.filters |= {"drawing": drawing, "form": _form, "json": interactive.data, "short_id": wording.short_id}
     return environment.get_template(template).render(content)
 
 

@@ -55,7 +55,7 @@ def drawn(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
 
 
 def _title(study: Study, case_id: str) -> str:
-    return f"{study.run.grid.get('name') or 'case'}, case {case_id}"
+    return f"{study.run.grid.get('name') or 'case'}, case {wording.short_id(case_id)}"
 
 
 def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture]) -> str:

@@ -13,6 +13,7 @@ from ..case import Case
 from ..errors import InputError
 from ..grid import check_memory, history_bytes
 from ..layout import DIFFERENCE, SECTION_COUNT, Layout
+from ..mechanics.compiled.announce import announced
 from ..mechanics.joint import registry
 from ..mechanics.observe.record import Record, sample_states
 from ..mechanics.observe.tally import ONSETS, OPENED
@@ -20,11 +21,11 @@ from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
 from ..validity import UNCHECKED, Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
-from . import compiling
 from .figures import COST, figures_of
 from .revolutions import begun, marks_of, period_in, spreads_of
 from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, unit_of
 from .scene import Scene, build
+from .telling import Telling
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
 from .window import Window, by_joint, wear_of
@@ -65,7 +66,9 @@ _STATUS = {
 }
 
 
-def simulate(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Watcher] = ()) -> Trajectory:
+def simulate(
+    scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Watcher] = (), *, progress: bool = False
+) -> Trajectory:
     """Return the trajectory of a scene.
 
     Parameters
@@ -73,11 +76,16 @@ def simulate(scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Wa
     scene : what `load_case` or `scene.build` returned.
     times : (n,) s, increasing, within the run: where to report.  None: the case's own sampling.
     watchers : what looks at the run on its way, see `watch.drive`.
+    progress : whether to tell stderr now and then how far a long run is; no bit of the result depends on it.
 
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
     scene = dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
+    if progress and scene.mechanism.turns:
+        settings = scene.case.simulate
+        most = longest(settings) if scene.layout.until else settings.revolutions
+        watchers = (*watchers, Telling(settings.discard, most))
     trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if scene.layout.error_check:
         trajectory = _error_checked(scene, trajectory)
@@ -205,7 +213,7 @@ def compile_for(case: Case) -> None:
     scene = build(case)
     end = scene.turning.at(1e-3 / (2.0 * math.pi))
     bare = case.save.orbits == "none" and not scene.layout.until
-    with compiling.told():
+    with announced():
         integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
 
 
@@ -230,7 +238,7 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     window = window_of(scene, run, end)
     summary |= figures_of(window, failed=failed)
     if failed:
-        return Trajectory(status, message, summary)
+        return Trajectory(status, message, summary, units=scene.layout.units)
     summary |= run.figures
     limits = past_limits(
         (
@@ -247,7 +255,8 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
     )
     logged = _events_of(scene.layout, run.events)
-    return Trajectory(status, message, summary, histories, logged, window.wear, sections_of(scene, run))
+    sections, units = sections_of(scene, run), scene.layout.units
+    return Trajectory(status, message, summary, histories, logged, window.wear, sections, units)
 
 
 def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:

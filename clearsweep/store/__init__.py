@@ -5,7 +5,7 @@ from pathlib import Path
 import pyarrow
 
 from .assemble import merge
-from .batch import Axis, Form, Row, id_text
+from .batch import Axis, Form, Row, id_text, open_table
 from .compare import difference
 from .directory import SCRATCH, RunDirectory, commit
 from .read import StoredRun, newest, verify
@@ -26,6 +26,7 @@ __all__ = [
     "newest",
     "now",
     "open",
+    "open_table",
     "read_record",
     "status",
     "status_text",

@@ -157,11 +157,21 @@ class StoredRun:
                 if joint.wear_bins
             }
 
-    def _place(self, case_id: str) -> int:
-        place = int(np.searchsorted(self._ids, str(case_id).encode()))
-        if place == len(self._ids) or self._ids[place].decode() != case_id:
-            raise InputError(f"{self.directory}: no case {case_id!r}; the case_id column of summary.parquet lists them")
-        return place
+    def full_id(self, begin: str) -> str:
+        """Return the case_id that begins with `begin`; InputError where none does, or several do."""
+        return str(self._ids[self._place(begin)].decode())
+
+    def _place(self, begin: str) -> int:
+        """Return the row of the case whose case_id begins with `begin`."""
+        text = str(begin).encode()
+        first, last = np.searchsorted(self._ids, [text, text + b"g"])  # beyond every hexadecimal digit
+        if first == last or not text:
+            raise InputError(f"{self.directory}: no case {begin!r}; the case_id column of summary.parquet lists them")
+        if last - first > 1:
+            some = ", ".join(case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist())
+            more = ", ..." if last - first > 3 else ""
+            raise InputError(f"{self.directory}: {last - first} cases begin with {begin!r} ({some}{more}); write more")
+        return int(first)
 
     def _frame(self, case_id: str, each: str, paths: list[str]) -> "pd.DataFrame":
         import pandas as pd

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from .. import validity, verdict, wording
-from .progress import clock
 from .sweep import RunResult
 
 WORST_CASES = 5
@@ -48,6 +47,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "ok": result.ok,
         "failed": result.failed,
         "missing": result.missing,
+        "others": result.others,
         "statuses": dict(statuses),
         "joined": result.joined,
         "seconds": round(result.seconds, 3),
@@ -149,10 +149,17 @@ def _order(entry: dict[str, Any]) -> tuple[float, str]:
 def run_text(facts: dict[str, Any]) -> str:
     """Return the facts of a run as the lines a person reads."""
     left = f", {facts['missing']:,} left" if facts["missing"] else ""
-    done = f"{cases(facts['ran'])} ran in {clock(facts['seconds'])} ({facts['reused']:,} were there before)"
+    done = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} were there before)"
     if facts["joined"]:
-        done = f"{cases(facts['reused'])} of {facts['joined']} directories joined in {clock(facts['seconds'])}"
+        done = (
+            f"{cases(facts['reused'])} of {facts['joined']} directories joined in {wording.duration(facts['seconds'])}"
+        )
     lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
+    if facts["others"]:
+        lines.append(
+            f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet: a "
+            f"grid with these values has them again, `clearsweep report {facts['directory']} --all` shows all"
+        )
     lines += derived_lines(facts["derived"])
     lines += _limit_lines(facts)
     if facts["worst"]:
@@ -164,7 +171,8 @@ def run_text(facts: dict[str, Any]) -> str:
             + ", ".join(f"{count:,} {status}" for status, count in facts["statuses"].items() if status != "ok"),
         ]
         lines += [
-            f"  {entry['case_id']}  {_setting(entry['swept'], facts['units'])}: {entry['status']}: {entry['message']}"
+            f"  {wording.short_id(entry['case_id'])}  {_setting(entry['swept'], facts['units'])}: {entry['status']}: "
+            f"{entry['message']}"
             for entry in facts["failures"]
         ]
         lines += ["  --retry-failed runs them again"]
@@ -200,8 +208,8 @@ def estimate_text(facts: dict[str, Any]) -> str:
     elif facts["pending"]:
         spread = facts["give_or_take"] > 0.1 * facts["seconds"]
         lines.append(
-            f"time: about {clock(facts['seconds'])}"
-            + (f", give or take {clock(facts['give_or_take'])}" if spread else "")
+            f"time: about {wording.duration(facts['seconds'])}"
+            + (f", give or take {wording.duration(facts['give_or_take'])}" if spread else "")
             + f" ({cases(facts['timed'])} timed, {friendly(facts['case_seconds'], 's')} each, the longest "
             f"{friendly(facts['longest'], 's')})"
         )
@@ -233,7 +241,7 @@ def _case_lines(case: dict[str, Any]) -> list[str]:
         text = friendly(value, case["units"].get(path, "1"), speed=path.endswith("speed")) if number else str(value)
         sections.setdefault(section, []).append(f"{key} {text}")
     return [
-        f"the first case ({case['case_id']}), with every default:",
+        f"the first case ({wording.short_id(case['case_id'])}), with every default:",
         *(f"  {section}: {', '.join(texts)}" for section, texts in sections.items()),
     ]
 
@@ -271,7 +279,7 @@ def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
         head,
         *(
             [
-                entry["case_id"],
+                wording.short_id(entry["case_id"]),
                 *(_value(path, entry["swept"][path], facts["units"]) for path in paths),
                 wording.joint_name(entry["joint"]),
                 friendly(entry["force_peak"], "N"),

@@ -118,7 +118,8 @@ def chosen(count: int) -> list[int]:
 
 def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[float], float]:
     """Return the times (s) of a few cases spread over the grid and their mean number of events."""
-    times, events = [], []
+    times: list[float] = []
+    events: list[int] = []
     with signals.catching():
         workers = executors.Local(1, load=simulator.load)
         try:
@@ -126,7 +127,8 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[
             cases = [grid.case(index) for index in pending[chosen(len(pending))].tolist()]
 
             def timed(case: Case) -> tuple[float, int]:
-                return workers.submit(time_case, simulator, case).result(timeout=PILOT_PATIENCE)
+                spent: tuple[float, int] = workers.submit(time_case, simulator, case).result(timeout=PILOT_PATIENCE)
+                return spent
 
             begin = time.monotonic()
             timed(cases[0])  # the first motion of all may compile what its first moment did not need

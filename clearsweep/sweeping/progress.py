@@ -5,6 +5,7 @@ import time
 from contextlib import AbstractContextManager
 
 from ..errors import printable
+from ..wording import duration
 
 SETTLING = 1.0  # s after the first case before the time left is told
 
@@ -75,8 +76,9 @@ class Bar(Silent):
         self.due = now + 0.5
         self.bar.n = max(self.bar.n, min(self.done + in_hand, self.bar.total))
         left = self.pace.left(self.bar.n, self.bar.total)
-        failed = f"{self.failed:,} failed" if self.failed else ""
-        self.bar.set_postfix_str(", ".join(filter(None, [left is not None and f"about {clock(left)} left", failed])))
+        said = [] if left is None else [f"about {duration(left)} left"]
+        said += [f"{self.failed:,} failed"] if self.failed else []
+        self.bar.set_postfix_str(", ".join(said))
 
     def __exit__(self, *_: object) -> None:
         self.bar.n = self.done
@@ -101,16 +103,5 @@ class Lines(Silent):
         self.interval = min(1.5 * self.interval, 60.0)
         self.due = now + self.interval
         spent = now - self.begin
-        rest = "" if left is None else f", about {clock(left)} left"
-        say(f"{self.done:,} of {self.total:,} cases, {failed:,} failed, {clock(spent)} spent{rest}")
-
-
-def clock(seconds: float) -> str:
-    """Return a duration as '3 s', '4 min 20 s' or '5 h 10 min'."""
-    if seconds < 1.0:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    if not minutes:
-        return f"{rest} s"
-    hours, minutes_left = divmod(minutes, 60)
-    return f"{hours} h {minutes_left} min" if hours else f"{minutes} min {rest} s"
+        rest = "" if left is None else f", about {duration(left)} left"
+        say(f"{self.done:,} of {self.total:,} cases, {failed:,} failed, {duration(spent)} spent{rest}")

@@ -35,8 +35,9 @@ class RunResult:
     """What a run came to; the results themselves are in `directory`.
 
     Counts of cases: `cases` of the grid, `ran` this time, `reused` from before; `ok`, `failed` and `missing` of the
-    grid's cases as they are now. `seconds` is the run's wall time, `case_seconds` the sum over the cases that ran,
-    `start_up` the part of `seconds` before the first case could begin.
+    grid's cases as they are now, `others` in the directory with other values on the axes. `seconds` is the run's wall
+    time, `case_seconds` the sum over the cases that ran, `start_up` the part of `seconds` before the first case could
+    begin.
     """
 
     directory: Path
@@ -46,6 +47,7 @@ class RunResult:
     ok: int
     failed: int
     missing: int
+    others: int  # cases of other values on the axes that stay stored
     seconds: float
     case_seconds: float
     start_up: float
@@ -191,6 +193,7 @@ def conclude(
 ) -> dict[str, int]:
     """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts."""
     rows = directory.rows()
+    stored = len(rows)
     asked = within(rows["id"], wanted)
     rows = rows if asked.all() else rows[asked]
     merged = store.merge(directory, store.Form.of(grid), rows, say=progress.say)
@@ -202,6 +205,7 @@ def conclude(
         "ok": len(rows) - failed,
         "failed": failed,
         "missing": len(wanted) - len(rows),
+        "others": stored - len(rows),
     }
     directory.write_record(grid, end=store.now(), counts=counts, merged=merged, **known)
     return counts

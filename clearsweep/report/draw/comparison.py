@@ -36,6 +36,7 @@ CELLS_VECTOR = 150  # and with more than this are drawn as pixels
 BINS_DRAWN = 41  # edges of a histogram's bars, at most
 POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
 POINTS_DRAWN = 50_000  # of clouds with more, points that others cover are left out
+LINES_BESIDE, NAME_SIZE = 24, 6.5  # names beside a drawing, at least as many lines; points
 CELLS_SEEN = 300  # side by side in a cloud: each is smaller than a point
 DECADES = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
 
@@ -153,10 +154,36 @@ def elastic(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray
     ax.set(xscale="log", yscale="log", xlabel=f"penetration [{scale.unit}]", ylabel="elastic force [N]")
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
     ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
-    if not all(used for *_, used in curves):
-        ax.plot([], [], color=PALE, linewidth=1.1, label="others")
+    others = [(name, forces[-1]) for name, forces, used in curves if not used]
+    _name_others(ax, depths[-1] / scale.factor, others)
     plain_axes(ax)
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=2.4)
+    if others:
+        ax.legend(loc="upper left", frameon=False, handlelength=2.4)
+    else:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=2.4)
+
+
+def _name_others(ax: Axes, depth: float, ends: Sequence[tuple[str, float]]) -> None:
+    """Name curves beside their right ends (at `depth` on the axis, force in N), each on a line of its own."""
+    ends = sorted(ends, key=lambda end: end[1])
+    low, high = np.log(ax.get_ylim())
+    apart = (high - low) / max(len(ends), LINES_BESIDE)
+    heights = [float(np.log(force)) for _, force in ends]
+    for k in range(1, len(heights)):
+        heights[k] = max(heights[k], heights[k - 1] + apart)
+    for k in reversed(range(len(heights))):
+        heights[k] = min(heights[k], high - apart * (len(heights) - k - 0.5))
+    for (name, force), height in zip(ends, heights, strict=True):
+        ax.annotate(
+            name,
+            (depth, force),
+            (1.06, float(np.exp(height))),
+            textcoords=ax.get_yaxis_transform(),
+            va="center",
+            color=GREY,
+            fontsize=NAME_SIZE,
+            arrowprops={"arrowstyle": "-", "color": PALE, "linewidth": 0.5, "shrinkB": 0, "relpos": (0.0, 0.5)},
+        )
 
 
 def _counted(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:

@@ -1,5 +1,7 @@
 """How the run was set up: what was swept, what was the same in every case, what follows from it, where it was run."""
 
+import re
+
 from ... import wording
 from ..section import Block, Columns, Facts, Note, Section, filled
 from ..study import BASE, Axis, Study, leaves
@@ -18,6 +20,8 @@ ELSEWHERE = (  # in the record of a run, and shown elsewhere or not for people
     "derived",
     "warnings",
 )
+NOT_FOR_PEOPLE = ("machine.node", "merged.mark")  # the name of a machine is nobody's else; run.json has both
+CHECKSUM_SHOWN = 12  # characters of a checksum; run.json has all
 SUMS = (("steps", "accepted steps, all cases"), ("rhs_evaluations", "evaluations, all cases"))
 RESIDUAL = (
     "Energy residual: largest imbalance of work, energy and losses over the largest kinetic energy. It says how well "
@@ -71,12 +75,20 @@ def _derived(study: Study) -> list[tuple[str, str]]:
     return facts
 
 
+def _shortened(value: object) -> str:
+    """Return a value as text, of a checksum as much as tells two apart."""
+    text = str(value)
+    return f"{text[:CHECKSUM_SHOWN]}..." if re.fullmatch("[0-9a-f]{40,}", text) else text
+
+
 def _provenance(study: Study) -> list[tuple[str, str]]:
     """Return where the figures come from: versions, machine, times, counts, energy residual."""
     record = {key: value for key, value in study.run.grid.items() if key not in (*BASE, *ELSEWHERE) and value}
     if "sample" in record:
         record["sample"] = {key: value for key, value in record["sample"].items() if key != "drawn"}
-    facts = [(path.replace("_", " "), str(value)) for path, value in leaves(record)]
+    facts = [
+        (path.replace("_", " "), _shortened(value)) for path, value in leaves(record) if path not in NOT_FOR_PEOPLE
+    ]
     if study.has("energy_residual"):
         residual = study.cases["energy_residual"]
         facts.append(("energy residual, largest", wording.plain(residual.max(), 2)))

@@ -30,7 +30,7 @@ class _Teller(event.Listener):
 
 
 @contextlib.contextmanager
-def told() -> Iterator[None]:
+def announced() -> Iterator[None]:
     """Write a line to stderr where what is done within this context compiles for more than PATIENCE."""
     with event.install_listener("numba:compile", _Teller()):
         yield

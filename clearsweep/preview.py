@@ -1,0 +1,56 @@
+"""A trajectory as a notebook shows it: two small drawings of each joint and the figures, as HTML without a library."""
+
+import html
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from . import wording
+
+SIZE, MARGIN = 200, 6  # of a drawing and around it, px
+MOST_POINTS = 2000  # of a curve
+
+
+def page(heading: str, channels: Mapping[str, np.ndarray], summary: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """Return a trajectory as HTML: time histories and figures by name, `units` of the figures in SI."""
+    joints = [name.split("/")[1] for name in channels if name.endswith("/force_normal")]
+    drawings = "".join(drawing for joint in joints for drawing in _joint(channels, joint))
+    rows = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{_figure(value, units.get(name, '1'))}</td></tr>"
+        for name, value in summary.items()
+    )
+    figures = f"<details><summary>{len(summary)} figures</summary><table>{rows}</table></details>"
+    return f"<p><code>{html.escape(heading)}</code></p><div>{drawings}</div>{figures}"
+
+
+def _figure(value: object, unit: str) -> str:
+    return wording.text(float(value), unit, 5) if isinstance(value, int | float) else wording.DASH
+
+
+def _joint(channels: Mapping[str, np.ndarray], joint: str) -> list[str]:
+    """Return the orbit of a joint's journal and its normal force over time, drawn."""
+    title, force = wording.joint_name(joint), channels[f"joints/{joint}/force_normal"]
+    x, y = channels[f"joints/{joint}/x"], channels[f"joints/{joint}/y"]
+    reach, largest = wording.text(float(np.hypot(x, y).max()), "m"), wording.text(float(force.max()), "N")
+    over_time = f"{title}: normal force over time, up to {largest}"
+    return [
+        _curve(x, y, f"{title}: orbit, up to {reach}", equal=True),
+        _curve(channels["t"], force, over_time, width=2 * SIZE),
+    ]
+
+
+def _curve(x: np.ndarray, y: np.ndarray, title: str, *, width: int = SIZE, equal: bool = False) -> str:
+    """Return a curve as SVG with its title; `equal`: both axes have one scale."""
+    step = max(1, len(x) // MOST_POINTS)
+    x, y = np.asarray(x[::step]), np.asarray(y[::step])
+    middle, half = [(values.max() + values.min()) / 2.0 for values in (x, y)], [np.ptp(x) / 2.0, np.ptp(y) / 2.0]
+    half = [max(half)] * 2 if equal else half
+    across = width / 2 + (width / 2 - MARGIN) * (x - middle[0]) / (half[0] or 1.0)
+    up = SIZE / 2 - (SIZE / 2 - MARGIN) * (y - middle[1]) / (half[1] or 1.0)
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, up, strict=True))
+    return (
+        f'<figure style="display:inline-block;margin:0 1em 0 0"><figcaption>{html.escape(title)}</figcaption>'
+        f'<svg width="{width}" height="{SIZE}" role="img" aria-label="{html.escape(title)}">'
+        f'<polyline fill="none" stroke="#0072B2" stroke-width="0.8" points="{points}"/></svg></figure>'
+    )
