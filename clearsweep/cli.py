@@ -87,6 +87,8 @@ def verbs() -> None:
 @verbs.command()
 @click.argument("grid", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where results go; default results/<name>.")
+@click.option("--set", "fixed", multiple=True, metavar="PATH=VALUE", help="In place of what GRID says; repeatable.")
+@click.option("--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over these; repeatable.")
 @click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Worker processes; default: one per core.")
 @click.option("--dry-run", is_flag=True, help="Only say how many cases there are and what they would cost.")
 @click.option("--retry-failed", is_flag=True, help="Run failed cases again too.")
@@ -99,6 +101,8 @@ def verbs() -> None:
 def run(  # noqa: PLR0913 - one argument per option
     grid: Path,
     out: Path | None,
+    fixed: tuple[str, ...],
+    swept: tuple[str, ...],
     jobs: int | None,
     dry_run: bool,
     retry_failed: bool,
@@ -110,18 +114,21 @@ def run(  # noqa: PLR0913 - one argument per option
     as_json: bool,
 ) -> int:
     """Run the cases of a grid that DIR does not hold yet; running again resumes."""
+    from . import grid as grids
     from .sweeping import closing
     from .sweeping.sweep import Options, check, sweep
 
+    options = grids.read_options(grids.SET, fixed), grids.read_options(grids.SWEEP, swept)
+    source = grids.Changed(grid, *options)
     if dry_run:
         from .sweeping.estimate import estimate
 
         check(Options(jobs, executor, scheduler, case_timeout=case_timeout))
-        facts = estimate(grid, out, jobs=jobs, shard=shard)._asdict()
+        facts = estimate(source, out, jobs=jobs, shard=shard)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.estimate_text(facts)))
         return 0
     result = sweep(
-        grid,
+        source,
         out,
         jobs=jobs,
         executor=executor,

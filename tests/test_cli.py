@@ -149,6 +149,21 @@ def test_dry_run_prints_counts_derived_values_time_and_bytes_and_writes_nothing(
     assert not (tmp_path / "results").exists()
 
 
+def test_options_stand_in_for_values_of_the_file(run_cli, tmp_path):
+    path = written(tmp_path / "g.yaml", grid(3))
+    options = ("--set", "drive.speed=3000rpm", "--sweep", "mechanism.slider.mass=0.2,0.3")
+    assert run_cli("run", path, *options, "--dry-run")[1].startswith("2 cases, 0 of them there already")
+    code, out, _ = run_cli("run", path, *options, "--out", "changed", "--executor", "serial")
+    assert code == 0
+    assert out.startswith("2 cases ran in")
+    changed = grid(3, drive={"speed": "3000 rpm"})
+    changed["sweep"]["mechanism.slider.mass"] = [0.2, 0.3]
+    assert "(2 were there before)" in run_cli("run", written(tmp_path / "h.yaml", changed), "--out", "changed")[1]
+    code, _, err = run_cli("run", path, "--set", "drive.sped=1")
+    assert code == 2
+    assert err.startswith("--set drive.sped: drive.sped: unknown key 'sped'; did you mean 'speed'?")
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -1,6 +1,7 @@
 """What the user wrote, checked and in SI, and the cases it stands for.  Imports neither numba nor numpy."""
 
 from ..catalogue import Catalogue, Field, Law
+from .changes import SET, SWEEP, Changed, read_options
 from .enumeration import Words
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .json_schema import schema
@@ -11,7 +12,10 @@ from .room import check_disk, check_memory, history_bytes, largest_history, usua
 
 __all__ = [
     "SCHEMA_VERSION",
+    "SET",
+    "SWEEP",
     "Catalogue",
+    "Changed",
     "Field",
     "Grid",
     "Law",
@@ -25,6 +29,7 @@ __all__ = [
     "leaves",
     "load",
     "markdown",
+    "read_options",
     "schema",
     "starter",
     "usual_history",

@@ -96,7 +96,7 @@ def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
         raise InputError(f"{name}: not valid YAML: {first}") from error
     if node is None:
         raise InputError(f"{name}:1:1: the file is empty; `clearsweep init` writes a grid to start from")
-    return _from_node(node, name, "", problems, {})
+    return from_node(node, name, "", problems, {})
 
 
 def refuse_endless(name: str | PathLike, most: int) -> None:
@@ -120,18 +120,19 @@ def written_of(value: Any, origin: str) -> WrittenValue:
 
 
 def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> WrittenValue:
-    """Return `root` with `value` put at dotted `path`; None takes away what is there."""
+    """Return `root` with `value`, or what is written so, put at dotted `path`; None takes away what is there."""
+    written = value if isinstance(value, WrittenValue) else written_of(value, "overrides")
     return _put(
         root,
         path.split("."),
-        value,
+        written,
         lambda passed: problems.add(
-            WrittenValue(None, "overrides"), path, f"leads into the value {shown(passed)}, not into a section"
+            WrittenValue(None, written.origin), path, f"leads into the value {shown(passed)}, not into a section"
         ),
     )
 
 
-def _put(written: WrittenValue, keys: list[str], value: Any, refuse: Callable[[Any], None]) -> WrittenValue:
+def _put(written: WrittenValue, keys: list[str], value: WrittenValue, refuse: Callable[[Any], None]) -> WrittenValue:
     """Return `written` with `value` put where `keys` lead; `refuse` is called with a value on the way."""
     inside = dict(enumerate(written.value)) if isinstance(written.value, list) else written.value
     if not isinstance(inside, dict):
@@ -140,15 +141,15 @@ def _put(written: WrittenValue, keys: list[str], value: Any, refuse: Callable[[A
     inside = {str(key): item for key, item in inside.items()}
     key, *rest = keys
     if rest:
-        inside[key] = _put(inside.get(key, WrittenValue({}, "overrides")), rest, value, refuse)
-    elif value is None:
+        inside[key] = _put(inside.get(key, WrittenValue({}, value.origin)), rest, value, refuse)
+    elif value.value is None:
         inside.pop(key, None)
     else:
-        inside[key] = written_of(value, "overrides")
+        inside[key] = value
     return WrittenValue(inside, written.origin, written.line, written.column, written.keys)
 
 
-def _from_node(
+def from_node(
     node: Node, origin: str, path: str, problems: Problems, done: dict[int, WrittenValue | None]
 ) -> WrittenValue:
     """Return what a YAML node says; a node that is referred to again (an alias) is converted once."""
@@ -164,7 +165,7 @@ def _from_node(
     if isinstance(node, MappingNode):
         written = _mapping(node, place, path, problems, done)
     elif isinstance(node, SequenceNode):
-        written = WrittenValue([_from_node(item, origin, path, problems, done) for item in node.value], *place)
+        written = WrittenValue([from_node(item, origin, path, problems, done) for item in node.value], *place)
     else:
         written = WrittenValue(_scalar(str(node.tag), node.value, WrittenValue(None, *place), path, problems), *place)
     done[id(node)] = written
@@ -184,7 +185,7 @@ def _mapping(
         if key in values:
             problems.add(here, inner, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
             continue
-        value = _from_node(value_node, place[0], inner, problems, done)
+        value = from_node(value_node, place[0], inner, problems, done)
         blank = value.value is None and not value_node.value  # a blank has no place of its own
         values[key], keys[key] = here if blank else value, here
     return WrittenValue(values, *place, keys)

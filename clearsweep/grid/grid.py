@@ -19,6 +19,7 @@ from ..outline import Outline
 from ..verdict import Verdict, figures_of, limits_of
 from . import checks, variations
 from .assumed import assumed
+from .changes import Changed, put
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
@@ -35,23 +36,28 @@ MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 5 us each,
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
 
-def load(source: str | PathLike | Mapping, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None) -> "Grid":
-    """Return the checked grid in `source`, a path or a dict of the same shape.
+def load(
+    source: str | PathLike | Mapping | Changed, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
+) -> "Grid":
+    """Return the checked grid in `source`, a path or a dict of the same shape, or one of them that options change.
 
     `overrides` maps dotted paths to values that replace what is written; None takes a key away, and a swept path that
     is overridden is swept no longer.  An InputError tells every mistake.
     """
     problems = Problems()
+    changed = source if isinstance(source, Changed) else Changed(source)
+    source = changed.source
     root = read(source, problems)
     if not isinstance(root.value, dict):
         raise InputError(
             f"{root.place}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
+    root = put(root, changed, problems)
     for path, value in (overrides or {}).items():
         root = override(root, path, value, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
     name = _name(root, file, problems)
-    draft = read_draft(root, catalogue, problems, frozenset(overrides or ()))
+    draft = read_draft(root, catalogue, problems, frozenset({*(overrides or ()), *changed.fixed}))
     checks.check(draft, catalogue)
     problems.check()
     grid = Grid(

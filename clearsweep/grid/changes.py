@@ -1,0 +1,78 @@
+"""Reads values that options put in place of those of a grid, and puts them where the grid would have them."""
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import NamedTuple
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from ..errors import InputError, shown
+from .document import Problems, WrittenValue, from_node, override
+
+SET, SWEEP = "--set", "--sweep"
+
+
+class Changed(NamedTuple):
+    """A grid with values from the command line, each as text in YAML, in place of its own."""
+
+    source: str | PathLike | Mapping
+    fixed: Mapping[str, str] = {}  # dotted path -> the value of every case
+    swept: Mapping[str, str] = {}  # dotted path -> its values, as in a list, or evenly spaced ones in braces
+
+
+def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
+    """Return path -> text of what was given with an option, each `PATH=VALUE`; raise InputError where it is not."""
+    example = "drive.speed=3000rpm" if option == SET else "drive.speed=1000rpm,3000rpm"
+    found: dict[str, str] = {}
+    wrong = []
+    for text in given:
+        path, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not path or not (value or option == SET):
+            wrong.append(f"{option} {text}: expected PATH=VALUE, such as {option} {example}")
+        elif path in found:
+            wrong.append(f"{option} {path}: is given twice; give it once")
+        found[path] = value
+    if wrong:
+        raise InputError(*wrong)
+    return found
+
+
+def put(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValue:
+    """Return a document with the values of `changed` in it; a value that is nothing takes the key away."""
+    for path in sorted(changed.fixed.keys() & changed.swept.keys()):
+        problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; give it with one of them")
+    for path, text in changed.fixed.items():
+        root = override(root, path, _read(f"{SET} {path}", path, text, problems), problems)
+    for path, text in changed.swept.items():
+        root = _sweep(root, path, _read(f"{SWEEP} {path}", path, text if text[:1] in "[{" else f"[{text}]", problems))
+    return root
+
+
+def _read(origin: str, path: str, text: str, problems: Problems) -> WrittenValue:
+    """Return what a text says in YAML, which was given at `origin`."""
+    try:
+        node = YAML(typ="safe", pure=True).compose(text)
+    except YAMLError:
+        raise InputError(f"{origin}: found {shown(text)}, which is not valid YAML") from None
+    return WrittenValue(None, origin) if node is None else _placed(from_node(node, origin, path, problems, {}), origin)
+
+
+def _placed(written: WrittenValue, origin: str) -> WrittenValue:
+    """Return a value without line and column, which mean nothing on a command line."""
+    value = written.value
+    if isinstance(value, dict):
+        value = {key: _placed(item, origin) for key, item in value.items()}
+    elif isinstance(value, list):
+        value = [_placed(item, origin) for item in value]
+    return WrittenValue(value, origin)
+
+
+def _sweep(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
+    """Return a document in whose section `sweep` a path has these values."""
+    section = root.value.get("sweep", WrittenValue({}, values.origin))
+    if not isinstance(section.value, dict):
+        return root  # its problem is told elsewhere
+    keys = {key: place for key, place in section.keys.items() if key != path}
+    inside = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
+    return WrittenValue(root.value | {"sweep": inside}, root.origin, root.line, root.column, root.keys)
