@@ -165,7 +165,7 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option("--median", is_flag=True, help="Maps show the median over the axes left out, not the worst case.")
 @click.option("--all", "all_cases", is_flag=True, help="Of all cases in DIR, not of the grid last run there alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
-def report(  # noqa: PLR0913 - one argument per option
+def report(
     directory: Path | None, out: Path | None, tables: Path | None, median: bool, all_cases: bool, as_json: bool
 ) -> None:
     """Write the report of a run (default: the newest below results) as one page that needs no network."""

@@ -9,6 +9,7 @@ from .key_units import key_units
 from .reference import markdown
 from .resolve import leaves
 from .room import check_disk, check_memory, history_bytes, largest_history, usual_history
+from .sought import Seek
 
 __all__ = [
     "SCHEMA_VERSION",
@@ -19,6 +20,7 @@ __all__ = [
     "Field",
     "Grid",
     "Law",
+    "Seek",
     "Words",
     "check_disk",
     "check_memory",

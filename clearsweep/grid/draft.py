@@ -35,6 +35,7 @@ class Draft:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
+    seek: Any = None  # `sought.Seek`
     own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
 
     def place(self, path: str) -> WrittenValue:
@@ -62,7 +63,7 @@ class Draft:
     def in_step(self, *paths: str) -> bool:
         """Return whether these paths take their values together, row by row."""
         ways = {self.way.get(path) for path in paths}
-        return len(ways) == 1 and ways.isdisjoint((None, "sweep"))
+        return len(ways) == 1 and ways.isdisjoint((None, "sweep", "seek"))
 
     def reached(self, path: str) -> tuple[Any, ...]:
         """Return every value that `path` takes: axis, what is written, or the default; () if unknown or left out."""

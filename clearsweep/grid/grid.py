@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, product
@@ -27,6 +27,7 @@ from .key_units import unit
 from .keys import Flag, Number, Section, Shape, Table, Word, value_key
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
 from .resolve import case_of
+from .sought import Seek
 from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
@@ -63,7 +64,7 @@ def load(
     grid = Grid(
         name,
         file,
-        draft.axes,
+        draft.axes | ({draft.seek.path: draft.seek.first()} if draft.seek else {}),
         draft.limits,
         draft.own_figures,
         draft.shape,
@@ -74,6 +75,7 @@ def load(
         _sample(draft),
         draft.outline,
         assumed(draft),
+        draft.seek,
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -143,6 +145,7 @@ class Grid:
     _sample: dict[str, Any]
     _outline: Outline
     assumed: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
+    seek: Seek | None = None  # what is sought; its axis has the values that are tried first
     _layout: Layout | None = None
 
     @cached_property
@@ -198,6 +201,11 @@ class Grid:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
         return identity(self.written_case(index))
 
+    def at(self, points: Sequence[Mapping[str, Value]]) -> "Grid":
+        """Return a grid of the same cases' kind that has just the cases at these `points`, all in step."""
+        axes = {path: tuple(point[path] for point in points) for path in self.axes}
+        return replace(self, axes=axes, _steps={"cases": tuple(axes)}, _sample={}, seek=None)
+
     def written_case(self, index: int) -> dict[str, Any]:
         """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
         return self._tree(self.point(index))
@@ -227,7 +235,12 @@ class Grid:
         }
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
-        judged = {key: part for key, part in (("figures", self.figures), ("limits", self.limits)) if part}
+        sought = self.seek.written() if self.seek else {}
+        if self.seek:
+            ways["sweep"] = {path: values for path, values in ways["sweep"].items() if path != self.seek.path}
+        ways = {way: part for way, part in ways.items() if part}
+        judged = {"figures": self.figures, "limits": self.limits, "seek": sought}
+        judged = {key: part for key, part in judged.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gap: any value fills it

@@ -9,6 +9,7 @@ from ..verdict import KINDS
 from .key_table import full_shape
 from .keys import Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
+from .sought import ENDS, FOR
 
 
 def schema(catalogue: Catalogue) -> dict[str, Any]:
@@ -45,6 +46,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "minProperties": 1,
                 "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _bounds()]},
             },
+            "seek": _seek(),
         }
         top["properties"]["mechanism"]["properties"]["type"] = {"const": mechanism.name}
         schemas.append(top)
@@ -84,6 +86,25 @@ def _bounds() -> dict[str, Any]:
     """Return the schema of a limit that is written as a section."""
     properties = {kind: {"$ref": "#/$defs/quantity"} for kind in KINDS} | {"times": {"type": "string"}}
     return {"type": "object", "properties": properties, "additionalProperties": False, "minProperties": 1}
+
+
+def _seek() -> dict[str, Any]:
+    """Return the schema of the section `seek`."""
+    size = {"$ref": "#/$defs/quantity"}
+    return {
+        "description": "the largest or smallest value of one key with which cases keep to `limits`",
+        "type": "object",
+        "required": ["between", "within"],
+        "oneOf": [{"required": [end]} for end in ENDS],
+        "additionalProperties": False,
+        "properties": {
+            **{end: {"type": "string", "description": f"dotted path: its {end} value is sought"} for end in ENDS},
+            "between": {"type": "array", "items": size, "minItems": 2, "maxItems": 2},
+            "within": size,
+            "meeting": {"enum": ["limits"]},
+            "for": {"enum": list(FOR)},
+        },
+    }
 
 
 def _sample() -> dict[str, Any]:

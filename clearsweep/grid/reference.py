@@ -140,10 +140,10 @@ def _cases(catalogue: Catalogue) -> str:
     while "else" in top:  # those of any mechanism
         top = top["else"]
     top = top["properties"]
-    texts = {key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", *SECTIONS)}
+    texts = {key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", *SECTIONS, "seek")}
     texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
     texts["name"] = texts["name"].replace("<name>", "NAME")
-    rows = [f"| `{key}` | {texts[key]} |" for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS)]
+    rows = [f"| `{key}` | {texts[key]} |" for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS, "seek")]
     axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
     methods = [f"| `{name}` | {text} |" for name, text in METHODS.items()]
     kinds = [f"| `{name}` | {text} |" for name, text in DISTRIBUTIONS.items()]
@@ -153,6 +153,13 @@ def _cases(catalogue: Catalogue) -> str:
         "| `seed` | a whole number, at least 0, default 0: the same seed gives the same cases |",
         "| `over` | dotted path -> distribution |",
     ]
+    seek = [
+        "| `largest` or `smallest` | the dotted path whose value is sought |",
+        "| `between` | [low, high]: the range to look in |",
+        "| `within` | how close the answer has to be, at most a quarter of the range |",
+        "| `meeting` | `limits`, the default |",
+        "| `for` | `each` case of the other axes, the default, or `all`: the worst of them |",
+    ]
     return "\n".join(
         [
             "## Choosing cases\n",
@@ -161,6 +168,9 @@ def _cases(catalogue: Catalogue) -> str:
             "\nAn axis is a list of values, or one of",
             "\n| form | holds |\n| --- | --- |",
             *axes,
+            "\n### `seek`\n",
+            "| key | meaning |\n| --- | --- |",
+            *seek,
             "\n### `sample`\n",
             "| key | meaning |\n| --- | --- |",
             *sample,

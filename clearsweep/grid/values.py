@@ -7,7 +7,7 @@ from ..case import column_name
 from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
-from . import judged, table_key, variations
+from . import judged, sought, table_key, variations
 from .axes import Reading, half_bare
 from .document import Problems, WrittenValue
 from .draft import Draft
@@ -31,6 +31,7 @@ def read_draft(
     _walk(draft, root, "", whole)
     _activate(draft, whole)
     variations.find(draft, root, whole, fixed)
+    variations.find_sought(draft, root, whole)
     for path, node in draft.shape.items():
         if isinstance(node, Word):
             _word(draft, path, node)
@@ -44,6 +45,7 @@ def read_draft(
     variations.check(draft)
     draft.figures = _figures(draft, mechanism, catalogue)
     judged.read_into(draft, root)
+    draft.seek = sought.read(draft, root, draft.limits)
     return draft
 
 
@@ -76,7 +78,7 @@ def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[s
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
     known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path] + (
-        ["name", *judged.SECTIONS, *variations.WAYS] if not path else []
+        ["name", *judged.SECTIONS, sought.SEEK, *variations.WAYS] if not path else []
     )
     draft.sections[path] = written
     content = written.value

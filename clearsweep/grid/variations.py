@@ -4,7 +4,7 @@ from itertools import product
 from typing import Any
 
 from ..errors import nearest, shown
-from . import case_table, sampling
+from . import case_table, sampling, sought
 from .axes import Reading, axis
 from .document import WrittenValue
 from .draft import Draft
@@ -49,6 +49,23 @@ def find(draft: Draft, root: WrittenValue, whole: Shape, fixed: frozenset[str]) 
             draft.sample = sampling.read(draft.problems, section, len(drawn)) if drawn else None
 
 
+def find_sought(draft: Draft, root: WrittenValue, whole: Shape) -> None:
+    """Note the range of the value that is sought, as an axis of its two ends."""
+    found = sought.range_of(draft, root)
+    if found is None:
+        return
+    path, place, between = found
+    node = whole.get(path)
+    if isinstance(node, Word) or (isinstance(node, Number) and any(use.field.whole for use in node.uses)):
+        noun = "a name" if isinstance(node, Word) else "a whole number"
+        sentence = f"{path} is {noun}, which has nothing in between; write it under `sweep`"
+        draft.problems.add(place, sought.SEEK, sentence)
+    elif path.endswith(".exponent"):
+        draft.problems.add(place, sought.SEEK, f"{path} cannot be sought, because units depend on it")
+    else:
+        _enter(draft, sought.SEEK, path, place, between, whole)
+
+
 def _enter(draft: Draft, way: str, path: str, key: WrittenValue, values: WrittenValue, whole: Shape) -> None:
     """Note the values of one path, or what is wrong with it; `key` is the place of the path itself."""
     where = _where(way, path)
@@ -83,6 +100,8 @@ def _enter(draft: Draft, way: str, path: str, key: WrittenValue, values: Written
 
 def _where(way: str, path: str) -> str:
     """Return the key under which a section says how `path` varies: 'sweep.drive.speed', 'sample.over.drive.speed'."""
+    if way == sought.SEEK:
+        return f"{way}.between"
     return f"sample.over.{path}" if way == "sample" else f"{way}.{path}"
 
 
@@ -97,7 +116,7 @@ def values(draft: Draft, path: str, reading: Reading) -> list[Any] | None:
     way, written = draft.way[path], draft.swept[path]
     where = _where(way, path)
     if way != "sample":
-        return axis(draft.problems, where, written, reading, distinct=way == "sweep")
+        return axis(draft.problems, where, written, reading, distinct=way in ("sweep", sought.SEEK))
     distribution = sampling.distribution(draft.problems, where, written, reading)
     if distribution is None or draft.sample is None:
         return None
@@ -154,7 +173,7 @@ def _always_used(draft: Draft, path: str) -> None:
     """Note a value in step that some of the varied law names do not use: which rows would count is not clear."""
     node = value_key(draft.shape, path)
     varied = [other for other in node.choosers() if other in draft.axes]
-    if all(draft.way[other] == "sweep" for other in (path, *varied)):
+    if all(draft.way[other] in ("sweep", sought.SEEK) for other in (path, *varied)):
         return
     for choice in product(*(sorted(draft.names[other]) for other in varied)):
         names = draft.names | {other: {name} for other, name in zip(varied, choice, strict=True)}

@@ -8,20 +8,24 @@ from .assemble import merge
 from .batch import Axis, Form, Row, id_text, open_table
 from .compare import difference
 from .directory import SCRATCH, RunDirectory, commit
+from .judged import SEEK_FILE, Judged, judge, write_answers
 from .read import StoredRun, newest, verify
 from .record import now, read_record
 from .state import status, status_text
 
 __all__ = [
     "SCRATCH",
+    "SEEK_FILE",
     "Axis",
     "Form",
+    "Judged",
     "Row",
     "RunDirectory",
     "StoredRun",
     "commit",
     "difference",
     "id_text",
+    "judge",
     "merge",
     "newest",
     "now",
@@ -32,6 +36,7 @@ __all__ = [
     "status_text",
     "use_one_thread",
     "verify",
+    "write_answers",
 ]
 
 

@@ -87,10 +87,10 @@ def summary_schema(form: Form) -> pa.Schema:
         Column("status", "", "'ok', or the word for how the case failed", "text"),
         Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
     ]
-    return pa.schema([_field(column) for column in (*columns, *form.layout.columns)])
+    return pa.schema([field_of(column) for column in (*columns, *form.layout.columns)])
 
 
-def _field(column: Column) -> pa.Field:
+def field_of(column: Column) -> pa.Field:
     types = {"float": pa.float64(), "int": pa.int64(), "text": pa.string()}
     return pa.field(column.name, types[column.kind], metadata={"unit": column.unit, "description": column.description})
 
@@ -102,7 +102,7 @@ def with_verdict(verdict: Verdict, table: pa.Table) -> pa.Table:
     columns = {name: values_of(table[name].combine_chunks()) for name in verdict.needs()}
     added, failed = verdict.judge(columns), values_of(table["status"].combine_chunks()) != "ok"
     for column in verdict.columns:
-        field, values = _field(column), added[column.name].astype(object)
+        field, values = field_of(column), added[column.name].astype(object)
         values[failed] = None
         table = table.append_column(field, _column(values.tolist(), field.type))
     return table

@@ -16,6 +16,7 @@ from ..layout import SECTION_COUNT, Layout
 from . import durable
 from .batch import EVENT, GROUP_ROWS, SAMPLE, SECTION, open_table, values_of
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
+from .judged import SEEK_FILE
 from .record import check_form, damaged, read_record
 
 if TYPE_CHECKING:
@@ -132,6 +133,18 @@ class StoredRun:
         frame["joint"] = frame["joint"].map(dict(enumerate(self.layout.contacts)))
         frame["kind"] = frame["kind"].map(dict(enumerate(results.EVENT_KINDS)))
         frame.attrs["units"] = {"t": "s", "joint": "", "kind": "", "rate": "m/s", "force_peak": "N"}
+        return frame
+
+    @property
+    def seek(self) -> "pd.DataFrame | None":
+        """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None where nothing was sought."""
+        path = self.directory / SEEK_FILE
+        if not path.exists():
+            return None
+        with open_table(path) as file:
+            table = file.read(use_threads=False)
+        frame = table.replace_schema_metadata(None).to_pandas()
+        frame.attrs["units"] = {field.name: field.metadata[b"unit"].decode() for field in table.schema}
         return frame
 
     def poincare(self, case_id: str) -> "pd.DataFrame":

@@ -11,6 +11,7 @@ from .. import validity, verdict, wording
 from .sweep import RunResult
 
 WORST_CASES = 5
+LISTED_ANSWERS = 12
 LISTED_FAILURES = 3  # of each status
 FILES = ("summary.parquet", "orbits.h5", "run.json")
 
@@ -56,6 +57,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "warnings": [*result.warnings, *remarks.sentences()],
         "units": run.grid.get("units", {}),
         "limits": kept.facts(),
+        "seek": _sought(result, run.grid.get("units", {})),
         "worst": worst,
         "failures": failures,
         "files": {name: str(result.directory / name) for name in FILES},
@@ -120,6 +122,37 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
     return lines
 
 
+def _sought(result: RunResult, units: dict[str, str]) -> dict[str, Any] | None:
+    """Return what was sought and found, ready for JSON, in SI; None where nothing was sought."""
+    if result.seek is None:
+        return None
+    asked = result.seek.written() | {"unit": units[result.seek.path]}
+    return {"asked": asked, "answers": [answer._asdict() for answer in result.answers]}
+
+
+def _seek_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines on what was sought."""
+    if not facts["seek"]:
+        return []
+    asked, answers = facts["seek"]["asked"], facts["seek"]["answers"]
+    end = "largest" if "largest" in asked else "smallest"
+    paths = [*facts["units"]]
+    lines = ["", f"The {end} {wording.axis_name(asked[end], _joints(paths))} within the limits (all in seek.parquet)"]
+    if not answers:
+        return [*lines, "  the search was stopped before its end; run the same command again to go on"]
+    for answer in answers[:LISTED_ANSWERS]:
+        value, low, high = (_value(asked[end], answer[name], facts["units"]) for name in ("value", "low", "high"))
+        found = "none in the range" if answer["value"] is None else value
+        found += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
+        limiting = answer["limiting"]
+        found += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
+        setting = _setting(answer["point"], facts["units"])
+        lines.append(f"  {setting}: {found}" if setting else f"  {found}")
+    if len(answers) > LISTED_ANSWERS:
+        lines.append(f"  and {len(answers) - LISTED_ANSWERS:,} more")
+    return lines
+
+
 def _peak(joint: str) -> str:
     return f"{joint}_force_peak"
 
@@ -162,6 +195,7 @@ def run_text(facts: dict[str, Any]) -> str:
         )
     lines += derived_lines(facts["derived"])
     lines += _limit_lines(facts)
+    lines += _seek_lines(facts)
     if facts["worst"]:
         lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]
     if facts["failures"]:

@@ -12,6 +12,7 @@ import numpy as np
 from ..case import Case
 from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
 from . import executors, signals, sweep
+from .bracket import usual_probes
 from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Simulator, time_case
@@ -54,6 +55,10 @@ def estimate(
     grid = sweep.load(source, simulator)
     check_memory(largest_history(grid))
     derived, warnings = sweep.facts(grid, simulator)
+    if grid.seek:
+        times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
+        sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
+        warnings.append(f"{sentence}, and their time and storage")
     directory = sweep.directory_of(grid, out, part)
     directory.check(grid)
     directory.look()
@@ -77,15 +82,21 @@ def estimate(
         seconds,
         _give_or_take(times, len(pending)) / jobs if seconds else None,
         int(len(pending) * _case_bytes(grid, events)),
-        {path: {"unit": units[path], "values": list(_ends(grid, path))} for path in grid.assumed if path in units},
+        {
+            path: {"unit": units[path], "values": ends}
+            for path in grid.assumed
+            if path in units and (ends := _ends(grid, path))
+        },
         _first(grid, units),
     )
 
 
-def _ends(grid: Grid, path: str) -> tuple[Any, ...]:
-    """Return the value of a path, or the first and the last that it takes."""
+def _ends(grid: Grid, path: str) -> list[Any]:
+    """Return the value of a path, or the first and the last that it takes; [] where the first case does not use it."""
     axis = grid.axes.get(path)
-    return (dict(leaves(grid.written_case(0)))[path],) if axis is None else tuple(dict.fromkeys((axis[0], axis[-1])))
+    if axis is None:
+        return [value for key, value in leaves(grid.written_case(0)) if key == path]
+    return list(dict.fromkeys((axis[0], axis[-1])))
 
 
 def _first(grid: Grid, units: dict[str, str]) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def run_merge(
             progress.say(sentence)
         for source in sources:
             target.take(source)
-        counts = conclude(
+        counts: dict[str, Any] = conclude(
             target,
             grid,
             ids,

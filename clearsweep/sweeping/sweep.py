@@ -8,7 +8,7 @@ from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ..case import Case
 from ..errors import DirectoryError, InputError, brief
 from . import executors, progress, signals
 from .driver import Batches, Driver
+from .seeking import Answer, Seeking
 from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Job, Simulator, compile_all
@@ -56,6 +57,8 @@ class RunResult:
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
     joined: int = 0  # directories that were joined; 0 for a run
+    seek: grids.Seek | None = None  # what was sought
+    answers: tuple[Answer, ...] = ()  # what was found
 
     @property
     def exit_code(self) -> int:
@@ -125,52 +128,104 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
     grid = load(source, simulator)
     grids.check_memory(grids.largest_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
+    if shard and grid.seek:
+        raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
     ids = case_ids(grid)
     wanted = shard.ids(ids) if shard else each_once(ids)
     derived, warnings = facts(grid, simulator)
+    known = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
+    search = Seeking(grid) if grid.seek else None
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, counts={"cases": len(wanted)}) as directory:
         start = store.now()
         for sentence in directory.recover():
             progress.say(sentence)
-        pending = missing(ids, wanted, directory.rows(), retry_failed=options.retry_failed)
-        ran, case_seconds, ready = 0, 0.0, time.monotonic()
-        if len(pending):
-            grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(directory.path).free)
-            job = Job(directory.path.resolve(), grid, simulator, options.case_timeout)
-            jobs = min(options.jobs or executors.cores(), len(pending))
-            workers = executors.EXECUTORS[options.executor](jobs, options.scheduler, simulator.load)
-            try:
-                warm(workers, grid, pending, simulator)
-                ready = time.monotonic()
-                batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
-                with progress.of(len(pending), wanted=options.show_progress) as display:
-                    most_failures = _most(options.max_failures, len(pending))
-                    driver = Driver(workers, directory, job, batches, most_failures, display)
-                    driver.run()
-                ran, case_seconds = driver.ran, driver.case_seconds
-                del batches, driver
-            finally:
-                workers.close()
-        del ids, pending  # 16 MB of a million cases, which merging needs
-        counts = conclude(
-            directory,
-            grid,
-            wanted,
-            ran=ran,
-            start=start,
-            derived=derived,
-            warnings=warnings,
-            shard=shard and str(shard),
-        )
+        with Crew(directory, options, simulator) as crew:
+            if search:
+                grid = search.run(crew.look)
+                ids = case_ids(grid)
+                wanted = each_once(ids)
+                known["seek"] = search.seek.written()
+            else:
+                crew.run(grid, ids, wanted)
+        del ids  # 8 MB of a million cases, which merging needs
+        answers = search.answers() if search else []
+        store.write_answers(directory, store.Form.of(grid), search.seek.path if search else "", answers)
+        counts: dict[str, Any] = conclude(directory, grid, wanted, ran=crew.ran, start=start, **known)
     return RunResult(
         directory.path,
         **counts,
         seconds=time.monotonic() - begin,
-        case_seconds=case_seconds,
-        start_up=ready - begin,
+        case_seconds=crew.case_seconds,
+        start_up=(crew.ready or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
+        seek=search.seek if search else None,
+        answers=tuple(answers),
     )
+
+
+class Crew:
+    """The workers of a run, which are started when the first case is missing and do the cases of one grid or several.
+
+    `ran`, `case_seconds` : number of cases and s of work in all; `ready` : when the first case could begin, None: none.
+    """
+
+    def __init__(self, directory: store.RunDirectory, options: Options, simulator: Simulator):
+        self.directory, self.options, self.simulator = directory, options, simulator
+        self.workers: executors.Executor | None = None
+        self.ran, self.case_seconds = 0, 0.0
+        self.ready: float | None = None
+        self.tried: list[np.ndarray] = []  # identities of cases, which are not tried again however they ended
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.workers is not None:
+            self.workers.close()
+
+    def run(self, grid: grids.Grid, ids: np.ndarray, wanted: np.ndarray) -> bool:
+        """Run the cases of a grid that are missing; return False where too many failed and the rest was left.
+
+        ids : of all cases by index; wanted : of those that are to be there, ascending.
+        """
+        pending = missing(ids, wanted, self.directory.rows(), retry_failed=self.options.retry_failed)
+        for tried in self.tried:
+            pending = pending[~within(ids[pending], tried)]
+        if not len(pending):
+            return True
+        grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
+        workers = self._hired(grid, pending)
+        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout)
+        batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
+        with progress.of(len(pending), wanted=self.options.show_progress) as display:
+            most_failures = _most(self.options.max_failures, len(pending))
+            driver = Driver(workers, self.directory, job, batches, most_failures, display)
+            done = driver.run()
+        self.ran, self.case_seconds = self.ran + driver.ran, self.case_seconds + driver.case_seconds
+        self.tried.append(np.sort(ids[pending]))
+        return done
+
+    def look(self, grid: grids.Grid, first: int) -> store.Judged | None:
+        """Run the cases of a grid that are missing; return how those from the index `first` on stand to their limits.
+
+        None where some were left.
+        """
+        ids = case_ids(grid)
+        if not self.run(grid, ids, np.sort(ids)):
+            return None
+        rows = self.directory.rows()
+        return store.judge(self.directory, store.Form.of(grid), rows[np.searchsorted(rows["id"], ids[first:])])
+
+    def _hired(self, grid: grids.Grid, pending: np.ndarray) -> executors.Executor:
+        """Return the workers, started and their code compiled."""
+        if self.workers is None:
+            jobs = self.options.jobs or executors.cores()
+            jobs = min(jobs, len(pending))
+            self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
+            warm(self.workers, grid, pending, self.simulator)
+            self.ready = time.monotonic()
+        return self.workers
 
 
 def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:

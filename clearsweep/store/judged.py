@@ -1,0 +1,85 @@
+"""What limits make of committed cases, and the file of what was sought with them."""
+
+import io
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from ..layout import Column
+from ..verdict import EXCEEDED
+from . import durable
+from .assemble import summary_groups
+from .batch import Form, field_of, summary_schema, values_of, with_verdict
+from .directory import RunDirectory
+
+SEEK_FILE = "seek.parquet"
+
+
+class Judged(NamedTuple):
+    """How some cases stand to their limits."""
+
+    status: list[str]
+    exceeded: list[str]  # columns, comma separated
+    margins: dict[str, np.ndarray]  # by limited column, NaN where there is none
+
+
+def judge(run: RunDirectory, form: Form, rows: np.ndarray) -> Judged:
+    """Return how committed cases (ROWS) stand to the limits of their grid."""
+    status: list[str] = []
+    exceeded: list[str] = []
+    margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in form.verdict.limits}
+    for group in summary_groups(run, summary_schema(form), rows):
+        table = with_verdict(form.verdict, group)
+        status += table["status"].to_pylist()
+        exceeded += [names or "" for names in table[EXCEEDED].to_pylist()]
+        used = {name for limit in form.verdict.limits for name in (limit.column, limit.times) if name}
+        columns = {name: values_of(table[name].combine_chunks()) for name in used}
+        here: dict[str, np.ndarray] = {}
+        for limit in form.verdict.limits:
+            here[limit.column] = np.fmin(here.get(limit.column, np.inf), limit.margin(columns))
+        for name, values in here.items():
+            margins[name].append(values)
+    return Judged(status, exceeded, {name: np.concatenate([[], *parts]) for name, parts in margins.items()})
+
+
+def write_answers(run: RunDirectory, form: Form, path: str, answers: Sequence[Any]) -> None:
+    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `path`; take it away where is none."""
+    file = run.path / SEEK_FILE
+    with durable.storing(file):
+        if answers:
+            durable.replace(file, _answers_bytes(form, path, answers), run.scratch)
+        else:
+            durable.discard(file)
+
+
+def _answers_bytes(form: Form, path: str, answers: Sequence[Any]) -> bytes:
+    """Return seek.parquet; the columns' metadata hold `unit` and `description`."""
+    (unit,) = (axis.unit for axis in form.axes if axis.path == path)
+    columns = [
+        Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float")
+        for axis in form.axes
+        if axis.path != path
+    ]
+    values = [[answer.point[column.name] for answer in answers] for column in columns]
+    columns += [
+        Column(f"seek.{path}", unit, _VALUE),
+        Column("seek_low", unit, "lower end of the interval that holds the border"),
+        Column("seek_high", unit, "upper end of the interval that holds the border"),
+        Column("limiting", "", _LIMITING, "text"),
+        Column("probes", "1", "cases that were looked at", "int"),
+    ]
+    values += [[getattr(answer, name) for answer in answers] for name in ("value", "low", "high", "limiting", "probes")]
+    fields = [field_of(column) for column in columns]
+    arrays = [pa.array(each, field.type) for each, field in zip(values, fields, strict=True)]
+    content = io.BytesIO()
+    pq.write_table(pa.table(arrays, pa.schema(fields)), content, write_page_checksum=True)
+    return content.getvalue()
+
+
+_VALUE = "the value sought: limits are kept with it and with what was tried on its safe side; null: with none"
+_LIMITING = (
+    "the column whose limit is exceeded first beyond it, or the status of a case that fails there; null: none is"
+)

@@ -1,0 +1,189 @@
+"""The largest value that keeps to the limits: found among ordinary cases, the same after every interruption."""
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from fake_physics import FAILS, GOOD, Fake, grid, trajectory
+from fake_sweeps import sweep
+from test_sweep import parts, program, same_results, wait_for
+
+import clearsweep
+from clearsweep import grid as grids
+from clearsweep.errors import InputError
+from clearsweep.sweeping import closing
+
+MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"
+PEAK = 1  # rod_slider_force_peak is so many times the mass in kg, which tests rely upon
+
+
+def quiet(source, out, **options):
+    return sweep(source, out, executor="serial", show_progress=False, **options)
+
+
+def sought(limit=0.3137, gravities=(GOOD,), **changes):
+    """Return a grid that seeks the largest mass whose force peak stays below a limit."""
+    seek = {"largest": MASS, "between": ["0.1 kg", "0.9 kg"], "within": "1 g"} | changes
+    return grid(1, gravities, orbits="none") | {
+        "sweep": {GRAVITY: list(gravities)},
+        "limits": {"rod_slider_force_peak": limit},
+        "seek": {key: value for key, value in seek.items() if value is not None},
+    }
+
+
+def answers(out):
+    return pq.read_table(out / "seek.parquet").to_pylist()
+
+
+def test_the_made_up_force_is_the_mass():
+    assert next(name for name in trajectory(loaded(grid(1)).case(0)).summary) == "rod_slider_force_peak"
+    assert trajectory(loaded(grid(1)).case(0)).summary["rod_slider_force_peak"] == PEAK * 0.1
+
+
+def loaded(source):
+    return grids.load(source, Fake.catalogue())
+
+
+def test_the_border_is_found_to_the_width_asked_for_and_enclosed(tmp_path):
+    result = quiet(sought(gravities=(GOOD, 1e-3)), tmp_path / "run")
+    rows = answers(tmp_path / "run")
+    assert [row[GRAVITY] for row in rows] == [GOOD, 1e-3]
+    for row in rows:
+        assert row["seek_low"] == row[f"seek.{MASS}"] <= 0.3137 < row["seek_high"] <= row["seek_low"] + 1e-3
+        assert row["limiting"] == "rod_slider_force_peak"
+        assert row["probes"] <= 5 + 8 + 4
+    assert result.ran == sum(row["probes"] for row in rows)
+    run = clearsweep.open(tmp_path / "run")
+    assert len(run.summary) == result.ran
+    assert run.summary[MASS].between(0.1, 0.9).all()
+    assert run.grid["seek"]["largest"] == MASS
+    text = closing.run_text(closing.of_run(result))
+    assert "largest slider mass within the limits" in text
+    assert "limited by rod_slider_force_peak" in text
+
+
+def test_probes_are_stored_cases_and_run_once(tmp_path):
+    quiet(sought(), tmp_path / "run")
+    first = answers(tmp_path / "run")
+    again = quiet(sought(), tmp_path / "run")
+    assert again.ran == 0
+    assert answers(tmp_path / "run") == first
+    finer = quiet(sought(within="0.1 g"), tmp_path / "run")
+    assert 0 < finer.ran < finer.cases
+    assert first[0]["seek_low"] <= answers(tmp_path / "run")[0]["seek_low"] <= 0.3137
+
+
+def test_the_smallest_value_is_sought_from_the_other_end(tmp_path):
+    source = sought(largest=None, smallest=MASS) | {"limits": {"rod_slider_force_peak": {"at_least": 0.3137}}}
+    quiet(source, tmp_path / "run")
+    (row,) = answers(tmp_path / "run")
+    assert row["seek_low"] < 0.3137 <= row["seek_high"] == row[f"seek.{MASS}"] <= row["seek_low"] + 1e-3
+
+
+def test_for_all_the_worst_case_decides(tmp_path):
+    gravities = (GOOD, FAILS)
+    quiet(sought(gravities=gravities) | {"seek": sought(**{"for": "all"})["seek"]}, tmp_path / "run")
+    (row,) = answers(tmp_path / "run")
+    assert (row[f"seek.{MASS}"], row["limiting"], row[GRAVITY]) == (None, "step-budget", FAILS)
+    quiet(sought(gravities=(GOOD, 1e-3)) | {"seek": sought(**{"for": "all"})["seek"]}, tmp_path / "other")
+    (row,) = answers(tmp_path / "other")
+    assert row["seek_low"] <= 0.3137 < row["seek_high"]
+
+
+@pytest.mark.parametrize(("limit", "value", "limiting"), [(1.0, 0.9, None), (0.05, None, "rod_slider_force_peak")])
+def test_a_border_outside_the_range_is_told(tmp_path, limit, value, limiting):
+    quiet(sought(limit), tmp_path / "run")
+    (row,) = answers(tmp_path / "run")
+    assert (row[f"seek.{MASS}"], row["seek_low"], row["seek_high"], row["limiting"]) == (value, value, value, limiting)
+
+
+def test_what_was_sought_goes_when_the_grid_seeks_nothing_any_more(tmp_path):
+    quiet(sought(), tmp_path / "run")
+    plain = quiet(grid(3, orbits="none"), tmp_path / "run")
+    assert plain.others > 10
+    assert not (tmp_path / "run" / "seek.parquet").exists()
+
+
+class Noisy(Fake):
+    """Made-up mechanics whose force, within 5 g of the border, is above or below the limit as chance has it."""
+
+    @staticmethod
+    def solve(case):
+        """Return a made-up trajectory."""
+        found = trajectory(case)
+        mass = case.mechanism.values["slider.mass"]
+        if abs(mass - 0.3137) < 0.005:
+            found.summary["rod_slider_force_peak"] = np.random.default_rng(int(1e9 * mass)).choice([0.1, 0.9])
+        return found
+
+
+def test_where_limits_are_met_by_chance_the_answer_stays_on_the_safe_side(tmp_path):
+    quiet(sought(), tmp_path / "run", simulator=Noisy)
+    (row,) = answers(tmp_path / "run")
+    assert row["seek_low"] == row[f"seek.{MASS}"] < row["seek_high"]
+    assert row["seek_low"] > 0.3137 - 0.02
+    assert row["seek_high"] < 0.3137 + 0.02
+    summary = clearsweep.open(tmp_path / "run").summary
+    safe = summary[summary[MASS].between(row["seek_low"] - 2.1e-3, row["seek_low"] + 1e-9)]
+    assert (safe["limits_exceeded"] == "").all()
+    assert len(safe) >= 3  # itself and two neighbours
+
+
+@pytest.mark.parametrize("after", [6, pytest.param(1, marks=pytest.mark.slow), pytest.param(9, marks=pytest.mark.slow)])
+def test_killed_at_any_round_it_goes_on_to_the_same_answers(tmp_path, after):
+    source = sought(gravities=(GOOD + 0.02,))
+    quiet(source, tmp_path / "whole")
+    out = tmp_path / "run"
+    process = program(out, source, jobs=1, show_progress=False)
+    wait_for(lambda: parts(out) >= after or process.poll() is not None)
+    process.kill()
+    process.communicate()
+    assert parts(out) >= after
+    assert not (out / "seek.parquet").exists()
+    again = quiet(source, out)
+    assert 0 < again.ran < again.cases
+    assert (out / "seek.parquet").read_bytes() == (tmp_path / "whole" / "seek.parquet").read_bytes()
+    assert same_results(out, tmp_path / "whole")
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"largest": "mechanism.slider.mas"}, "seek.between: names nothing; did you mean"),
+        ({"largest": None}, "seek.largest: is missing"),
+        ({"smallest": MASS}, "seek.largest: has both largest and smallest"),
+        ({"largest": GRAVITY}, "is under 'sweep' already"),
+        ({"largest": "simulate.step_budget"}, "is a whole number, which has nothing in between"),
+        ({"between": ["0.9 kg", "0.1 kg"]}, "seek.between: the first value is not below the second"),
+        ({"between": ["0.1 kg", 0.9]}, "found 0.9 without a unit beside '0.1 kg'"),
+        ({"between": ["0.1 mm", "0.2 mm"]}, "has another dimension"),
+        ({"between": None}, "seek.between: is missing; write the range"),
+        ({"within": None}, "seek.within: is missing"),
+        ({"within": "0.5 kg"}, "seek.within: found 0.5 kg; allowed: 8e-13 kg to 0.2 kg, a quarter of the range"),
+        ({"meeting": "limit"}, "seek.meeting: found 'limit'; expected limits"),
+        ({"for": "most"}, "seek.for: found 'most'; expected each or all"),
+        ({"form": "each"}, "seek.form: unknown key 'form'; did you mean 'for'?"),
+    ],
+)
+def test_a_mistake_is_told(changes, told):
+    with pytest.raises(InputError) as caught:
+        loaded(sought(**changes))
+    assert any(told in problem for problem in caught.value.problems), caught.value.problems
+
+
+def test_without_limits_nothing_can_be_sought():
+    source = sought()
+    del source["limits"]
+    with pytest.raises(InputError, match="there are no limits to meet"):
+        loaded(source)
+
+
+def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
+    first = loaded(sought(gravities=(GOOD, 1e-3)))
+    again = loaded(first.resolved())
+    assert (again.seek, again.axes, again.frame()) == (first.seek, first.axes, first.frame())
+    assert list(again.identities()) == list(first.identities())
+
+
+def test_shards_of_a_search_are_refused(tmp_path):
+    with pytest.raises(InputError, match="follow from one another"):
+        quiet(sought(), tmp_path / "run", shard="1/2")
