@@ -20,6 +20,7 @@ class Field(NamedTuple):
     default: float | None = None  # None: required, unless `optional`
     optional: bool = False  # may be left out without a default, or with one that follows from other values
     whole: bool = False
+    fit: bool = False  # a clearance that may be written as a fit of ISO 286, by the `bearing_radius` beside it
 
     def allowed(self) -> str:
         """Return the range in words: 'above 0 and at most 1'."""

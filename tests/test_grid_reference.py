@@ -62,5 +62,5 @@ def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
 
 
 def test_a_quantity_stands_with_unit_range_default_and_meaning():
-    assert "| `clearance` | m | above 0 | required | radial clearance |" in PAGE
+    assert "| `clearance` | m | above 0 | required | radial clearance, or a fit of ISO 286 as {fit: H7/f7} |" in PAGE
     assert "| `bins` |  | a whole number at least 8 and at most 1000000 | 360 |" in PAGE

@@ -3,7 +3,9 @@
 from ..catalogue import Catalogue, Field, Law
 from .changes import SET, SWEEP, Changed, read_options
 from .enumeration import Words
+from .fits import noted as noted_fits
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
+from .iso286 import Fit
 from .json_schema import schema
 from .key_units import key_units
 from .reference import markdown
@@ -18,6 +20,7 @@ __all__ = [
     "Catalogue",
     "Changed",
     "Field",
+    "Fit",
     "Grid",
     "Law",
     "Seek",
@@ -31,6 +34,7 @@ __all__ = [
     "leaves",
     "load",
     "markdown",
+    "noted_fits",
     "read_options",
     "schema",
     "starter",

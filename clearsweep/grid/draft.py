@@ -9,6 +9,7 @@ from ..catalogue import Mechanism
 from ..errors import InputError
 from ..outline import Outline
 from .document import Problems, WrittenValue
+from .iso286 import Fit
 from .keys import Number, Shape
 from .sampling import Distribution, Sample
 
@@ -33,6 +34,7 @@ class Draft:
     sample: Sample | None = None
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
+    fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> the fits it is written as
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
     seek: Any = None  # `sought.Seek`

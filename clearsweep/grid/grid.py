@@ -23,6 +23,7 @@ from .changes import Changed, put
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
+from .iso286 import Fit
 from .key_units import unit
 from .keys import Flag, Number, Section, Shape, Table, Word, value_key
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
@@ -74,6 +75,7 @@ def load(
         {draft.way[paths[0]]: paths for paths in variations.steps(draft)},
         _sample(draft),
         draft.outline,
+        {path: tuple(known) for path, known in draft.fits.items()},
         assumed(draft),
         draft.seek,
     )
@@ -144,6 +146,7 @@ class Grid:
     _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
     _sample: dict[str, Any]
     _outline: Outline
+    fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> the fits of ISO 286 that it is written as
     assumed: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
     seek: Seek | None = None  # what is sought; its axis has the values that are tried first
     _layout: Layout | None = None

@@ -5,11 +5,26 @@ from typing import Any
 from .. import quantity
 from ..catalogue import Catalogue
 from ..outline import ANY
+from .fits import SPREADS
 from ..verdict import KINDS
 from .key_table import full_shape
 from .keys import Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
 from .sought import ENDS, FOR
+
+_NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
+_FIT: dict[str, Any] = {
+    "type": "object",
+    "required": ["fit"],
+    "additionalProperties": False,
+    "properties": _NAME,
+}
+_FITS = {
+    "type": "object",
+    "required": ["fits"],
+    "additionalProperties": False,
+    "properties": {"fits": {"type": "array", "minItems": 1, "items": {"type": "string"}}},
+}
 
 
 def schema(catalogue: Catalogue) -> dict[str, Any]:
@@ -67,6 +82,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "axis": {
                 "anyOf": [
                     {"type": "array", "minItems": 1},
+                    _FITS,
                     *(
                         {
                             "type": "object",
@@ -114,6 +130,8 @@ def _sample() -> dict[str, Any]:
         {"type": "object", "required": [kind], "properties": {kind: {"description": form}}}
         for kind, form in DISTRIBUTIONS.items()
     ]
+    spread = {"distribution": {"enum": list(SPREADS), "default": "uniform"}}
+    kinds.append(_FIT | {"properties": _NAME | spread})
     return {
         "description": "cases drawn from distributions",
         "type": "object",
@@ -151,6 +169,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
             properties[key] = {"description": node.text, "type": "boolean", "default": False}
         else:
             either = [{"$ref": "#/$defs/quantity"}, *(_object(tree, each) for each in (inner,) if _holds(tree, each))]
+            either += [_FIT] if any(use.field.fit for use in node.uses) else []
             value = {"anyOf": either} if either[1:] else either[0]
             properties[key] = {"description": _described(node), **value}
         if isinstance(node, Section) and node.need == "required" and key != ANY:

@@ -244,7 +244,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
         tree,
         path,
         (
-            Field("clearance", "m", "radial clearance"),
+            Field("clearance", "m", "radial clearance, or a fit of ISO 286 as {fit: H7/f7}", fit=True),
             Field("bearing_radius", "m", "radius of the bearing; the journal's is smaller by the clearance"),
             _LENGTH_OF_PIN,
         ),

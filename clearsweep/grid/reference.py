@@ -6,6 +6,7 @@ from typing import NamedTuple
 from ..catalogue import Catalogue, Field
 from ..outline import ANY
 from .axes import FORMS
+from .fits import FORM
 from .json_schema import schema
 from .judged import SECTIONS
 from .key_table import full_shape
@@ -145,8 +146,10 @@ def _cases(catalogue: Catalogue) -> str:
     texts["name"] = texts["name"].replace("<name>", "NAME")
     rows = [f"| `{key}` | {texts[key]} |" for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS, "seek")]
     axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
+    axes.append("| `fits` | [H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286 |")
     methods = [f"| `{name}` | {text} |" for name, text in METHODS.items()]
     kinds = [f"| `{name}` | {text} |" for name, text in DISTRIBUTIONS.items()]
+    kinds.append(f"| `fit` | {FORM}, of a radial clearance: between the limits of a fit |")
     sample = [
         "| `method` | one of the designs below |",
         "| `n` | a whole number, at least 2: how many points |",

@@ -7,7 +7,7 @@ from ..case import column_name
 from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
-from . import judged, sought, table_key, variations
+from . import fits, judged, sought, table_key, variations
 from .axes import Reading, half_bare
 from .document import Problems, WrittenValue
 from .draft import Draft
@@ -31,6 +31,7 @@ def read_draft(
     _walk(draft, root, "", whole)
     _activate(draft, whole)
     variations.find(draft, root, whole, fixed)
+    fits.put_numbers(draft, lambda path: _ahead(draft, path))
     variations.find_sought(draft, root, whole)
     for path, node in draft.shape.items():
         if isinstance(node, Word):
@@ -291,8 +292,12 @@ def _units(draft: Draft, path: str, field: Field) -> list[str]:
 
 def exponent_values(draft: Draft, path: str) -> tuple[float, ...]:
     """Return the values of the key `exponent` beside `path`, (1.5,) where they cannot be read."""
-    beside = f"{path.rpartition('.')[0]}.exponent"
-    node = draft.shape.get(beside)
+    return _ahead(draft, f"{path.rpartition('.')[0]}.exponent") or (1.5,)
+
+
+def _ahead(draft: Draft, path: str) -> tuple[float, ...]:
+    """Return every value that the number at `path` takes, before its turn; () where they cannot be read, or drawn."""
+    node = draft.shape.get(path)
     quiet = Draft(
         Problems(),
         draft.mechanism,
@@ -304,9 +309,9 @@ def exponent_values(draft: Draft, path: str) -> tuple[float, ...]:
         draft.names,
         way=draft.way,
     )
-    if isinstance(node, Number) and (beside in draft.written or beside in draft.swept):
-        _number(quiet, beside, node)
-    return quiet.reached(beside) or (1.5,)
+    if isinstance(node, Number) and (path in draft.written or path in draft.swept):
+        _number(quiet, path, node)
+    return quiet.reached(path)
 
 
 def _from_material(draft: Draft, path: str, missing: Field) -> bool:

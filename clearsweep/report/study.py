@@ -1,6 +1,7 @@
 """A run prepared for reading: its axes in units for people, its finished and failed cases, its joints."""
 
 from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ import pandas as pd
 from .. import grid, simulation, wording
 from ..case import Case
 from ..case import Joint as CaseJoint
+from ..grid import Fit
 from ..results import ELASTIC_ONSET
 from ..store import StoredRun
 from ..verdict import EXCEEDED
@@ -33,6 +35,7 @@ class Axis(NamedTuple):
     values: tuple  # SI floats or strings
     digits: int  # that keep its values apart, at least DIGITS
     scattered: bool = False  # drawn or listed case by case: hardly two cases share a value; `values` in order of size
+    names: Mapping[float, str] = MappingProxyType({})  # value -> what the grid calls it: a fit of ISO 286
 
     @property
     def numeric(self) -> bool:
@@ -41,16 +44,27 @@ class Axis(NamedTuple):
 
     def number(self, value: float | str) -> str:
         """Return a value without its unit."""
-        return value if isinstance(value, str) else self.scale.given_number(value, self.digits)
+        return value if isinstance(value, str) else self.scale.given_number(value, self.digits) + self._named(value)
 
     def text(self, value: float | str) -> str:
         """Return a value with its unit."""
-        return value if isinstance(value, str) else self.scale.given(value, self.digits)
+        return value if isinstance(value, str) else self.scale.given(value, self.digits) + self._named(value)
+
+    def short(self, value: float | str) -> str:
+        """Return the name of a value, or its number to a few digits: for the edge of a figure."""
+        if isinstance(value, str):
+            return value
+        return self.names.get(value) or wording.short(value / self.scale.factor, 3)
+
+    def _named(self, value: float) -> str:
+        return f" ({self.names[value]})" if value in self.names else ""
 
     def listed(self) -> str:
         """Return the values in a sentence: a few one by one, the unit once; of many the number and the ends."""
         if self.scattered or len(self.values) > (FEW_NUMBERS if self.numeric else FEW_NAMES):
             return f"in {self.span()}"
+        if self.names:
+            return ", ".join(map(self.text, self.values))
         return self.scale.joined(", ".join(self.number(value) for value in self.values))
 
     def span(self) -> str:
@@ -290,7 +304,17 @@ def _axes(record: Mapping, units: Mapping[str, str], joints: int) -> tuple[Axis,
             axes.append(ends._replace(values=ordered, digits=DIGITS, scattered=True))
         else:
             axes.append(_axis(path, different, units.get(path, "1"), joints))
-    return tuple(axes)
+    fits = grid.noted_fits(record)
+    return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
+
+
+def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
+    """Return an axis that names the fits of which its clearances are the means, or from which they are `drawn`."""
+    names = {known.mean: known.name for known in fits}
+    radial = axis.name.replace("clearance", "radial clearance", 1) if names else axis.name
+    if drawn and names:
+        return axis._replace(name=f"{radial} ({wording.sentence_list(list(names.values()))})")
+    return axis._replace(name=radial, names=names)
 
 
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:

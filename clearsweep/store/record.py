@@ -30,6 +30,7 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             "frame": grid.frame(),
             "model_version": clearsweep.MODEL_VERSION,
             "units": {path: grid.unit(path) for path in grid.axes},
+            "fits": {path: [known._asdict() for known in fits] for path, fits in grid.fits.items()},
             "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
             "versions": _versions(),
             "machine": _machine(),

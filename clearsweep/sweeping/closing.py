@@ -58,6 +58,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "units": run.grid.get("units", {}),
         "limits": kept.facts(),
         "seek": _sought(result, run.grid.get("units", {})),
+        "fits": run.grid.get("fits", {}),
         "worst": worst,
         "failures": failures,
         "files": {name: str(result.directory / name) for name in FILES},
@@ -114,7 +115,7 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
     lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one"]
     lines += [f"  {name} {each['limit']}: {each['cases']:,} exceed it" for name, each in kept["each"].items()]
     if kept["worst"]:
-        setting = _setting(kept["worst"]["swept"], facts["units"])
+        setting = _setting(kept["worst"]["swept"], facts)
         lines.append(
             f"  smallest margin {100.0 * kept['worst']['margin']:.3g} %: case {kept['worst']['case_id']}"
             + (f", {setting}" if setting else "")
@@ -141,12 +142,12 @@ def _seek_lines(facts: dict[str, Any]) -> list[str]:
     if not answers:
         return [*lines, "  the search was stopped before its end; run the same command again to go on"]
     for answer in answers[:LISTED_ANSWERS]:
-        value, low, high = (_value(asked[end], answer[name], facts["units"]) for name in ("value", "low", "high"))
+        value, low, high = (_value(asked[end], answer[name], facts) for name in ("value", "low", "high"))
         found = "none in the range" if answer["value"] is None else value
         found += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
         limiting = answer["limiting"]
         found += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
-        setting = _setting(answer["point"], facts["units"])
+        setting = _setting(answer["point"], facts)
         lines.append(f"  {setting}: {found}" if setting else f"  {found}")
     if len(answers) > LISTED_ANSWERS:
         lines.append(f"  and {len(answers) - LISTED_ANSWERS:,} more")
@@ -205,7 +206,7 @@ def run_text(facts: dict[str, Any]) -> str:
             + ", ".join(f"{count:,} {status}" for status, count in facts["statuses"].items() if status != "ok"),
         ]
         lines += [
-            f"  {wording.short_id(entry['case_id'])}  {_setting(entry['swept'], facts['units'])}: {entry['status']}: "
+            f"  {wording.short_id(entry['case_id'])}  {_setting(entry['swept'], facts)}: {entry['status']}: "
             f"{entry['message']}"
             for entry in facts["failures"]
         ]
@@ -314,7 +315,7 @@ def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
         *(
             [
                 wording.short_id(entry["case_id"]),
-                *(_value(path, entry["swept"][path], facts["units"]) for path in paths),
+                *(_value(path, entry["swept"][path], facts) for path in paths),
                 wording.joint_name(entry["joint"]),
                 friendly(entry["force_peak"], "N"),
             ]
@@ -327,18 +328,19 @@ def _joints(paths: Iterable[str]) -> int:
     return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
 
 
-def _setting(swept: dict[str, Any], units: dict[str, str]) -> str:
+def _setting(swept: dict[str, Any], facts: dict[str, Any]) -> str:
     return ", ".join(
-        f"{wording.axis_name(path, _joints(swept))} {_value(path, value, units)}"
+        f"{wording.axis_name(path, _joints(swept))} {_value(path, value, facts)}"
         for path, value in swept.items()
         if value is not None
     )
 
 
-def _value(path: str, value: Any, units: dict[str, str]) -> str:
+def _value(path: str, value: Any, facts: dict[str, Any]) -> str:
     if value is None or isinstance(value, str):
         return value or "-"
-    return friendly(value, units.get(path, "1"), speed=path.endswith("speed"))
+    fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
+    return friendly(value, facts["units"].get(path, "1"), speed=path.endswith("speed")) + fit
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

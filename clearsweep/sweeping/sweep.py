@@ -272,6 +272,11 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
     """Return the ranges of what is derived (name -> unit, min, max) and the warnings, over a sample of the cases."""
     ranges: dict[str, dict[str, Any]] = {}
     sentences: dict[str, None] = {}
+    for path, fits in grid.fits.items():
+        for known in fits:
+            for kind, factor in (("radial", 1.0), ("diametral", 2.0)):
+                ends = {"min": factor * known.low, "max": factor * known.high}
+                ranges[f"{path} ({known.name}, {kind})"] = {"unit": "m", **ends}
     for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():

@@ -41,7 +41,7 @@ def over_crank(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
 
 def name_values(side: XAxis | YAxis, axis: Axis, places: np.ndarray) -> None:
     """Write the values of a grid axis at their places; only some of the numbers where they are many."""
-    longest = max(len(_short(axis, value)) for value in axis.values)
+    longest = max(len(axis.short(value)) for value in axis.values)
     if not axis.numeric:
         slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > WIDTH
         side.set_ticks(places, axis.values, **(SLANTED if slanted else {}))
@@ -54,11 +54,7 @@ def name_values(side: XAxis | YAxis, axis: Axis, places: np.ndarray) -> None:
             named.append(k)
     side.set_major_locator(NullLocator())
     side.set_minor_locator(NullLocator())
-    side.set_ticks(places[named], [_short(axis, axis.values[k]) for k in named])
-
-
-def _short(axis: Axis, value: float | str) -> str:
-    return value if isinstance(value, str) else wording.short(value / axis.scale.factor, 3)
+    side.set_ticks(places[named], [axis.short(axis.values[k]) for k in named])
 
 
 def logarithmic(ax: Axes, which: str) -> None:

@@ -2,7 +2,7 @@
 
 import re
 
-from ... import wording
+from ... import grid, wording
 from ..section import Block, Columns, Facts, Note, Section, filled
 from ..study import BASE, Axis, Study, leaves
 
@@ -15,6 +15,7 @@ ELSEWHERE = (  # in the record of a run, and shown elsewhere or not for people
     "limits",
     "layout",
     "units",
+    "fits",
     "keys",
     "frame",
     "derived",
@@ -50,7 +51,12 @@ def _listed(axis: Axis) -> str:
 def _fixed(study: Study) -> list[tuple[str, str]]:
     """Return the values that every case shares: dotted path, value with unit."""
     swept = {axis.path for axis in study.axes}
-    return [(path, _text(study, path, value)) for path, value in leaves(study.base) if path not in swept]
+    fits = {path: f" ({known[0].name})" for path, known in grid.noted_fits(study.run.grid).items()}
+    return [
+        (path, _text(study, path, value) + fits.get(path, ""))
+        for path, value in leaves(study.base)
+        if path not in swept
+    ]
 
 
 def _text(study: Study, path: str, value: object) -> str:

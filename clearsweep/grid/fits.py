@@ -1,0 +1,143 @@
+"""Reads clearances that are written as fits of ISO 286, and puts numbers in their place.
+
+A fit is `{fit: H7/f7}` as a value or in a list, `{fits: [H7/g6, H7/f7]}` as an axis, and as a distribution
+`{fit: H7/f7}` or `{fit: H7/f7, distribution: normal}`.  All that is read afterwards sees radial clearances in m.
+"""
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+from ..errors import InputError, nearest, shown
+from .document import WrittenValue
+from .draft import Draft
+from .iso286 import Fit, fit
+from .keys import Number
+
+#: How clearance spreads over a fit: what is written of it in a grid, from its fit.
+SPREADS = {
+    "uniform": lambda known: {"uniform": [known.low, known.high]},
+    "normal": lambda known: {  # 3 standard deviations to the limits; what lies beyond is not delivered
+        "truncated-normal": {
+            "mean": known.mean,
+            "std": (known.high - known.low) / 6.0,
+            "low": known.low,
+            "high": known.high,
+        }
+    },
+}
+FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
+
+
+def put_numbers(draft: Draft, values_of: Callable[[str], tuple[float, ...]]) -> None:
+    """Put radial clearances in place of the fits of a draft; `values_of` a path gives its values as far as known."""
+    for path, node in list(draft.shape.items()):
+        if not isinstance(node, Number) or not node.uses[0].field.fit:
+            continue
+        there = draft.swept if path in draft.swept else draft.written
+        if path in there and _has_fit(there[path]):
+            try:
+                there[path] = _Reader(draft, path, values_of).numbers(there[path])
+            except _WrongFitError as error:
+                if str(error):
+                    draft.problems.add(error.written, path, str(error))
+                for known in (draft.shape, draft.swept, draft.written):  # it is told already what is wrong with it
+                    known.pop(path, None)
+
+
+class _WrongFitError(Exception):
+    """What is wrong with a fit, and where; no sentence where it is told of another value."""
+
+    def __init__(self, written: WrittenValue, sentence: str):
+        super().__init__(sentence)
+        self.written = written
+
+
+def _has_fit(written: WrittenValue) -> bool:
+    """Return whether a value, an axis or a distribution speaks of fits."""
+    if isinstance(written.value, list):
+        return any(isinstance(item.value, dict) for item in written.value)
+    return isinstance(written.value, dict) and not {"fit", "fits"}.isdisjoint(written.value)
+
+
+class _Reader:
+    """Reads the fits of one clearance."""
+
+    def __init__(self, draft: Draft, path: str, values_of: Callable[[str], tuple[float, ...]]):
+        self.draft, self.path = draft, path
+        self.radius = f"{path.rpartition('.')[0]}.bearing_radius"
+        self.radii = values_of(self.radius)
+
+    def numbers(self, written: WrittenValue) -> WrittenValue:
+        """Return what is `written`, radial clearances (m) in place of its fits."""
+        way = self.draft.way.get(self.path) if self.path in self.draft.swept else None
+        if way == "sample":
+            return _like(written, self._spread(written))
+        if way is None:
+            return self._mean(written, self.radii)
+        items = written.value
+        if isinstance(items, dict):
+            if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
+                raise _WrongFitError(written, f"found {shown(items)}; expected {{fits: [H7/g6, H7/f7]}}")
+            items = [_like(item, {"fit": item}) for item in items["fits"].value]
+        in_step = self.radius in self.draft.swept and self.draft.in_step(self.path, self.radius)
+        radii = [self.radii[row : row + 1] if in_step else self.radii for row in range(len(items))]
+        return _like(written, list(map(self._mean, items, radii)))
+
+    def _mean(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
+        """Return the mean clearance of `{fit: NAME}` at a bearing's radius (m); what is no fit as it is."""
+        if not isinstance(written.value, dict):
+            return written
+        if set(written.value) != {"fit"}:
+            raise _WrongFitError(written, f"found {shown(written.value)}; expected {{fit: H7/f7}}")
+        return _like(written, self._fit(written.value["fit"], radii).mean)
+
+    def _spread(self, written: WrittenValue) -> Any:
+        """Return the distribution of a fit, as a grid may have it."""
+        kind = written.value.get("distribution")
+        if not {"fit"} <= set(written.value) <= {"fit", "distribution"}:
+            raise _WrongFitError(written, f"found {shown(written.value)}; expected {FORM}")
+        name = "uniform" if kind is None else kind.value
+        if not isinstance(name, str) or name not in SPREADS:
+            near = nearest(name, SPREADS) if isinstance(name, str) else ""
+            known = ", ".join(SPREADS)
+            raise _WrongFitError(written, f"unknown distribution {shown(name)} of a fit{near} (known: {known})")
+        return _placed(SPREADS[name](self._fit(written.value["fit"], self.radii)), written)
+
+    def _fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
+        """Return the fit called `name` at a bearing's radius (m), and note it."""
+        if len(radii) != 1:
+            sentence = (
+                f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter, but "
+                f"{self.radius} is varied: take both in step under `zip`, the fit once for each radius"
+            )
+            raise _WrongFitError(name, sentence if self.radius in self.draft.swept else "")
+        if not isinstance(name.value, str):
+            raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")
+        try:
+            known = fit(name.value, Fraction(repr(radii[0])) * 2000)
+        except InputError as error:
+            raise _WrongFitError(name, str(error)) from None
+        noted = self.draft.fits.setdefault(self.path, [])
+        if known not in noted:
+            noted.append(known)
+        return known
+
+
+def noted(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
+    """Return path of a clearance -> the fits that it was written as, by the run.json of a run."""
+    return {path: tuple(Fit(**known) for known in fits) for path, fits in record.get("fits", {}).items()}
+
+
+def _like(written: WrittenValue, value: Any) -> WrittenValue:
+    """Return a value in place of another."""
+    return WrittenValue(value, written.origin, written.line, written.column)
+
+
+def _placed(value: Any, written: WrittenValue) -> Any:
+    """Return dicts and lists of numbers with the place of `written` at each number."""
+    if isinstance(value, dict):
+        return {key: _like(written, _placed(item, written)) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_like(written, _placed(item, written)) for item in value]
+    return value

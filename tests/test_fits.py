@@ -1,0 +1,168 @@
+"""Fits of ISO 286: limits as published, a grid that is written with them, and what a mistake is told."""
+
+import dataclasses
+import itertools
+import json
+import math
+import re
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from grid_fake import JOINT, TEXT, ids, load
+from report_fake import Run
+
+from clearsweep import report
+from clearsweep.errors import InputError
+from clearsweep.grid import iso286, noted_fits
+from clearsweep.sweeping import closing
+
+CLEARANCE, RADIUS = f"{JOINT}.clearance", f"{JOINT}.bearing_radius"
+
+#: tolerance class, nominal diameter in mm, its limit deviations in um, as ISO 286-2 lists them; E8, f9 and A13 with the
+#: corrections of ISO 286-2:1988/Cor.1:2006
+PUBLISHED = [
+    *(("H7", 10, 0, 15), ("H7", 18, 0, 18), ("H7", 18.001, 0, 21), ("H7", 20, 0, 21), ("H8", 500, 0, 97)),
+    *(("H6", 50, 0, 16), ("H9", 80, 0, 74), ("H11", 250, 0, 290), ("G7", 18, 6, 24), ("F8", 180, 43, 106)),
+    *(("E8", 100, 72, 126), ("D10", 50, 80, 180), ("A13", 350, 1200, 2090), ("JS7", 25, -10.5, 10.5)),
+    *(("f7", 20, -41, -20), ("g6", 20, -20, -7), ("e8", 40, -89, -50), ("d9", 60, -174, -100), ("f6", 140, -68, -43)),
+    *(("c11", 100, -390, -170), ("c11", 120, -400, -180), ("b11", 160, -530, -280), ("a11", 10, -370, -280)),
+    *(("f9", 300, -186, -56), ("h6", 500, -40, 0), ("g5", 400, -43, -18), ("e7", 355, -182, -125)),
+    *(("k6", 50, 2, 18), ("k8", 50, 0, 39), ("m6", 65, 11, 30), ("n6", 30, 15, 28), ("p6", 100, 37, 59)),
+]
+
+
+@pytest.mark.parametrize(("tolerance_class", "diameter", "low", "high"), PUBLISHED)
+def test_limits_are_those_published(tolerance_class, diameter, low, high):
+    assert iso286.limits(tolerance_class, Fraction(str(diameter))) == (low, high)
+
+
+def test_tables_are_the_formulas_of_the_standard_rounded():
+    """Annex B of ISO 286-1:1988: i = 0.45 D^(1/3) + 0.001 D and so on, D the geometric mean of a range (mm)."""
+    powers = {"d": (16, 0.44), "e": (11, 0.41), "f": (5.5, 0.41), "g": (2.5, 0.34)}
+    ends = (6, *iso286._FINE)
+    for lower, upper in itertools.pairwise(ends):
+        mean = math.sqrt(lower * upper)
+        expected = {
+            "a": 265 + 1.3 * mean if upper <= 120 else 3.5 * mean,
+            "b": 140 + 0.85 * mean if upper <= 160 else 1.8 * mean,
+        } | ({"c": 95 + 0.8 * mean} if upper > 40 else {})  # below, the table leaves its formula by a tenth
+        for letter, below in expected.items():
+            assert -iso286.limits(f"{letter}9", Fraction(upper))[1] == pytest.approx(below, rel=0.05, abs=1)
+    ends = (6, *iso286._RANGES)
+    for lower, upper in itertools.pairwise(ends):
+        mean, size = math.sqrt(lower * upper), Fraction(upper)
+        unit = 0.45 * mean ** (1 / 3) + 0.001 * mean
+        for grade, units in zip(range(5, 14), (7, 10, 16, 25, 40, 64, 100, 160, 250), strict=True):
+            assert iso286.limits(f"H{grade}", size)[1] == pytest.approx(units * unit, rel=0.06, abs=0.6)
+        for letter, (factor, power) in powers.items():
+            assert -iso286.limits(f"{letter}7", size)[1] == pytest.approx(factor * mean**power, rel=0.03, abs=0.5)
+        assert iso286.limits("m6", size)[0] == iso286.limits("H7", size)[1] - iso286.limits("H6", size)[1]
+        assert iso286.limits("n6", size)[0] == pytest.approx(5 * mean**0.34, rel=0.04, abs=0.5)
+
+
+def at(more="", overrides=None):
+    """Return the demo grid with further sections; its bearing has a radius of 10 mm."""
+    return load(TEXT_AS_DICT | more if more else TEXT_AS_DICT, overrides)
+
+
+def _demo():
+    from ruamel.yaml import YAML
+
+    return YAML(typ="safe", pure=True).load(TEXT)
+
+
+TEXT_AS_DICT = _demo()
+
+
+def test_a_fit_is_its_mean_radial_clearance_and_the_same_case_as_the_number():
+    fitted = at(overrides={CLEARANCE: {"fit": "H7/f7"}})
+    assert fitted.written_case(0)["joints"]["rod-slider"]["clearance"] == 20.5e-6
+    assert ids(fitted) == ids(at(overrides={CLEARANCE: "20.5 um"}))
+    (known,) = fitted.fits[CLEARANCE]
+    assert known == ("H7/f7", 0.02, 10e-6, 20.5e-6, 31e-6)
+
+
+def test_an_axis_of_fits_mixes_with_plain_clearances_and_outlives_its_record():
+    cases = at({"sweep": {CLEARANCE: {"fits": ["H7/g6", "H7/f7", "H8/e8"]}}})
+    assert cases.axes[CLEARANCE] == (12e-6, 20.5e-6, 36.5e-6)
+    assert at({"sweep": {CLEARANCE: [{"fit": "H7/g6"}, "0.1 mm"]}}).axes[CLEARANCE] == (12e-6, 1e-4)
+    again = load(json.loads(json.dumps(cases.resolved())))
+    assert ids(again) == ids(cases)
+    record = json.loads(
+        json.dumps({"fits": {path: [fit._asdict() for fit in cases.fits[path]] for path in cases.fits}})
+    )
+    assert dataclasses.replace(again, fits=noted_fits(record)).fits == cases.fits
+
+
+def test_fits_in_step_with_the_radius_are_taken_at_the_diameter_of_their_row():
+    cases = at({"zip": {CLEARANCE: {"fits": ["H7/g6", "H7/g6"]}, RADIUS: ["10 mm", "20 mm"]}})
+    assert cases.axes[CLEARANCE] == (12e-6, 14.75e-6)  # 25 + 9 + 25 um across at 40 mm: (9 + 50) / 4
+
+
+def drawn(form):
+    over = {CLEARANCE: form}
+    return at({"sample": {"method": "sobol", "n": 4096, "seed": 1, "over": over}})
+
+
+def test_a_fit_is_drawn_between_its_limits():
+    values = np.array(drawn({"fit": "H7/f7"}).axes[CLEARANCE])
+    assert 10e-6 <= values.min() < 10.1e-6
+    assert 30.9e-6 < values.max() <= 31e-6
+    assert values.std() == pytest.approx(21e-6 / math.sqrt(12.0), rel=1e-2)
+
+
+def test_a_normal_fit_has_its_limits_at_three_standard_deviations():
+    values = np.array(drawn({"fit": "H7/f7", "distribution": "normal"}).axes[CLEARANCE])
+    within = np.abs(values - 20.5e-6) < 3.5e-6
+    assert values.mean() == pytest.approx(20.5e-6, rel=1e-3)
+    assert within.mean() == pytest.approx(math.erf(math.sqrt(0.5)) / math.erf(3.0 * math.sqrt(0.5)), abs=2e-3, rel=2e-3)
+    assert 10e-6 <= values.min() < values.max() <= 31e-6
+
+
+MISTAKES = {
+    "interference": ({CLEARANCE: {"fit": "H7/p6"}}, "found H7/p6, an interference fit at a nominal diameter of 20 mm"),
+    "transition": ({CLEARANCE: {"fit": "H7/k6"}}, "diametral clearance is -15 to 19 um, radial -7.5 to 9.5 um"),
+    "no play": ({CLEARANCE: {"fit": "H7/h6"}}, "a fit without play at worst"),
+    "shaft first": ({CLEARANCE: {"fit": "f7/H7"}}, "hole before shaft, such as H7/f7"),
+    "unknown letter": ({CLEARANCE: {"fit": "H7/q6"}}, "'q6' is no tolerance class that is known; known are holes A,"),
+    "forced hole": ({CLEARANCE: {"fit": "K7/h6"}}, "holes from J to ZC are made for transition and interference"),
+    "unknown grade": ({CLEARANCE: {"fit": "H14/f7"}}, "in the grades 1 to 13"),
+    "too small": (
+        {CLEARANCE: {"fit": "H7/f7"}, RADIUS: "4.9 mm"},
+        "fits are known from 10 to 500 mm: write the radial",
+    ),
+    "too large": ({CLEARANCE: {"fit": "H7/f7"}, RADIUS: "251 mm"}, "a nominal diameter of 502 mm, twice the bearing"),
+    "number": ({CLEARANCE: {"fit": 7}}, "found 7; expected a fit of ISO 286"),
+    "axis as value": ({CLEARANCE: {"fits": ["H7/f7"]}}, "expected {fit: H7/f7}"),
+    "radius varied": (
+        {"sweep": {RADIUS: ["10 mm", "20 mm"]}, CLEARANCE: {"fit": "H7/f7"}},
+        f"{RADIUS} is varied: take both in step under `zip`",
+    ),
+    "unknown spread": (
+        {"sample": {"method": "random", "n": 4, "over": {CLEARANCE: {"fit": "H7/f7", "distribution": "norm"}}}},
+        "unknown distribution 'norm' of a fit; did you mean 'normal'? (known: uniform, normal)",
+    ),
+}
+
+
+@pytest.mark.parametrize("overrides", MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_told_once_with_its_reason(overrides):
+    given, sentence = overrides
+    sections = {key: value for key, value in given.items() if "." not in key}
+    with pytest.raises(InputError, match=re.escape(sentence)) as error:
+        at(sections, {key: value for key, value in given.items() if "." in key})
+    assert str(error.value).count(CLEARANCE + ":") == 1
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_the_report_and_the_closing_table_name_the_fits(tmp_path):
+    values = (12e-6, 20.5e-6, 36.5e-6)
+    run = Run(sweep={CLEARANCE: list(values)})
+    names = ("H7/g6", "H7/f7", "H8/e8")
+    run.grid["fits"] = {CLEARANCE: [iso286.fit(name, Fraction(20))._asdict() for name in names]}
+    page = report.write(run, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "20.5\u00a0µm (H7/f7)" in page
+    facts = {"fits": run.grid["fits"], "units": {CLEARANCE: "m"}}
+    assert closing._setting({CLEARANCE: 20.5e-6}, facts) == "clearance 20.5 µm (H7/f7)"
+    assert closing._setting({CLEARANCE: 20e-6}, facts) == "clearance 20 µm"
