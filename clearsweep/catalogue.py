@@ -1,5 +1,6 @@
 """How all that a user names or reads is described: laws, mechanisms, figures of merit, time histories."""
 
+import math
 from collections.abc import Callable
 from math import inf
 from typing import Any, NamedTuple
@@ -42,11 +43,22 @@ class Field(NamedTuple):
 class Range(NamedTuple):
     """What a law asks of a value that is not its own."""
 
-    path: str  # within the joint, such as 'clearance'
+    path: str  # within the joint, such as 'clearance'; of `Law.trusted` what simulation.advice measures, too
     low: float  # allowed, like all between
     high: float
     unit: str  # SI
     reason: str
+
+    def holds(self, value: float) -> bool:
+        """Return whether a value, in SI, is within."""
+        return self.low <= value <= self.high
+
+    def allowed(self) -> str:
+        """Return the range in words: 'from 5e-06 to 0.01 m', 'up to 10 deg'."""
+        turn, unit = (math.degrees(1.0), "deg") if self.unit == "rad" else (1.0, "" if self.unit == "1" else self.unit)
+        low, high = f"{turn * self.low:.4g}", f"{turn * self.high:.4g}"
+        words = "" if self.high == inf else f"up to {high}" if self.low in (0.0, -inf) else f"from {low} to {high}"
+        return f"{words or f'from {low}'} {unit}".rstrip()
 
 
 class Order(NamedTuple):
@@ -71,7 +83,9 @@ class Law(NamedTuple):
     uses_elastic: bool = True  # family 'law': False where the law brings its own stiffness and takes no `elastic`
     notes: str = ""  # pitfalls
     needs: tuple[str, ...] = ()  # 'length', 'material', 'bearing_radius', 'modulus', 'hertz': what has to be there, too
-    ranges: tuple[Range, ...] = ()
+    ranges: tuple[Range, ...] = ()  # outside of which it is refused
+    trusted: tuple[Range, ...] = ()  # outside of which it can be had, but nothing speaks for it
+    unsound: str = ""  # what speaks against it whatever the joint
     uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
     orders: tuple[Order, ...] = ()
     remembers: bool = False  # family 'friction': depends on more than the present sliding

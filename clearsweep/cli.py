@@ -210,11 +210,12 @@ def verify(quick: bool, as_json: bool, write: bool) -> None:
 
 @verbs.command("list")
 @click.argument("name", required=False)
-def list_(name: str | None) -> None:
+@click.option("--for", "grid", type=click.Path(path_type=Path), metavar="GRID", help="Which laws suit its joints, why.")
+def list_(name: str | None, grid: Path | None) -> None:
     """Print every mechanism, drive, load and law, or one with formula, parameters, units and source."""
     from . import simulation
 
-    click.echo(simulation.laws_text(name))
+    click.echo(printable(simulation.advice_text(grid, name)) if grid else simulation.laws_text(name))
 
 
 @verbs.command()

@@ -9,6 +9,7 @@ from ..mechanics.joint.registry import text as laws_text
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from ..results import Trajectory
+from .advice import advice_text
 from .ideal import ideal_motion, ideal_peaks
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
@@ -21,6 +22,7 @@ __all__ = [
     "SketchedBody",
     "SketchedJoint",
     "SketchedLoad",
+    "advice_text",
     "build",
     "catalogue",
     "compile_for",

@@ -88,6 +88,11 @@ def _described(law: Law) -> str:
                 ]
             )
         )
+    ranges = [f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in (*law.ranges, *law.trusted) if limit.high]
+    against = [limit.reason for limit in law.trusted if not limit.high] + ([law.unsound] if law.unsound else [])
+    for head, lines in (("holds for", ranges), ("against it", against)):
+        if lines:
+            blocks.append("\n".join([head, *(_wrapped("  ", line) for line in lines)]))
     if law.source:
         blocks.append(_wrapped("", f"source: {law.source}"))
     if law.notes:

@@ -36,6 +36,7 @@ __all__ = [
     "contact_terms",
     "derived",
     "described",
+    "elastic_candidates",
     "elastic_choices",
     "elastic_forces",
     "friction_term",
@@ -126,27 +127,10 @@ def elastic_choices(joint: Joint) -> dict[str, Joint]:
 
     Rough surfaces stay; with the law in use other ones are among the choices, too.
     """
-    contact, choices = joint.contact, {}
-    if _elastic(joint) is None or contact.material is None:
-        return choices
-    sizes = {key: value for key, value in joint._asdict().items() if isinstance(value, float)}
-    material = {
-        f"contact.material.{body}.{key}": value
-        for body, made_of in contact.material._asdict().items()
-        for key, value in made_of._asdict().items()
-    }
-    there = {*sizes, "material"}
-    for law in (law for law in described() if law.family == "elastic"):
-        defaults = {field.name: field.default for field in law.fields if field.default is not None}
-        used = law.name == contact.elastic  # keys of other laws may have its names, `exponent` such as
-        values = defaults | contact.values if used else contact.values | defaults
-        follows = {*values, "stiffness"}  # from the material
-        known = {field.name for field in law.fields} <= follows and set(law.needs) <= there
-        within = all(limit.low <= (sizes | material)[limit.path] <= limit.high for limit in law.ranges)
-        if known and within:
-            other = joint._replace(contact=contact._replace(elastic=law.name, values=values))
-            choices[other.elastic_name] = other
-    return choices | _other_surfaces(joint)
+    if joint.contact.material is None or _elastic(joint) is None:
+        return {}
+    allowed = [chosen for chosen, lack in elastic_candidates(joint).values() if not lack]
+    return {chosen.elastic_name: chosen for chosen in allowed} | _other_surfaces(joint)
 
 
 def _other_surfaces(joint: Joint) -> dict[str, Joint]:
@@ -157,6 +141,36 @@ def _other_surfaces(joint: Joint) -> dict[str, Joint]:
     laws = [law for law in described() if law.family == "roughness" and law.name != rough.law]
     others = [joint._replace(roughness=rough._replace(law=law.name)) for law in laws]
     return {other.elastic_name: other for other in others}
+
+
+def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
+    """Return, by name, a joint with each elastic law, and why it cannot have that, '' where it can.
+
+    Nothing where the law of its normal force brings its own spring.
+    """
+    contact, candidates = joint.contact, {}
+    if _elastic(joint) is None:
+        return candidates
+    sizes = {key: value for key, value in joint._asdict().items() if isinstance(value, float)}
+    materials = contact.material._asdict() if contact.material else {}
+    material = {
+        f"contact.material.{body}.{key}": value
+        for body, made_of in materials.items()
+        for key, value in made_of._asdict().items()
+    }
+    there = {*sizes, *(("material",) if material else ())}
+    for law in (law for law in described() if law.family == "elastic"):
+        defaults = {field.name: field.default for field in law.fields if field.default is not None}
+        used = law.name == contact.elastic  # keys of other laws may have its names, `exponent` such as
+        values = defaults | contact.values if used else contact.values | defaults
+        follows = {*values, *(("stiffness",) if material else ())}
+        lacking = [name for name in law.needs if name not in there]
+        lacking += [field.name for field in law.fields if field.name not in follows]
+        outside = [limit for limit in law.ranges if not lacking and not limit.holds((sizes | material)[limit.path])]
+        lack = f"needs {' and '.join(lacking)}" if lacking else ""
+        lack = lack or "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in outside)
+        candidates[law.name] = joint._replace(contact=contact._replace(elastic=law.name, values=values)), lack
+    return candidates
 
 
 def restitution(joint: Joint) -> float | None:

@@ -16,7 +16,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus, plane_strain_modulus
 from ..recipe import enter
-from .contract import NEEDS, elastic_form
+from .contract import NEEDS, WIDE_ARC, elastic_form
 from .power import Power, derived_power
 
 _ARC = "The contact arc is that of rigid circles, cos theta = c / (c + pen)."
@@ -46,6 +46,7 @@ enter(
         "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen)))",
         "after Liu, Zhang & Yang 2007, Mech. Mach. Theory 42:183",
         needs=NEEDS,
+        trusted=(WIDE_ARC,),
         notes=f"{_ARC}  Softer than the laws of line contact by an order of magnitude at small penetration.",
     ),
     (Liu,),
@@ -61,6 +62,7 @@ enter(
         "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen))), its derivative K_n L",
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; the integral of their K_n",
         needs=NEEDS,
+        trusted=(WIDE_ARC,),
         notes="Their K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3) is exactly dF/dpen of liu per length, "
         "a tangent stiffness; this law takes it for one.  With contact.law zhiying-qishao it is their hybrid "
         "model.",
@@ -99,6 +101,7 @@ enter(
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as told by others, not compared with the paper",
         (Field("exponent", "1", "n, as printed 1.5", 1.0, 2.0, False, False, default=1.5),),
         needs=("material",),
+        unsound="dimensionally inconsistent, and it knows no length",
         notes="Dimensionally inconsistent: K_n is in Pa, so the product is a force for n = 2 alone; all is taken in SI "
         "units.  It knows no length.  K_n is the tangent stiffness of liu per length, taken for a secant one.  With "
         "contact.law zhiying-qishao it is their hybrid model; bai-zhao-consistent is what it should be.",
@@ -222,6 +225,7 @@ enter(
         "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
         "materials; the scale from Hertz's limit, the arc over penetration an assumption made here",
         needs=NEEDS,
+        trusted=(WIDE_ARC,),
         notes=f"Load over half-angle theta is the theory's; it knows no penetration.  {_ARC}  It makes the force "
         "linear at small penetration, (pi/2) E* L pen, 4.4 times johnson's at 1 um and 0.5 mm clearance: elastic "
         "bodies touch over less than the rigid arc, and compatible follows them.  The half-angle cannot pass 84.83 "
@@ -265,6 +269,7 @@ enter(
         "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
         "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
         needs=NEEDS,
+        trusted=(WIDE_ARC,),
         notes="Shares the rigid contact arc of persson, and so is 4.4 times as stiff as johnson at 1 um and 0.5 mm "
         "clearance; compatible-fit is fitted to an elastic arc.  Goes on as the power beyond c / 2.  contact.law exact "
         "gives the loss that energy conservation asks for.",

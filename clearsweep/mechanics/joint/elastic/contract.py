@@ -4,8 +4,11 @@ A law that folds back, or grows without bound, at some penetration is followed u
 twice the secant one, and along that tangent from there on: the force always grows, and never ends.
 """
 
+import math
+
 from numpy.polynomial.legendre import leggauss
 
+from ....catalogue import Range
 from ...compiled.dual import as_type_of
 from ...compiled.family import family
 
@@ -79,3 +82,10 @@ def _even(elastic):
 
 
 NEEDS = ("length", "material")  # of the laws of cylinders
+#: Half the arc (rad) over which bodies touch under the load, by Hertz's line contact: up to about 10 degrees they are
+#: half-spaces to each other (Johnson 1985, section 4.2).
+_HALF_SPACES = math.radians(10.0)
+SMALL_ARC = Range("arc", 0.0, _HALF_SPACES, "rad", "it takes the bodies for half-spaces")
+WIDE_ARC = Range(
+    "arc", _HALF_SPACES, 0.5 * math.pi, "rad", "its arc is that of rigid circles, elastic ones touch over less"
+)

@@ -13,7 +13,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
 from ..recipe import enter
-from .contract import NEEDS, elastic_energy, elastic_force, elastic_form
+from .contract import NEEDS, SMALL_ARC, elastic_energy, elastic_force, elastic_form
 from .power import Power, derived_power
 
 #: Where the tangent of pen = g F ln(S / F) is twice the secant, in units of g S.  It folds back at exp(-1).
@@ -77,7 +77,7 @@ _FOLD = (
 
 def line_law(law: Law, make: Callable) -> None:
     """Enter a law pen = g F ln(S / F), g = 1 / (pi E* L), with its S."""
-    law = law._replace(notes=f"{law.notes}  {_FOLD}")
+    law = law._replace(notes=f"{law.notes}  {_FOLD}", trusted=(SMALL_ARC,))
     enter(law, (Logarithmic,), make, limit=lambda joint: LOGARITHMIC_END * make(joint).depth)
 
 
@@ -163,6 +163,7 @@ line_law(
         "pen = F (h_b + h_j) / L (ln(L^3 c / (F R_b R_j (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
         "after Dubowsky & Freudenstein 1971, J. Eng. Ind. 93:305",
         needs=NEEDS,
+        unsound="the length within its logarithm has no physical ground",
         notes="The length within the logarithm has no physical ground; only its third power makes the argument a pure "
         "number.",
     ),
@@ -178,6 +179,7 @@ line_law(
         "pen = F (h_b + h_j) / L (ln(L c / (F R_b R_j (h_b + h_j)) m^2) + 1), h = (1 - nu^2) / (pi E)",
         "after Goldsmith 1960, Impact",
         needs=NEEDS,
+        unsound="dimensionally inconsistent",
         notes="Dimensionally inconsistent: the logarithm is taken of a number in 1/m^2, here with all lengths in "
         "metres; in millimetres the law is another.",
     ),

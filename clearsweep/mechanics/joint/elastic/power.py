@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Field, Law
+from ....catalogue import Field, Law, Range
 from ...compiled import calculus as math
 from ..material import material_stiffness
 from ..recipe import enter
@@ -94,6 +94,8 @@ def _given_stiffness(joint):
     return material_stiffness(joint) if stiffness is None else stiffness
 
 
+_BALL = Range("length", 0.0, 0.0, "m", "a stiffness that follows from the material is a ball's, whatever the length")
+
 enter(
     Law(
         "elastic",
@@ -105,6 +107,7 @@ enter(
             Field("stiffness", "N/m^exponent", "K; follows from `material` where that is given instead and n = 1.5"),
             Field("exponent", "1", "n", default=1.5),
         ),
+        trusted=(_BALL,),
         notes="With `material`, K = (4/3) E* sqrt(R_b R_j / (R_b - R_j)): a ball in a socket, whatever the length of "
         "the pin; it grows without bound as the clearance shrinks.  Papers that write h = (1 - nu^2) / (pi E) "
         "have a pi in K; mixing the two is a factor of pi.",
@@ -128,6 +131,7 @@ enter(
         "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
         (Field("exponent", "1", "n", 1.0, 1.5, False, False, default=1.5),),
         needs=("material",),
+        trusted=(_BALL,),
         notes="Dimensionally inconsistent unless n = 1.5: the penetration is in metres.  It knows no length.",
     ),
     POWERS,

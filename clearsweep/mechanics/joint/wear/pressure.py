@@ -8,6 +8,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from ....case import Joint
 from ....catalogue import Field, Law
+from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import enter
 from .contract import half_arc, share_before, smooth_within
@@ -70,6 +71,7 @@ enter(
             ),
         ),
         needs=("modulus",),
+        trusted=(SMALL_ARC,),
         notes="The pressure where `material` or `pressure_modulus` is given and none is named.  The arc is a / R_b on "
         "the bearing and a / R_j on the journal.",
     ),

@@ -1,0 +1,182 @@
+"""Which laws suit the joints of a case: by what each says of itself, in its own block, of where it holds."""
+
+import math
+from collections.abc import Iterable, Iterator
+from os import PathLike
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import grid, wording
+from ..case import Case, Joint
+from ..catalogue import Law
+from ..errors import InputError, nearest
+from ..mechanics.joint import registry
+from ..mechanics.joint.material import plane_strain_modulus, relative_radius
+from .ideal import ideal_peaks
+from .scene import catalogue, static_penetration
+
+WORDS = HOLDS, DOUBTFUL, OUT = "holds", "doubtful", "not here"  # the better the earlier
+KEYS = {"elastic": "contact.elastic", "law": "contact.law", "pressure": "wear.pressure"}
+NEAR = 0.05  # of the restitution asked for: as near a law that suits gives it back
+MOST_CASES = 25  # of a grid that are looked at
+_CAVEAT = (
+    "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME says what a law is."
+)
+
+
+class Verdict(NamedTuple):
+    """What is to be said of a law for a joint."""
+
+    family: str
+    law: str
+    word: str  # HOLDS, DOUBTFUL or OUT
+    reason: str
+
+
+class Advice(NamedTuple):
+    """The laws for one joint of a case."""
+
+    joint: str
+    setting: str  # what decides, in words
+    verdicts: tuple[Verdict, ...]
+
+
+def advice(case: Case) -> list[Advice]:
+    """Return for each joint of a case which laws suit it."""
+    peaks = ideal_peaks(case)
+    return [_of_joint(joint, peaks.get(joint.name)) for joint in case.joints]
+
+
+def advice_text(source: str | PathLike, name: str | None = None) -> str:
+    """Return what suits the joints of a grid, law by law, or what is to be said there of the law `name`.
+
+    Of many cases some are looked at, and a law is called by the worst that is to be said of it.  Raises InputError.
+    """
+    cases = grid.load(source, catalogue())
+    places = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
+    looked = [advice(cases.case(place)) for place in places]
+    blocks = []
+    for joint in zip(*looked, strict=True):
+        settings = dict.fromkeys((joint[0].setting, joint[-1].setting))
+        lines = [f"{joint[0].joint}: {' ... '.join(settings)}"]
+        worst = [_worst(verdicts) for verdicts in _by_law(joint).values()]
+        chosen = [verdict for verdict in worst if name in (None, verdict.law)]
+        if not chosen:
+            known = dict.fromkeys(verdict.law for verdict in worst)
+            raise InputError(f"list: nothing is known of '{name}' there{nearest(name or '', known)}")
+        chosen.sort(key=lambda verdict: (list(KEYS).index(verdict.family), WORDS.index(verdict.word)))
+        wide = max(len(verdict.law) for verdict in chosen)
+        for family in dict.fromkeys(verdict.family for verdict in chosen):
+            lines += ["", KEYS[family]]
+            lines += [f"  {x.law:{wide}}  {x.word:8}  {x.reason}" for x in chosen if x.family == family]
+        blocks.append("\n".join(lines))
+    return "\n\n".join([*blocks, _CAVEAT])
+
+
+def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
+    """Return what is to be said of each law in some cases."""
+    found: dict[tuple[str, str], list[Verdict]] = {}
+    for verdict in (verdict for each in advices for verdict in each.verdicts):
+        found.setdefault((verdict.family, verdict.law), []).append(verdict)
+    return found
+
+
+def _worst(verdicts: list[Verdict]) -> Verdict:
+    """Return the worst of what is to be said of a law, and in how many cases it is."""
+    worst = max(verdicts, key=lambda verdict: WORDS.index(verdict.word))
+    count = sum(verdict.word == worst.word for verdict in verdicts)
+    share = f" ({count} of {len(verdicts)} cases)" if count < len(verdicts) else ""
+    return worst._replace(reason=f"{worst.reason}{share}")
+
+
+def _of_joint(joint: Joint, load: float | None) -> Advice:
+    verdicts = (*_elastic(joint, load), *_losses(joint), *_pressures(joint, load))
+    return Advice(joint.name, _setting(joint, load), verdicts)
+
+
+def _setting(joint: Joint, load: float | None) -> str:
+    """Return clearance, sizes, material and load of a joint in words."""
+    clearance, across = (wording.text(factor * joint.clearance, "m", 4) for factor in (1.0, 2.0))
+    words = [f"clearance {clearance}"]
+    if joint.bearing_radius is not None:
+        words = [f"radial clearance {clearance} (diametral {across})"]
+    for name, size in (("bearing radius", joint.bearing_radius), ("length", joint.length)):
+        words.append(f"{name} {wording.text(size, 'm', 4)}" if size else f"no {name}")
+    if joint.contact.material:
+        words.append(f"E* {wording.text(plane_strain_modulus(joint.contact.material), 'Pa', 4)}")
+    else:
+        words.append("no material")
+    words.append("no load that is known beforehand" if load is None else f"load {wording.text(load, 'N', 4)}")
+    arc = _arc(joint, load)
+    return ", ".join(words) + (f", half the contact arc {math.degrees(arc):.3g} deg" if arc is not None else "")
+
+
+def _arc(joint: Joint, load: float | None) -> float | None:
+    """Return half the arc (rad) over which a bearing is touched under `load` (N), by Hertz's line contact."""
+    if load is None or not joint.contact.material or not joint.bearing_radius or not joint.length:
+        return None
+    area = 4.0 * load / joint.length * relative_radius(joint) / (math.pi * plane_strain_modulus(joint.contact.material))
+    return math.asin(min(math.sqrt(area) / joint.bearing_radius, 1.0))
+
+
+def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
+    """Return where a law is used outside of what it is trusted for."""
+    measured = {"arc": _arc(joint, load), "length": joint.length}
+    known = [(limit, measured[limit.path]) for limit in law.trusted]
+    outside = [limit for limit, value in known if value is not None and not limit.holds(value)]
+    ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in outside]
+    doubts = [f"{limit.reason}{where}" for limit, where in zip(outside, ranges, strict=True)]
+    return ([law.unsound] if law.unsound else []) + doubts
+
+
+def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
+    """Yield what is to be said of the elastic laws."""
+    laws = {law.name: law for law in registry.described() if law.family == "elastic"}
+    for name, (chosen, lack) in registry.elastic_candidates(joint).items():
+        if lack:
+            yield Verdict("elastic", name, OUT, lack)
+            continue
+        measured = "stiffness" in chosen.contact.values and any(x.name == "stiffness" for x in laws[name].fields)
+        doubts = [] if measured else _doubts(laws[name], joint, load)
+        reason = "its stiffness is written" if measured else "nothing speaks against it"
+        if load is not None:
+            limit, depth = (
+                registry.penetration_limit(chosen),
+                static_penetration(registry.contact_terms(chosen)[1], load),
+            )
+            reason = f"{wording.text(depth, 'm')} deep under the load"
+            if depth > limit:
+                doubts.insert(0, f"{reason}, it holds up to {wording.text(limit, 'm')}")
+        yield Verdict("elastic", name, DOUBTFUL if doubts else HOLDS, "; ".join(doubts) or reason)
+
+
+def _losses(joint: Joint) -> Iterator[Verdict]:
+    """Yield what is to be said of the laws of the normal force, by the restitution that the joint asks for."""
+    wanted = joint.contact.values.get("restitution")
+    for law in (law for law in registry.described() if law.family == "law"):
+        returned = registry.RECIPES["law", law.name].returned
+        field = next((field for field in law.fields if field.name == "restitution"), None)
+        if "hertz" in law.needs and joint.contact.elastic != "power":
+            yield Verdict("law", law.name, OUT, "needs elastic: power with the exponent 1.5")
+        elif returned is None:
+            yield Verdict("law", law.name, DOUBTFUL, "what an impact gives back follows from its keys, mass and speed")
+        elif wanted is None:
+            yield Verdict("law", law.name, DOUBTFUL if field else HOLDS, "the joint asks for no restitution")
+        elif field and not field.holds(wanted):
+            yield Verdict("law", law.name, OUT, f"takes a restitution {field.allowed()}")
+        else:
+            given = float(returned(wanted))
+            word = HOLDS if abs(given - wanted) <= NEAR * wanted else DOUBTFUL
+            yield Verdict("law", law.name, word, f"gives back {given:.3g} where {wanted:.3g} is asked for")
+
+
+def _pressures(joint: Joint, load: float | None) -> Iterator[Verdict]:
+    """Yield what is to be said of the pressures that wear acts by, where the joint wears."""
+    for law in (law for law in registry.described() if law.family == "pressure" and joint.wear):
+        modulus = joint.contact.material or (joint.wear and joint.wear.values.get("pressure_modulus"))
+        if "modulus" in law.needs and not modulus:
+            yield Verdict("pressure", law.name, OUT, "needs material or pressure_modulus")
+            continue
+        doubts = _doubts(law, joint, load)
+        yield Verdict("pressure", law.name, DOUBTFUL if doubts else HOLDS, "; ".join(doubts) or "nothing against it")

@@ -1,0 +1,90 @@
+"""`clearsweep list --for GRID`: what laws say of where they hold, held against a joint."""
+
+import math
+
+import pytest
+from click.testing import CliRunner
+
+from clearsweep.cli import verbs
+from clearsweep.errors import InputError
+from clearsweep.mechanics.joint.describe import REFERENCE, text
+from clearsweep.mechanics.joint.registry import described
+from clearsweep.simulation import advice, advice_text
+
+GRID = """\
+mechanism:
+  type: slider-crank
+  crank:  {length: 50 mm, mass: 0.30 kg, inertia: 1e-4 kg*m^2}
+  rod:    {length: 120 mm, mass: 0.21 kg, inertia: 2.5e-4 kg*m^2}
+  slider: {mass: 0.14 kg}
+drive: {speed: 1000 rpm}
+joints:
+  rod-slider:
+    clearance: 0.1 mm
+    bearing_radius: 10 mm
+    length: 20 mm
+    contact: {law: flores, elastic: johnson, material: {young: 207 GPa, poisson: 0.3}, restitution: 0.7}
+sweep: {joints.rod-slider.clearance: [4 um, 0.1 mm]}
+"""
+
+
+@pytest.fixture
+def grid(tmp_path):
+    """Return a grid of a joint in two clearances, of which pereira allows one."""
+    path = tmp_path / "grid.yaml"
+    path.write_text(GRID, encoding="utf-8")
+    return path
+
+
+def test_the_arc_is_that_of_hertz():
+    """1 kN on the reference joint: half-width 3.2611245e-4 m on a radius of 10 mm (Johnson 1985, section 4.2)."""
+    assert advice._arc(REFERENCE, 1000.0) == pytest.approx(math.asin(3.2611245e-2), rel=1e-7)
+
+
+def verdict(joint, load, law):
+    return next(each for each in advice._elastic(joint, load) if each.law == law)
+
+
+def test_a_law_of_half_spaces_is_doubted_over_a_wide_arc_alone():
+    close = REFERENCE._replace(clearance=5e-6)
+    assert verdict(REFERENCE, 1e3, "johnson").word == advice.HOLDS
+    assert verdict(close, 1e4, "johnson") == (
+        "elastic",
+        "johnson",
+        advice.DOUBTFUL,
+        verdict(close, 1e4, "johnson").reason,
+    )
+    assert "half-spaces (trusted for arc up to 10 deg)" in verdict(close, 1e4, "johnson").reason
+    assert verdict(close, 1e4, "persson").word == advice.HOLDS
+    assert "rigid circles" in verdict(REFERENCE, 1e3, "persson").reason
+
+
+def test_a_load_beyond_the_depth_of_a_law_is_told_with_both():
+    """Johnson's law is followed up to 2 exp(-2) of 4 c exp(-1)."""
+    told = verdict(REFERENCE._replace(clearance=1e-6), 1e5, "johnson").reason
+    assert f"deep under the load, it holds up to {8.0 * math.exp(-3.0):.3f}\u00a0µm" in told
+
+
+def test_what_a_law_lacks_and_what_it_returns_is_told(grid):
+    told = advice_text(grid)
+    lines = {line.split()[0]: line for line in told.splitlines() if line.startswith("  ")}
+    assert "not here  clearance from 5e-06 to 0.01 m: it was fitted there (1 of 2 cases)" in lines["pereira"]
+    assert "not here  needs thickness" in lines["winkler"]
+    assert "doubtful  gives back 0.796 where 0.7 is asked for" in lines["lankarani-nikravesh"]
+    assert "holds" in lines["exact"]
+    assert "radial clearance 4.000 um (diametral 8.000 um)" in told.replace("\u00b5", "u").replace("\u00a0", " ")
+
+
+def test_one_law_is_asked_for_by_its_name(grid):
+    told = CliRunner().invoke(verbs, ["list", "power", "--for", str(grid)], catch_exceptions=False).stdout
+    assert "a stiffness that follows from the material is a ball's" in told
+    assert "johnson" not in told
+    with pytest.raises(InputError, match="did you mean 'johnson'"):
+        advice_text(grid, "jonson")
+
+
+@pytest.mark.parametrize("law", [law for law in described() if law.ranges or law.trusted or law.unsound])
+def test_a_law_states_its_ranges_where_it_is_described(law):
+    told = " ".join(text(law.name).split())
+    assert all(limit.reason in told for limit in (*law.ranges, *law.trusted))
+    assert law.unsound in told
