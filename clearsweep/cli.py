@@ -247,6 +247,21 @@ def show(directory: Path, case_id: str, out: Path | None) -> None:
 
 
 @verbs.command()
+@click.argument("series", type=click.Path(path_type=Path), metavar="SERIES.csv")
+@click.option("--coefficient", required=True, metavar="K", help="'2e-14 m^2/N'; a bare number beside --hardness.")
+@click.option("--hardness", metavar="H", help="Of the softer body, '2 GPa': K may then be dimensionless.")
+@click.option("--area", metavar="A", help="That bears the force, '100 mm^2'; left out: the pressure is a column.")
+@click.option("--json", "as_json", is_flag=True, help="Print the same as JSON, in SI.")
+def wear(series: Path, coefficient: str, hardness: str | None, area: str | None, as_json: bool) -> None:
+    """Say how deep a measured series of pressure and sliding speed wears, and whether its own depth agrees."""
+    from . import series as prescribed
+
+    value, number = prescribed.coefficient_of(coefficient, hardness)
+    worn = prescribed.wear(prescribed.read(series), value, prescribed.area_of(area) if area else None)
+    click.echo((prescribed.facts if as_json else prescribed.text)(worn, number))
+
+
+@verbs.command()
 @click.argument("file", required=False, type=click.Path(path_type=Path))
 @click.option(
     "--type",

@@ -5,13 +5,12 @@ import math
 from ..case import Materials
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
+from ..validity import LARGEST_WEAR_NUMBER
 from . import machine_checks
 from .draft import Draft
 from .key_table import moduli
 from .keys import Number, Section, value_key, word_key
 from .values import exponent_values
-
-_LARGEST_WEAR = 0.1  # dimensionless wear coefficient k * hardness; above, a body would lose what it touches
 
 
 def check(draft: Draft, catalogue: Catalogue) -> None:
@@ -214,11 +213,11 @@ def _wear(draft: Draft, joint: str) -> None:
     hardness = max(draft.reached(f"{wear}.hardness"), default=0.0)
     for path in (f"{wear}.coefficient", f"{wear}.bearing_coefficient", f"{wear}.journal_coefficient"):
         largest = max(draft.reached(path), default=0.0)
-        if largest * hardness > _LARGEST_WEAR:
+        if largest * hardness > LARGEST_WEAR_NUMBER:
             sentence = (
                 f"found {draft.said(path, largest)}, times the hardness {draft.said(f'{wear}.hardness', hardness)} "
                 f"{largest * hardness:.3g}; allowed: "
-                f"at most {_LARGEST_WEAR}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
+                f"at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
             draft.problems.add(draft.place(path), path, sentence)
 

@@ -20,13 +20,13 @@ from ..mechanics.joint.contract import every_contact, every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built
+from ..validity import DOUBTFUL_WEAR_NUMBER
 from ..verdict import NO_VERDICT, Verdict
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with what they were made of
-_WEAR_WARNING = 1e-2  # of coefficient times hardness
-_LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, it is beyond _WEAR_WARNING
+_LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, it is beyond DOUBTFUL_WEAR_NUMBER
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,7 @@ def warnings(case: Case) -> list[str]:
         hardness = joint.wear.values["hardness"]
         for body in ("bearing", "journal"):
             ratio = joint.wear.values[f"{body}_coefficient"] * hardness
-            if ratio > _WEAR_WARNING:
+            if ratio > DOUBTFUL_WEAR_NUMBER:
                 sentences.append(
                     f"joints.{joint.name}.wear: {body} coefficient times hardness is {ratio:.2g}; it is the share of "
                     f"contacts that shed a particle and should be far below 1"

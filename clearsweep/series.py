@@ -1,0 +1,328 @@
+"""Wear along a measured series: Archard's equation over a table of time, pressure or force, and sliding speed.
+
+The table may hold a wear depth and a clearance of its own.  They are compared with what its pressures and speeds give,
+never fitted.
+"""
+
+import csv
+import json
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from . import quantity
+from .errors import InputError, nearest
+from .grid.case_table import head_of, rows_of_csv
+from .grid.document import refuse_endless
+from .validity import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER
+
+_LARGEST = 64 * 2**20  # bytes of a file
+#: Column -> SI unit, and the names by which its head may begin: `contact_pressure [MPa]` or `contact_pressure_MPa`.
+COLUMNS = {
+    "time": ("s", ("time", "t")),
+    "pressure": ("Pa", ("contact_pressure", "pressure")),
+    "force": ("N", ("normal_force", "force")),
+    "speed": ("m/s", ("sliding_velocity", "sliding_speed", "velocity", "speed")),
+    "depth": ("m", ("wear_depth", "depth")),
+    "clearance": ("m", ("radial_clearance", "clearance")),
+}
+_KNOWN = ", ".join(f"{names[0]} [{unit}]" for unit, names in COLUMNS.values())
+
+
+class Series(NamedTuple):
+    """A table, column by column, in SI."""
+
+    columns: Mapping[str, np.ndarray]  # by the names of COLUMNS, each (rows,)
+    rounding: Mapping[str, float]  # of each column: one in the last digit that is written
+    name: str
+
+
+class Worn(NamedTuple):
+    """What a series wears."""
+
+    series: Series
+    coefficient: float  # m^2/N
+    pressure: np.ndarray  # (rows,) Pa
+    depth: Mapping[str, np.ndarray]  # 'trapezoidal', 'left', 'right' -> (rows,) m
+    implied: np.ndarray | None  # (rows - 1,) m^2/N, what each step of the table's own depth asks for
+    remarks: tuple[str, ...]  # where the table contradicts its own equations
+    notes: tuple[str, ...]
+
+
+def coefficient_of(written: str, hardness: str | None) -> tuple[float, float | None]:
+    """Return the wear coefficient k (m^2/N) that is written, and the dimensionless one where a hardness is given.
+
+    written : '2e-14 m^2/N', or beside a `hardness` the bare number k hardness.  Raises InputError.
+    """
+    if hardness is None:
+        value = _read("--coefficient", written, "m^2/N")
+        if value < 0.0:
+            raise InputError(f"--coefficient: found {written}; allowed: at least 0 m^2/N")
+        return value, None
+    pressure = _read("--hardness", hardness, "Pa")
+    if pressure <= 0.0:
+        raise InputError(f"--hardness: found {hardness}; allowed: above 0 Pa")
+    try:
+        number = float(written)
+    except ValueError:
+        number = _read("--coefficient", written, "m^2/N") * pressure
+    if not (number == 0.0 or LEAST_WEAR_NUMBER <= number <= LARGEST_WEAR_NUMBER):
+        raise InputError(
+            f"--coefficient: found {written}, with the hardness {hardness} a dimensionless {number:.3g}; allowed: "
+            f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; write the unit of a coefficient that has one (1 mm^2/N "
+            "is 1e-6 m^2/N)"
+        )
+    return number / pressure, number
+
+
+def area_of(written: str) -> float:
+    """Return the area (m^2) that is written, '100 mm^2'.  Raises InputError."""
+    area = _read("--area", written, "m^2")
+    if area <= 0.0:
+        raise InputError(f"--area: found {written}; allowed: above 0 m^2")
+    return area
+
+
+def read(file: str | PathLike) -> Series:
+    """Return the series in a CSV file.  Raises InputError, with row and column."""
+    path = Path(file)
+    try:
+        refuse_endless(path, _LARGEST)
+        heads, rows = rows_of_csv(path)
+    except (OSError, ValueError, csv.Error) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    columns: dict[str, np.ndarray] = {}
+    rounding: dict[str, float] = {}
+    for place, head in enumerate(heads):
+        name, unit = _column(head)
+        if name in columns:
+            raise InputError(f"{path}:1:{place + 1}: '{head.strip()}' is a second column of {name}; keep one of them")
+        if name:
+            cells = [_cell(f"{path}:{line}:{place + 1}", row, place, len(heads)) for line, row in rows]
+            columns[name] = np.array([_read(where, f"{text} {unit}", COLUMNS[name][0]) for where, text in cells])
+            rounding[name] = max((_last_digit(text) for _, text in cells), default=0.0) * quantity.read(
+                f"1 {unit}", COLUMNS[name][0]
+            )
+    _check(path, columns, heads)
+    return Series(columns, rounding, str(path))
+
+
+def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
+    """Return what a series wears with a `coefficient` (m^2/N).
+
+    area : m^2, that bears the force; None: the pressure is a column.  Raises InputError.
+    """
+    columns, notes = series.columns, []
+    if area is not None:
+        if "force" not in columns:
+            raise InputError(f"{series.name}: has no column of force for --area; add one, such as normal_force [N]")
+        pressure = columns["force"] / area
+        notes = ["The pressure is force over --area; the table's own is not used."] if "pressure" in columns else []
+    elif "pressure" in columns:
+        pressure = columns["pressure"]
+    else:
+        raise InputError(
+            f"{series.name}: has no column of pressure; add one, such as contact_pressure [MPa], or give the area "
+            "that bears the force with --area"
+        )
+    rate, steps = pressure * np.abs(columns["speed"]), np.diff(columns["time"])
+    sums = {"trapezoidal": 0.5 * (rate[1:] + rate[:-1]), "left": rate[:-1], "right": rate[1:]}
+    depth = {rule: coefficient * np.concatenate([[0.0], np.cumsum(way * steps)]) for rule, way in sums.items()}
+    implied = None
+    if "depth" in columns:
+        work = sums["trapezoidal"] * steps
+        implied = np.divide(np.diff(columns["depth"]), work, out=np.full(len(work), np.nan), where=work > 0.0)
+    worn = Worn(series, coefficient, pressure, depth, implied, (), ())
+    remarks = [*_of_depth(worn), *_of_clearance(series), *_of_area(series)]
+    if coefficient > 0.0:
+        (remarks if _of_depth(worn) else notes).append(_of_unit(worn))
+    return worn._replace(remarks=tuple(remarks), notes=tuple(notes))
+
+
+def _of_depth(worn: Worn) -> list[str]:
+    """Return where the table's depth does not follow from its pressures and speeds."""
+    columns, implied = worn.series.columns, worn.implied
+    if implied is None or worn.coefficient == 0.0:
+        return []
+    grown = columns["depth"] - columns["depth"][0]
+    unit, time = worn.series.rounding["depth"], columns["time"]
+    agreeing = {rule: np.abs(np.diff(grown) - np.diff(way)) <= unit for rule, way in worn.depth.items()}
+    lengths = {rule: len(near) if near.all() else int(np.argmin(near)) for rule, near in agreeing.items()}
+    best = max(lengths, key=lambda rule: lengths[rule])
+    if lengths[best] == len(time) - 1:
+        return []
+    ends = {rule: f"{1e6 * way[-1]:.3f}" for rule, way in worn.depth.items()}
+    known = implied[np.isfinite(implied)]
+    sentence = (
+        f"Wear depth: the table grows by {1e6 * grown[-1]:.3f} um, its own pressures and speeds with "
+        f"{worn.coefficient:.3g} m^2/N give {ends['trapezoidal']} um (trapezoidal rule; {ends['left']} with the first "
+        f"values of each step, {ends['right']} with the last). "
+    )
+    if lengths[best]:
+        sentence += f"Its steps follow one of these sums, the {best} one, up to {time[lengths[best]]:g} s. "
+    else:
+        sentence += "Its steps follow none of these sums, from the first on. "
+    if not _one_coefficient(worn, unit):
+        sentence += (
+            f"No one coefficient gives its depth: what its steps ask for goes from {known[0]:.3g} to {known[-1]:.3g} "
+            "m^2/N."
+        )
+    return [sentence.strip()]
+
+
+def _one_coefficient(worn: Worn, unit: float) -> bool:
+    """Return whether one coefficient gives every step of the table's depth, by some rule and within its rounding."""
+    columns, depth = worn.series.columns, np.diff(worn.series.columns["depth"])
+    rate, steps = worn.pressure * np.abs(columns["speed"]), np.diff(columns["time"])
+    most = np.maximum(rate[1:], rate[:-1]) * steps
+    least = np.minimum(rate[1:], rate[:-1]) * steps
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low, high = (
+            np.where(most > 0.0, (depth - unit) / most, 0.0),
+            np.where(least > 0.0, (depth + unit) / least, np.inf),
+        )
+    return bool(low.max() <= high.min())
+
+
+def _of_clearance(series: Series) -> list[str]:
+    """Return whether the table's clearance shrinks while it wears."""
+    if not {"clearance", "depth"} <= series.columns.keys():
+        return []
+    clearance, depth = series.columns["clearance"], series.columns["depth"]
+    change, grown = clearance[-1] - clearance[0], depth[-1] - depth[0]
+    if abs(change - grown) <= series.rounding["clearance"] + series.rounding["depth"]:
+        return []
+    way = "shrinks" if change < 0.0 else "grows"
+    return [
+        f"Clearance: the table's radial clearance {way} by {1e6 * abs(change):.3g} um (diametral "
+        f"{2e6 * abs(change):.3g} um) while {1e6 * grown:.3g} um are worn; wear enlarges a clearance, by no more than "
+        "its depth."
+    ]
+
+
+def _of_area(series: Series) -> list[str]:
+    """Return whether the area that bears shrinks while the force grows."""
+    if not {"pressure", "force"} <= series.columns.keys():
+        return []
+    force, pressure = series.columns["force"], series.columns["pressure"]
+    if np.any(pressure <= 0.0) or np.ptp(force) == 0.0:
+        return []
+    area, least, most = force / pressure, int(np.argmin(force)), int(np.argmax(force))
+    if area[most] >= 0.99 * area[least]:
+        return []
+    return [
+        f"Area: force over pressure falls from {1e6 * area[least]:.4g} to {1e6 * area[most]:.4g} mm^2 while the force "
+        f"grows from {force[least]:.4g} to {force[most]:.4g} N; the arc of a conformal contact grows with its force."
+    ]
+
+
+def _of_unit(worn: Worn) -> str:
+    """Return what the coefficient is in mm^2/N, and what it would wear with that number in m^2/N."""
+    end = worn.depth["trapezoidal"][-1]
+    return (
+        f"Unit: {worn.coefficient:.3g} m^2/N is {1e6 * worn.coefficient:.3g} mm^2/N; {1e6 * worn.coefficient:.3g} "
+        f"m^2/N, as such a number is often printed, would wear {1e6 * end:.3g} m, not {1e6 * end:.3g} um."
+    )
+
+
+def facts(worn: Worn, number: float | None = None) -> str:
+    """Return all of it as JSON, in SI; `number` is the dimensionless coefficient, where a hardness was given."""
+    columns = {name: values.tolist() for name, values in worn.series.columns.items()}
+    implied = None if worn.implied is None else [None if np.isnan(k) else k for k in worn.implied.tolist()]
+    return json.dumps(
+        {
+            "coefficient": worn.coefficient,
+            "wear_number": number,
+            "depth": {rule: float(way[-1]) for rule, way in worn.depth.items()},
+            "table_depth": columns["depth"][-1] if "depth" in columns else None,
+            "series": columns | {"pressure": worn.pressure.tolist()},
+            "depths": {rule: way.tolist() for rule, way in worn.depth.items()},
+            "implied_coefficients": implied,
+            "contradictions": list(worn.remarks),
+            "notes": list(worn.notes),
+        },
+        indent=2,
+        allow_nan=False,
+    )
+
+
+def text(worn: Worn, number: float | None = None) -> str:
+    """Return the series with its depths as a table to read, and what is to be said of it."""
+    columns, rules = worn.series.columns, ("trapezoidal", "left", "right")
+    heads = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
+    cells = [columns["time"], 1e-6 * worn.pressure, columns["speed"], *(1e6 * worn.depth[rule] for rule in rules)]
+    if worn.implied is not None:
+        heads += ["table, um", "its k, m^2/N"]
+        cells += [1e6 * columns["depth"], np.concatenate([[np.nan], worn.implied])]
+    rows = [[f"{value:.4g}" for value in row] for row in zip(*cells, strict=True)]
+    places = slice(3, 7)
+    for row, values in zip(rows, zip(*cells, strict=True), strict=True):
+        row[places] = [f"{value:.3f}" for value in values[places]]
+    rows = [["-" if cell == "nan" else cell for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
+    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (heads, *rows)]
+    beside = "" if number is None else f" (dimensionless {number:.3g})"
+    ends = ", ".join(f"{1e6 * worn.depth[rule][-1]:.3f} um {rule}" for rule in rules)
+    lines += ["", f"k = {worn.coefficient:.4g} m^2/N{beside}; depth after {columns['time'][-1]:g} s: {ends}", ""]
+    if "depth" in columns and not worn.remarks:
+        lines += ["The table agrees with its own pressures and speeds.", ""]
+    if worn.remarks:
+        lines += ["The table contradicts its own equations:", *(f"* {remark}" for remark in worn.remarks), ""]
+    doubt = []
+    if number is not None and number > DOUBTFUL_WEAR_NUMBER:
+        doubt = [f"Note: the dimensionless coefficient {number:.3g} should be far below 1."]
+    return "\n".join([*lines, *(f"Note: {note}" for note in worn.notes), *doubt])
+
+
+def _column(head: str) -> tuple[str, str]:
+    """Return which of COLUMNS a head names, '' for none, and its unit, '' for none."""
+    name, unit = head_of(head)
+    word = name.lower().replace(" ", "_")
+    for column, (_, names) in COLUMNS.items():
+        for known in names:
+            if word == known:
+                return column, unit
+            if not unit and word.startswith(f"{known}_"):
+                return column, name[len(known) + 1 :].replace("_", "/", 1)
+    return "", ""
+
+
+def _cell(where: str, row: list[str], place: int, count: int) -> tuple[str, str]:
+    """Return a cell with where it stands; an InputError where the row does not fit its head."""
+    if len(row) != count:
+        raise InputError(f"{where}: the row has {len(row)} cells, the head {count}; write a value for every column")
+    return where, row[place].strip()
+
+
+def _last_digit(text: str) -> float:
+    """Return one in the last digit of a number that is written."""
+    mantissa, _, power = text.lower().partition("e")
+    return 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+
+
+def _read(where: str, written: str, unit: str) -> float:
+    try:
+        return quantity.read(written.strip(), unit)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _check(path: Path, columns: Mapping[str, np.ndarray], heads: list[str]) -> None:
+    """Raise an InputError where a series lacks a column or its time does not increase."""
+    names = [name for _, (_, several) in COLUMNS.items() for name in several]
+    for name in ("time", "speed"):
+        if name not in columns:
+            near = next((nearest(head_of(head)[0], names) for head in heads if nearest(head_of(head)[0], names)), "")
+            raise InputError(f"{path}:1:1: has no column of {name}{near} (known: {_KNOWN})")
+    if len(columns["time"]) < 2:
+        raise InputError(f"{path}: has {len(columns['time'])} rows; a series has at least 2")
+    late = np.flatnonzero(np.diff(columns["time"]) <= 0.0)
+    if len(late):
+        raise InputError(f"{path}: row {late[0] + 3}: the time does not increase; order the rows by it")
+    for name in ("pressure", "force"):
+        if name in columns and np.any(columns[name] < 0.0):
+            row = int(np.flatnonzero(columns[name] < 0.0)[0]) + 2
+            raise InputError(f"{path}: row {row}: found a {name} below 0; write how hard the surfaces are pressed")

@@ -1,0 +1,124 @@
+"""`clearsweep wear SERIES.csv`: Archard's equation along a measured series, and the published table against it."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from test_cli import ROOT
+
+from clearsweep import series
+from clearsweep.cli import verbs
+from clearsweep.errors import InputError
+
+PUBLISHED = ROOT / "configs/operating_series.csv"
+COEFFICIENT = 2e-14  # m^2/N
+
+
+def told(*arguments):
+    return CliRunner().invoke(verbs, ["wear", *map(str, arguments)], catch_exceptions=False).stdout
+
+
+def test_the_published_table_gives_the_depths_of_its_pressures_and_speeds():
+    worn = series.wear(series.read(PUBLISHED), COEFFICIENT)
+    ends = [round(1e6 * worn.depth[rule][-1], 3) for rule in ("trapezoidal", "left", "right")]
+    assert ends == [0.281, 0.258, 0.304]
+    assert worn.implied[[0, -1]] == pytest.approx([2.245e-14, 1.133e-14], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "the table grows by 0.200 um, its own pressures and speeds with 2e-14 m^2/N give 0.281 um",
+        "the right one, up to 1 s.",
+        "what its steps ask for goes from 2.24e-14 to 1.13e-14 m^2/N",
+        "the table's radial clearance shrinks by 10 um (diametral 20 um) while 0.2 um are worn; wear enlarges",
+        "force over pressure falls from 100 to 84.38 mm^2 while the force grows from 120 to 270 N",
+        "2e-14 m^2/N is 2e-08 mm^2/N; 2e-08 m^2/N, as such a number is often printed, would wear 0.281 m",
+    ],
+)
+def test_contradictions_of_the_published_table_are_said_in_words(sentence):
+    assert sentence in " ".join(told(PUBLISHED, "--coefficient", "2e-14 m^2/N").split())
+
+
+def written(path, columns, heads):
+    rows = "\n".join(",".join(repr(float(value)) for value in row) for row in zip(*columns, strict=True))
+    path.write_text(",".join(heads) + "\n" + rows + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_table_that_follows_its_equations_is_told_so(tmp_path):
+    time = np.linspace(0.0, 5.0, 11)
+    pressure, speed = 1.0 + 0.1 * time, 0.5 - 0.05 * time  # MPa, m/s
+    rate = COEFFICIENT * 1e12 * pressure * speed  # um/s
+    depth = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * 0.5)])
+    heads = ("time [s]", "pressure [MPa]", "sliding_speed [m/s]", "depth [um]", "clearance [um]")
+    path = written(tmp_path / "own.csv", (time, pressure, speed, depth, 50.0 + depth), heads)
+    worn = series.wear(series.read(path), COEFFICIENT)
+    assert worn.remarks == ()
+    assert worn.implied == pytest.approx(COEFFICIENT, rel=1e-9)
+    assert "The table agrees with its own pressures and speeds." in told(path, "--coefficient", "2e-14 m^2/N")
+
+
+def test_the_trapezoidal_rule_is_exact_for_what_is_straight_and_sums_bound_it(tmp_path):
+    time = np.linspace(0.0, 2.0, 5)
+    path = written(tmp_path / "straight.csv", (time, 100.0 * time, -np.ones(5)), ("t [s]", "force [N]", "speed [m/s]"))
+    depth = series.wear(series.read(path), 1e-12, area=1e-4).depth
+    assert depth["trapezoidal"][-1] == pytest.approx(1e-12 * 100.0 * 2.0 / 1e-4, rel=1e-14)  # integral of F |v| / A
+    assert depth["left"][-1] < depth["trapezoidal"][-1] < depth["right"][-1]
+
+
+def test_a_bare_coefficient_beside_a_hardness_is_dimensionless():
+    assert series.coefficient_of("4e-5", "2 GPa") == (pytest.approx(2e-14, rel=1e-15), 4e-5)
+    assert series.coefficient_of("2e-14 m^2/N", "2 GPa")[0] == pytest.approx(2e-14, rel=1e-15)
+    assert series.coefficient_of("2e-8 mm^2/N", None) == (2e-14, None)
+
+
+def test_json_has_the_same_in_si():
+    facts = json.loads(told(PUBLISHED, "--coefficient", "4e-5", "--hardness", "2 GPa", "--json"))
+    assert facts["depth"]["trapezoidal"] == pytest.approx(2.81e-7, rel=1e-3)
+    assert facts["coefficient"] == pytest.approx(2e-14, rel=1e-15)
+    assert (facts["table_depth"], len(facts["contradictions"])) == (pytest.approx(2e-7, rel=1e-12), 4)
+
+
+GIVEN = ["--coefficient", "1e-14"]
+FORCED, PRESSED = "t [s],force [N],speed [m/s]\n", "t [s],pressure [Pa],speed [m/s]\n"
+MISTAKES = {
+    "no unit of the right kind": (["--coefficient", "2e-14 mm"], None, "--coefficient: found '2e-14 mm', whose unit"),
+    "impossible": (["--coefficient", "2e-8 m^2/N", "--hardness", "2 GPa"], None, "a dimensionless 40; allowed: 1e-10"),
+    "unit forgotten": (["--coefficient", "2e-14", "--hardness", "2 GPa"], None, "write the unit of a coefficient"),
+    "negative": (["--coefficient", "-1 m^2/N"], None, "allowed: at least 0 m^2/N"),
+    "no speed": (GIVEN, "time [s],pressure [Pa]\n0,1\n1,1\n", ":1:1: has no column of speed"),
+    "no pressure": (GIVEN, FORCED + "0,1,1\n1,1,1\n", "with --area"),
+    "area": ([*GIVEN, "--area", "0"], FORCED + "0,1,1\n1,1,1\n", "above 0 m^2"),
+    "time": (GIVEN, PRESSED + "1,1,1\n1,1,1\n", "row 3: the time does not"),
+    "word": (
+        ["--coefficient", "1e-14"],
+        PRESSED + "0,x,1\n1,1,1\n",
+        ":2:2: found 'x Pa', which",
+    ),
+    "ragged": (GIVEN, PRESSED + "0,1\n1,1,1\n", "the row has 2 cells"),
+    "one row": (GIVEN, PRESSED + "0,1,1\n", "has 1 rows"),
+    "suction": (
+        ["--coefficient", "1e-14"],
+        PRESSED + "0,1,1\n1,-1,1\n",
+        "row 3: found a pressure",
+    ),
+    "twice": (GIVEN, "t [s],time [s]\n0,0\n1,1\n", ":1:2: 'time [s]' is a second column of time"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "table", "sentence"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_told_with_its_place(tmp_path, arguments, table, sentence):
+    path = PUBLISHED
+    if table:
+        path = tmp_path / "series.csv"
+        path.write_text(table, encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        CliRunner().invoke(verbs, ["wear", str(path), *arguments], catch_exceptions=False)
+    assert sentence in str(error.value)
+
+
+def test_there_is_no_such_file(tmp_path):
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        series.read(tmp_path / "none.csv")
