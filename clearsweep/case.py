@@ -83,6 +83,11 @@ class Friction(NamedTuple):
     values: Mapping[str, float]
 
 
+#: Of k times the hardness, the dimensionless wear coefficient, the share of contacts that shed a particle: what
+#: no pair of materials reaches, above which it is doubtful, and below which it is one in m^2/N that lacks its unit.
+LARGEST_WEAR_NUMBER, DOUBTFUL_WEAR_NUMBER, LEAST_WEAR_NUMBER = 0.1, 1e-2, 1e-10
+
+
 class Wear(NamedTuple):
     """The wear of a joint."""
 
@@ -90,6 +95,21 @@ class Wear(NamedTuple):
     pressure: str
     bins: int  # of each body
     values: Mapping[str, float]  # bearing_coefficient, journal_coefficient, and what the laws take besides
+    dimensionless: bool = False  # the coefficients are k times the hardness
+    running_in: Mapping[str, float] | None = None  # bearing_initial, journal_initial, distance (m); None: it is run in
+
+    def coefficients(self) -> dict[str, tuple[float, ...]]:
+        """Return for both bodies the wear coefficients (m^2/N or m^3/J): run in and, where they are not, at first."""
+        per = self.values["hardness"] if self.dimensionless else 1.0
+        first = self.running_in or {}
+        return {
+            body: tuple(
+                numbers[key] / per
+                for numbers, key in ((self.values, f"{body}_coefficient"), (first, f"{body}_initial"))
+                if key in numbers
+            )
+            for body in ("bearing", "journal")
+        }
 
 
 def column_name(joint: str) -> str:

@@ -21,9 +21,6 @@ LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
 UNCHECKED = "unchecked: "  # its error check came to nothing
 BETWEEN = " | "  # remarks in a message
-#: Of k times the hardness, the dimensionless wear coefficient, the share of contacts that shed a particle: what
-#: no pair of materials reaches, above which it is doubtful, and below which it is one in m^2/N that lacks its unit.
-LARGEST_WEAR_NUMBER, DOUBTFUL_WEAR_NUMBER, LEAST_WEAR_NUMBER = 0.1, 1e-2, 1e-10
 DEEP = 0.1  # of the bearing's radius: a deeper contact is no small deformation
 #: Energy residual that a tolerance explains, per onset and revolution.  Of 1,300 random cases at tolerances from 1e-12
 #: to 1e-3 none came to more than 1.4; what rounding alone makes is below LEAST_RESIDUAL, and more than MOST_RESIDUAL no

@@ -39,7 +39,7 @@ def test_a_case_is_in_si_with_every_default_filled_in(at):
     joint = {"clearance": 5e-4, "bearing_radius": 0.01, "length": 0.02, "journal": "rod"}
     joint["contact"] = contact | {"restitution": 0.9}
     joint["friction"] = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
-    joint["wear"] = wear | {"journal_coefficient": 2e-14}
+    joint["wear"] = wear | {"journal_coefficient": 2e-14, "coefficient_unit": "m^2/N"}
     words = {"start": "centred", "method": "auto"}
     budgets = {"step_budget": 1_000_000, "event_budget": 100_000, "time_budget": 600.0}
     assert demo.written_case(0) == {

@@ -2,15 +2,15 @@
 
 import math
 
-from ..case import Materials
+from ..case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
-from ..validity import LARGEST_WEAR_NUMBER
 from . import machine_checks
 from .draft import Draft
-from .key_table import moduli
+from .key_table import DIMENSIONLESS, moduli
 from .keys import Number, Section, value_key, word_key
 from .values import exponent_values
+from .wear_unit import COEFFICIENTS
 
 
 def check(draft: Draft, catalogue: Catalogue) -> None:
@@ -34,7 +34,7 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
         if f"{path}.roughness" in draft.shape:
             _roughness(draft, path, catalogue)
         if f"{path}.wear" in draft.shape:
-            _wear(draft, path)
+            _wear(draft, path, catalogue)
             _pressure(draft, path, catalogue)
 
 
@@ -195,31 +195,65 @@ def _roughness(draft: Draft, joint: str, catalogue: Catalogue) -> None:
                     draft.problems.add(draft.place(path), path, sentence)
 
 
-def _wear(draft: Draft, joint: str) -> None:
-    """Check what wear needs of its joint, and that its coefficient is possible."""
+def _wear(draft: Draft, joint: str, catalogue: Catalogue) -> None:
+    """Check what wear needs of its joint, and that its coefficients are there and possible."""
     wear = f"{joint}.wear"
     if not draft.there(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
         draft.problems.add(draft.place(wear), f"{joint}.length", sentence)
-    overridden = draft.there(f"{wear}.bearing_coefficient") and draft.there(f"{wear}.journal_coefficient")
-    if not draft.there(f"{wear}.coefficient") and not overridden:
-        sentence = (
-            "is missing; write such as 2e-14 m^2/N for both bodies, or bearing_coefficient and journal_coefficient"
-        )
-        draft.problems.add(draft.place(wear), f"{wear}.coefficient", sentence)
-    if f"{wear}.coefficient" in draft.swept and overridden:
-        sentence = "is swept but not in use: bearing_coefficient and journal_coefficient override it"
-        draft.problems.add(draft.swept[f"{wear}.coefficient"], f"{wear}.coefficient", sentence)
-    hardness = max(draft.reached(f"{wear}.hardness"), default=0.0)
-    for path in (f"{wear}.coefficient", f"{wear}.bearing_coefficient", f"{wear}.journal_coefficient"):
-        largest = max(draft.reached(path), default=0.0)
-        if largest * hardness > LARGEST_WEAR_NUMBER:
-            sentence = (
-                f"found {draft.said(path, largest)}, times the hardness {draft.said(f'{wear}.hardness', hardness)} "
-                f"{largest * hardness:.3g}; allowed: "
-                f"at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
+    bare = draft.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
+    by_work = [
+        law for law in catalogue.of("wear") if "friction" in law.needs and law.name in draft.names[f"{wear}.law"]
+    ]
+    if by_work and f"{joint}.friction" not in draft.shape:
+        sentence = f"is missing; the wear law '{by_work[0].name}' goes by the work of friction: write a friction law"
+        draft.problems.add(draft.place(wear), f"{joint}.friction", sentence)
+    if by_work and bare:
+        sentence = f"the wear law '{by_work[0].name}' takes m^3/J, whatever the hardness: write the unit"
+        draft.problems.add(draft.place(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
+        return
+    if bare and not draft.there(f"{wear}.hardness"):
+        sentence = "is missing; a dimensionless wear coefficient is k times the hardness: write such as 2 GPa"
+        draft.problems.add(draft.place(wear), f"{wear}.hardness", sentence)
+    there = "running_in.steady" if draft.there(f"{wear}.running_in.steady") else "coefficient"
+    _of_both(draft, wear, there, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
+    if there != "coefficient" and draft.there(f"{wear}.coefficient"):
+        sentence = "is written beside running_in.steady, which is the same; leave one of them out"
+        draft.problems.add(draft.place(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
+    if f"{wear}.running_in" in draft.shape:
+        overriding = ("running_in.bearing_initial", "running_in.journal_initial")
+        _of_both(draft, wear, "running_in.initial", overriding, "1e-13 m^2/N")
+    _wear_numbers(draft, wear)
+
+
+def _of_both(draft: Draft, wear: str, key: str, overriding: tuple[str, str], example: str) -> None:
+    """Check that a coefficient of both bodies is there unless each has its own, and that it is of use if it varies."""
+    overridden = all(draft.there(f"{wear}.{own}") for own in overriding)
+    if not draft.there(f"{wear}.{key}") and not overridden:
+        sentence = f"is missing; write such as {example} for both bodies, or {' and '.join(overriding)}"
+        draft.problems.add(draft.place(wear), f"{wear}.{key}", sentence)
+    if f"{wear}.{key}" in draft.swept and overridden:
+        sentence = f"is swept but not in use: {' and '.join(overriding)} override it"
+        draft.problems.add(draft.swept[f"{wear}.{key}"], f"{wear}.{key}", sentence)
+
+
+def _wear_numbers(draft: Draft, wear: str) -> None:
+    """Check that wear coefficients, times the hardness, are such as there are."""
+    bare = draft.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
+    hardness = 1.0 if bare else max(draft.reached(f"{wear}.hardness"), default=0.0)
+    for path in (f"{wear}.{key}" for key in COEFFICIENTS):
+        numbers = [value * hardness for value in draft.reached(path)]
+        largest, least = max(numbers, default=0.0), min((value for value in numbers if value), default=1.0)
+        if largest > LARGEST_WEAR_NUMBER or (bare and least < LEAST_WEAR_NUMBER):
+            what = (
+                f"found {(largest if largest > LARGEST_WEAR_NUMBER else least):.15g}, dimensionless; allowed: "
+                f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; write the unit, m^2/N, of one that has it"
+                if bare
+                else f"found {draft.said(path, largest / hardness)}, times the hardness "
+                f"{draft.said(f'{wear}.hardness', hardness)} {largest:.3g}; "
+                f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
-            draft.problems.add(draft.place(path), path, sentence)
+            draft.problems.add(draft.place(path), path, what)
 
 
 def _pressure(draft: Draft, joint: str, catalogue: Catalogue) -> None:

@@ -6,10 +6,11 @@ from ..layout import settling
 from ..outline import ANY, EVERYTHING
 from .keys import Condition, Flag, Number, Section, Shape, Table, Use, Word, word_key
 
+DIMENSIONLESS = "dimensionless"
 _COEFFICIENT = Field(
     "coefficient",
     "m^2/N",
-    "wear coefficient of both bodies, depth per pressure and sliding distance",
+    "wear coefficient of both bodies, depth per pressure and sliding distance; of `energy` volume per work, m^3/J",
     low_open=False,
     optional=True,
 )
@@ -17,9 +18,25 @@ _WEAR = (
     _COEFFICIENT,
     _COEFFICIENT._replace(name="bearing_coefficient", text="wear coefficient of the bearing; overrides `coefficient`"),
     _COEFFICIENT._replace(name="journal_coefficient", text="wear coefficient of the journal; overrides `coefficient`"),
-    Field(
-        "hardness", "Pa", "hardness of the softer body; only checks that the coefficient is plausible", optional=True
-    ),
+)
+_RUNNING_IN = (
+    _COEFFICIENT._replace(name="initial", text="wear coefficient of both bodies at first"),
+    _COEFFICIENT._replace(name="steady", text="wear coefficient of both bodies run in; `coefficient` by another name"),
+    _COEFFICIENT._replace(name="bearing_initial", text="of the bearing; overrides `initial`"),
+    _COEFFICIENT._replace(name="journal_initial", text="of the journal; overrides `initial`"),
+)
+_DISTANCE = Field("distance", "m", "way slid in contact over which what is left of the difference falls by e")
+_HARDNESS = Field(
+    "hardness",
+    "Pa",
+    "hardness of the softer body; checks a coefficient, or makes one of a bare number",
+    optional=True,
+)
+_PV_LIMIT = Field(
+    "pv_limit",
+    "W/m^2",
+    "pressure times sliding speed that the bearing stands; time beyond is counted",
+    optional=True,
 )
 _BINS = Field(
     "bins", "1", "angular bins round each body", 8, 1e6, low_open=False, high_open=False, default=360, whole=True
@@ -256,7 +273,17 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
-    _numbers(tree, wear, _WEAR)
+    tree[f"{wear}.coefficient_unit"] = Word(
+        ("m^2/N", DIMENSIONLESS),
+        "what the coefficients are in; default dimensionless, k times the hardness, where bare numbers stand beside "
+        "`hardness`",
+        "m^2/N",
+    )
+    tree[f"{wear}.running_in"] = Section("a coefficient that falls as the surfaces run in", "optional")
+    _coefficients(tree, wear, _WEAR)
+    _coefficients(tree, f"{wear}.running_in", _RUNNING_IN)
+    _numbers(tree, f"{wear}.running_in", (_DISTANCE,))
+    _numbers(tree, wear, (_HARDNESS, _PV_LIMIT))
     _numbers(tree, wear, (_BINS,), sweep=False)
     tree[f"{wear}.pressure"] = Word(
         catalogue.names("pressure"),
@@ -268,6 +295,15 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     )
     _laws(tree, wear, "law", catalogue.of("wear"))
     _laws(tree, wear, "pressure", catalogue.of("pressure"))
+
+
+def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
+    """Enter wear coefficients, which have a unit, or are dimensionless beside a hardness."""
+    unit = f"{path.removesuffix('.running_in')}.coefficient_unit"
+    for field in fields:
+        number = field._replace(unit="1", low_open=False)
+        uses = (Use(field, ((unit, frozenset(("m^2/N",))),)), Use(number, ((unit, frozenset((DIMENSIONLESS,))),)))
+        tree[f"{path}.{field.name}"] = Number(uses)
 
 
 def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:

@@ -11,7 +11,13 @@ from .. import MODEL_VERSION
 Value = Any  # of a key: a number in SI, a word, True for a flag
 
 PATIENCE = "time_budget"  # of `simulate`: how long to wait for a case is no part of what it is
-_COEFFICIENT = ".wear.coefficient"  # of both bodies: what a user writes, no key of a case
+#: Of both bodies, what a user writes, no key of a case -> the keys that follow from it: below `wear`.
+_OF_BOTH = {
+    "coefficient": ("bearing_coefficient", "journal_coefficient"),
+    "running_in.steady": ("bearing_coefficient", "journal_coefficient"),
+    "running_in.initial": ("running_in.bearing_initial", "running_in.journal_initial"),
+}
+_WEAR = ".wear."
 _SHOWN = "\0{}\0"  # stands for a value that varies; no value that is written has such characters
 
 
@@ -47,9 +53,9 @@ def following(paths: Collection[str]) -> Iterator[Slot]:
     yield Slot("simulate.discard", "simulate.revolutions", _discard)
     yield Slot("save.revolutions", "simulate.revolutions", _saved)
     for path in paths:
-        if path.endswith(_COEFFICIENT):
-            for body in ("bearing_", "journal_"):
-                yield Slot(f"{path.removesuffix('coefficient')}{body}coefficient", path, _same)
+        wear, _, key = path.partition(_WEAR)
+        for other in _OF_BOTH.get(key, ()):
+            yield Slot(f"{wear}{_WEAR}{other}", path, _same)
 
 
 def derived(flat: Mapping[str, Value]) -> dict[str, Value]:
@@ -58,7 +64,7 @@ def derived(flat: Mapping[str, Value]) -> dict[str, Value]:
     for slot in following(flat):
         if slot.source in values:
             values.setdefault(slot.path, slot.follow(values[slot.source]))
-    return {path: value for path, value in values.items() if not path.endswith(_COEFFICIENT)}
+    return {path: value for path, value in values.items() if path.partition(_WEAR)[2] not in _OF_BOTH}
 
 
 def nested(flat: Mapping[str, Any], pairs: Collection[str]) -> dict[str, Any]:

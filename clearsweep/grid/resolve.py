@@ -21,6 +21,7 @@ from ..case import (
     Wear,
 )
 from ..outline import Outline
+from .key_table import DIMENSIONLESS
 
 Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section
 
@@ -68,8 +69,15 @@ def _joint(name: str, section: Tree) -> Joint:
     if "friction" in section:
         sections["friction"] = Friction(*_taken(section["friction"], "law"))
     if "wear" in section:
-        sections["wear"] = Wear(*_taken(section["wear"], "law", "pressure", "bins"))
+        sections["wear"] = _wear(section["wear"])
     return Joint(name=name, **(dict(section) | sections))
+
+
+def _wear(section: Tree) -> Wear:
+    law, pressure, bins, unit, running_in, values = _taken(
+        section, "law", "pressure", "bins", "coefficient_unit", "running_in"
+    )
+    return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in)
 
 
 def _contact(section: Tree) -> Contact:

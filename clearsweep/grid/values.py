@@ -7,7 +7,7 @@ from ..case import column_name
 from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
-from . import fits, judged, sought, table_key, variations
+from . import fits, judged, sought, table_key, variations, wear_unit
 from .axes import Reading, half_bare
 from .document import Problems, WrittenValue
 from .draft import Draft
@@ -32,6 +32,7 @@ def read_draft(
     _activate(draft, whole)
     variations.find(draft, root, whole, fixed)
     fits.put_numbers(draft, lambda path: _ahead(draft, path))
+    wear_unit.put_units(draft)
     variations.find_sought(draft, root, whole)
     for path, node in draft.shape.items():
         if isinstance(node, Word):
@@ -186,8 +187,7 @@ def _word(draft: Draft, path: str, node: Word) -> None:
             )
     elif not node.idle and not node.used(draft.names) and _meant(draft, path, node):
         draft.problems.add(draft.place(path), path, f"is not used by {_chosen(draft, node)}; leave it out")
-    if node.sweep:
-        draft.names[path] = frozenset(values or node.options)
+    draft.names[path] = frozenset(values or node.options)
 
 
 def _table(draft: Draft, path: str, node: Table) -> None:

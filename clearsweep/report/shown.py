@@ -3,16 +3,34 @@
 from .. import simulation
 from ..catalogue import Figure, Shown
 from ..layout import Column
-from .study import RATIO, Joint, Study
+from .study import PER_HOURS, PER_STROKES, RATIO, Joint, Study
 
-#: The figure that is computed here, from two columns of the summary.
-OVER_IDEAL = Figure(
-    RATIO,
-    "1",
-    "force p99 over the peak of the ideal joint",
-    of="joint",
-    needs=("turns",),
-    shown=(Shown("forces", "p99 / ideal", 5), Shown("effects", "p99 / ideal", 3)),
+#: The figures that are computed of columns of the summary, see `study`.
+COMPUTED = (
+    Figure(
+        RATIO,
+        "1",
+        "force p99 over the peak of the ideal joint",
+        of="joint",
+        needs=("turns",),
+        shown=(Shown("forces", "p99 / ideal", 5), Shown("effects", "p99 / ideal", 3)),
+    ),
+    Figure(
+        PER_HOURS,
+        "m",
+        "largest wear depth at the window's rate in 1000 hours",
+        of="joint",
+        needs=("wear",),
+        shown=(Shown("wear", "depth per 1000 h", 51),),
+    ),
+    Figure(
+        PER_STROKES,
+        "m",
+        "largest wear depth at the window's rate in a million turns of the crank",
+        of="joint",
+        needs=("wear", "turns"),
+        shown=(Shown("wear", "depth per 10⁶ strokes", 52),),
+    ),
 )
 
 
@@ -21,10 +39,11 @@ def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[st
 
     Without a `joint` those of all joints; where there are several, headings name them.
     """
-    entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, OVER_IDEAL)}
+    entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, *COMPUTED)}
     places = {each.name: place for place, each in enumerate(study.joints)}
     found = []
-    for column in (*study.run.layout.columns, *(_over_ideal(each) for each in study.joints)):
+    computed = (_computed(figure, each) for each in study.joints for figure in COMPUTED)
+    for column in (*study.run.layout.columns, *computed):
         if column.name in study.cases and (joint is None or column.joint in ("", joint.name)):
             for entry in entries.get(column.figure, ()):
                 if entry.table == table and not (entry.if_any and not (study.cases[column.name] > 0.0).any()):
@@ -33,8 +52,8 @@ def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[st
     return [(name, heading) for _, name, heading in sorted(found, key=lambda each: each[0])]
 
 
-def _over_ideal(joint: Joint) -> Column:
-    return Column(joint.column(RATIO), OVER_IDEAL.unit, OVER_IDEAL.text, figure=RATIO, joint=joint.name)
+def _computed(figure: Figure, joint: Joint) -> Column:
+    return Column(joint.column(figure.name), figure.unit, figure.text, figure=figure.name, joint=joint.name)
 
 
 def _heading(study: Study, heading: str, joint: str) -> str:

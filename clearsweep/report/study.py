@@ -18,7 +18,9 @@ from ..wording import Scale
 
 BASE = ("mechanism", "drive", "loads", "joints", "simulate", "save")  # where run.json keeps the values that make a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
-RATIO = "p99_over_ideal"  # figure of a joint that is computed here: force p99 over the peak of the ideal joint
+#: Figures of a joint that are computed here: force p99 over the peak of the ideal joint, depth (m) worn in 1000 hours
+#: and in a million strokes, which are turns of the crank.
+RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
 ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)
 
 DIGITS = 4  # of a swept value, where these tell its values apart
@@ -209,7 +211,23 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
             ideal = cases[joint.column("force_peak_ideal")]
             cases[joint.column(RATIO)] = cases[joint.column("force_p99")] / ideal.where(ideal > 0.0)
             units[joint.column(RATIO)] = "1"
+        if joint.wears and joint.column("wear_rate_max") in cases:
+            cases[joint.column(PER_HOURS)] = 3.6e6 * cases[joint.column("wear_rate_max")]
+            units[joint.column(PER_HOURS)] = "m"
+            if "drive" in base:
+                cases[joint.column(PER_STROKES)] = 1e6 * cases[joint.column("wear_depth_max")] / _turns(cases, base)
+                units[joint.column(PER_STROKES)] = "m"
     return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base, typical)
+
+
+def _turns(cases: pd.DataFrame, base: Mapping) -> pd.Series:
+    """Return how many turns of the crank the window of each finished case has; NaN where that is not known."""
+    asked = cases.get("simulate.revolutions", dig(base, "simulate.revolutions"))
+    before = cases.get("simulate.discard", dig(base, "simulate.discard"))
+    if before is None:  # it follows from the revolutions, which vary
+        before = 2.0 * (asked > 2.0)
+    turns = pd.Series(cases.get("revolutions_run", asked), cases.index, dtype="float64") - before
+    return turns.where(turns > 0.0)
 
 
 def joint_of(case: Case, joint: Joint) -> CaseJoint:

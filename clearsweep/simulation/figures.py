@@ -6,20 +6,15 @@ order is that of the columns.
 
 import math
 from collections.abc import Callable
-from typing import Any
-
-import numpy as np
 
 from ..catalogue import Figure, Shown
 from ..layout import Layout
-from ..mechanics.joint.wear.contract import ARCS, FIRST_CLASS, NARROW, WIDE, class_width
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
+from . import wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
-from .sums import DepthRate, ForceExceeded, Mean, PerRevolution, RootMean
+from .sums import ForceExceeded, Mean, PerRevolution, RootMean
 from .window import Window
-
-RESOLVED = 0.95  # of the worn volume, that is to come from arcs wide enough for the bins
 
 
 def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
@@ -32,32 +27,6 @@ def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
 def depth(window: Window, place: int) -> float:
     """Return how far (m) the journal came beyond the bearing, negative where it never touched it."""
     return float(max(window.tally.joint[place, tallies.DEPTH_MAX], -window.joints[place].clearance))
-
-
-def worn(window: Window, place: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the wear depths (m) of the bearing and the journal of a joint, by bin."""
-    return window.wear[window.layout.joints[place].name]
-
-
-def volume(window: Window, place: int) -> float:
-    """Return the volume (m^3) worn off both bodies of a joint."""
-    joint, (bearing, journal) = window.joints[place], worn(window, place)
-    law: Any = joint.wear  # mypy takes it for a tuple of anything
-    cell = 2.0 * math.pi / bearing.size * law.length
-    return float(cell * (joint.bearing_radius * bearing.sum() + joint.journal_radius * journal.sum()))
-
-
-def narrow_arcs(window: Window, place: int) -> float:
-    """Return the share of the wear steps whose arc was narrower than five bins."""
-    account = window.tally.account[place]
-    return float(account[NARROW] / account[ARCS]) if account[ARCS] else 0.0
-
-
-def bins_enough(window: Window, place: int) -> int:
-    """Return how many bins make all but 5 % of the worn volume that of arcs of five bins or more, 0 without wear."""
-    by_width = window.tally.account[place, FIRST_CLASS:]
-    narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
-    return int(np.ceil(WIDE * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
 
 
 def restitution(window: Window, place: int) -> float | None:
@@ -185,53 +154,7 @@ JOINT = (
         shown=(Shown("forces", "ideal peak", 4), Shown("case", "ideal peak", 4)),
     ),
     *PEAKS,
-    Figure(
-        "wear_depth_max",
-        "m",
-        "largest wear depth in the window, of both bodies",
-        of="joint",
-        needs=("wear",),
-        value=lambda window, place: max(map(np.max, worn(window, place))),
-        shown=(Shown("wear", "depth"), Shown("sample", "wear depth", 5), Shown("effects", "wear depth", 4)),
-    ),
-    Figure(
-        "wear_rate_max",
-        "m/s",
-        "largest wear depth over the window's time",
-        of="joint",
-        needs=("wear",),
-        sums=DepthRate(),
-        shown=(Shown("wear", "depth rate"),),
-    ),
-    Figure(
-        "wear_volume",
-        "m^3",
-        "volume worn off both bodies in the window",
-        of="joint",
-        needs=("wear",),
-        value=volume,
-        shown=(Shown("wear", "volume"), Shown("sample", "wear volume", 6)),
-    ),
-    Figure(
-        "wear_narrow_arcs",
-        "1",
-        "contact arcs narrower than five wear bins when worn (share of the wear steps)",
-        of="joint",
-        needs=("wear",),
-        value=narrow_arcs,
-        shown=(Shown("wear", "narrow arcs", 70),),
-    ),
-    Figure(
-        "wear_bins_enough",
-        "1",
-        "wear bins with which all but 5 % of the worn volume come from contact arcs of at least five bins; 0: no wear",
-        of="joint",
-        needs=("wear",),
-        kind="int",
-        value=bins_enough,
-        differs=False,
-        shown=(Shown("wear", "bins enough", 71),),
-    ),
+    *wear_figures.WEAR,
     Figure(
         "restitution",
         "1",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import grid
-from ..case import Case, Joint
+from ..case import DOUBTFUL_WEAR_NUMBER, Case, Joint
 from ..catalogue import Catalogue, Figure, Mechanism
 from ..errors import InputError
 from ..layout import Layout, Parts, parts_of
@@ -20,7 +20,6 @@ from ..mechanics.joint.contract import every_contact, every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built
-from ..validity import DOUBTFUL_WEAR_NUMBER
 from ..verdict import NO_VERDICT, Verdict
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
@@ -191,8 +190,8 @@ def warnings(case: Case) -> list[str]:
             sentences += _unchecked_wear(joint)
             continue
         hardness = joint.wear.values["hardness"]
-        for body in ("bearing", "journal"):
-            ratio = joint.wear.values[f"{body}_coefficient"] * hardness
+        for body, coefficients in joint.wear.coefficients().items():
+            ratio = max(coefficients) * hardness
             if ratio > DOUBTFUL_WEAR_NUMBER:
                 sentences.append(
                     f"joints.{joint.name}.wear: {body} coefficient times hardness is {ratio:.2g}; it is the share of "
@@ -204,7 +203,7 @@ def warnings(case: Case) -> list[str]:
 def _unchecked_wear(joint: Joint) -> list[str]:
     """Return a sentence where a joint's wear coefficient, not checked by a hardness, is larger than any of metals."""
     assert joint.wear is not None  # asked of joints that wear
-    largest = max(joint.wear.values[f"{body}_coefficient"] for body in ("bearing", "journal"))
+    largest = max(map(max, joint.wear.coefficients().values()))
     if largest <= _LARGEST_WEAR:
         return []
     return [

@@ -126,6 +126,7 @@ def _needed(name: str) -> str:
         "bearing_radius": "m",
         "material": "young (Pa) and poisson of both bodies, or of bearing and journal",
         "hertz": "elastic: power with the exponent 1.5",
+        "friction": "of the joint, by whatever law",
         "modulus": "Pa: Young's, from `material` or from the stiffness of a power law",
     }
     return _wrapped("  ", texts[name] if name == "hertz" else f"{name}, {texts[name]}")

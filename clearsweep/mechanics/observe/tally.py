@@ -12,7 +12,17 @@ from ..solver.event import IMPLICIT, SAMPLES, STEPS
 from ..solver.radau import STAGE_WEIGHTS
 from ..solver.step import finish_dense
 from .between import look_between
-from .histogram import DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE, fill_ramp, follow, share_beyond
+from .histogram import (
+    DEPTH_COURSE,
+    FORCE,
+    KAPPA_COURSE,
+    PARTS,
+    RUBBED_COURSE,
+    SLIP_COURSE,
+    fill_ramp,
+    follow,
+    share_beyond,
+)
 from .observables import (
     ACCELERATION,
     DEPTH,
@@ -25,6 +35,7 @@ from .observables import (
     LOAD,
     NODES,
     NORMAL,
+    RUBBED,
     SLIP,
     TORQUE,
     column_of,
@@ -66,7 +77,7 @@ class Tally(NamedTuple):
     joint: np.ndarray  # (contacts, JOINT)
     time: np.ndarray  # (contacts, BINS) s, time at a force within each bin, from the ends of ramps
     ramp: np.ndarray  # (contacts, BINS) s/N, changes of the time per force, from ramps that cross a whole bin
-    course: np.ndarray  # (contacts, COURSES, PARTS + 1) force, dt/dtau, slip, depth at even places of the step
+    course: np.ndarray  # (contacts, COURSES, PARTS + 1) see histogram, at even places of the step
     length: np.ndarray  # (1,) its length
     between: np.ndarray  # (BETWEEN, 2 coordinates + 1) the state within the step, where there is wear
     room: np.ndarray  # for the wear of a step, see joint.wear.step
@@ -114,6 +125,7 @@ def add_course(at, j, duration):
     limited, worn = work.limit_depth[j] < math.inf, work.wear.code != 0
     if worn:
         follow(work.o, column_of(j, SLIP), course, SLIP_COURSE)
+        follow(work.o, column_of(j, RUBBED), course, RUBBED_COURSE)
     if worn or limited:
         follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
     total = 0.0

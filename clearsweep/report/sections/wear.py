@@ -51,8 +51,10 @@ def _table(study: Study, joint: Joint) -> Table:
     key, title = f"wear_{joint.name}", f"Wear in joint {joint.title}"
     table = case_table(study, key, title, columns, joint.column("wear_depth_max"))
     return table._replace(
-        note=f"{table.note} Depth and volume are those of the recorded window; narrow arcs: share of "
-        "the wear steps whose contact arc was narrower than five bins."
+        note=f"{table.note} Depth and volume are those of the recorded window; per 1000 h and 10⁶ "
+        "strokes, turns of the crank, at its rate. Pressure and pV are those of the contact arc, its largest unless it "
+        "says mean; catalogues' limits mean force over diameter times length. Narrow arcs: share of the wear steps "
+        "whose contact arc was narrower than five bins."
     )
 
 

@@ -1,5 +1,6 @@
-"""Wear that grows with pressure and sliding."""
+"""Wear that grows with what rubs: with pressure and sliding, with the work of friction, and less once it has run in."""
 
+import math
 from typing import NamedTuple
 
 from ....case import Joint
@@ -16,23 +17,64 @@ class Archard(NamedTuple):
     bins: float  # of each body
     length: float  # m, of the joint along its pin
     pressure: tuple  # half_arc, share_before
+    pv_limit: float  # W/m^2, inf: none
 
 
 @wear_rate.member(Archard)
 def _archard(law, rubbing):
-    sliding = rubbing.line_load * rubbing.slip
+    sliding = rubbing.pressed * rubbing.slip
     return law.bearing_coefficient * sliding, law.journal_coefficient * sliding
 
 
-def _make_archard(joint: Joint) -> Archard:
-    wear = joint.wear
-    return Archard(
-        wear.values["bearing_coefficient"],
-        wear.values["journal_coefficient"],
-        float(min(wear.bins, FINEST)),
-        joint.length,
-        compiled_term("pressure", wear.pressure, joint),
+class Energy(NamedTuple):
+    """dh = alpha tau |v| dt, the friction's work spread like the pressure."""
+
+    bearing_coefficient: float  # m^3/J
+    journal_coefficient: float  # m^3/J
+    bins: float  # of each body
+    length: float  # m, of the joint along its pin
+    pressure: tuple  # half_arc, share_before
+    pv_limit: float  # W/m^2, inf: none
+
+
+@wear_rate.member(Energy)
+def _energy(law, rubbing):
+    return law.bearing_coefficient * rubbing.work, law.journal_coefficient * rubbing.work
+
+
+class RunningIn(NamedTuple):
+    """k = steady + (initial - steady) exp(-s / distance), s the way slid in contact."""
+
+    law: tuple  # with coefficients of 1
+    bearing: tuple  # steady, initial: m^2/N or m^3/J
+    journal: tuple
+    distance: float  # m
+    bins: float  # of each body
+    length: float  # m, of the joint along its pin
+    pressure: tuple  # half_arc, share_before
+    pv_limit: float  # W/m^2
+
+
+@wear_rate.member(RunningIn)
+def _running_in(law, rubbing):
+    bearing, journal = wear_rate(law.law, rubbing)
+    fresh = math.exp(-rubbing.slid / law.distance)
+    (steady, initial), (steady_journal, initial_journal) = law.bearing, law.journal
+    return (
+        (steady + (initial - steady) * fresh) * bearing,
+        (steady_journal + (initial_journal - steady_journal) * fresh) * journal,
     )
+
+
+def _make(form, joint: Joint):
+    """Return the wear law `form` of a joint, or that of its running in."""
+    wear = joint.wear
+    pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, FINEST))
+    rest = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)
+    bearing, journal = wear.coefficients().values()
+    if wear.running_in is None:
+        return form(*bearing, *journal, *rest)
+    return RunningIn(form(1.0, 1.0, *rest), bearing, journal, wear.running_in["distance"], *rest)
 
 
 enter(
@@ -42,8 +84,26 @@ enter(
         "depth grows with pressure and sliding",
         "dh = k p |slip| dt",
         "Archard 1953, J. Appl. Phys. 24:981",
-        notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.",
+        notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.  A bare coefficient "
+        "beside a hardness is that product, K = k H.",
     ),
-    (Archard,),
-    _make_archard,
+    (Archard, RunningIn),
+    lambda joint: _make(Archard, joint),
+)
+
+
+enter(
+    Law(
+        "wear",
+        "energy",
+        "depth grows with the work of friction",
+        "dh = alpha tau |slip| dt, tau = p T / N the friction on the area",
+        "Fouvry, Liskiewicz, Kapsa, Hannel & Sauger 2003, Wear 255:287, worn volume over dissipated energy; that the "
+        "work is spread like the pressure is an assumption",
+        needs=("friction",),
+        notes="`coefficient` is alpha in m^3/J, the volume worn off a body per work of friction: with Coulomb friction "
+        "mu that of archard is mu alpha.  What bristles store counts as work until they give it back.",
+    ),
+    (Energy, RunningIn),
+    lambda joint: _make(Energy, joint),
 )

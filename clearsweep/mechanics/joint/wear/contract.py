@@ -1,7 +1,8 @@
 """What a wear law and the pressure it acts on declare.
 
-A wear law is a member of `wear_rate` and has the fields `bins` (of each body), `length` (m, along the pin) and
-`pressure`, a member of `half_arc`, `share_before` and `smooth_within`.
+A wear law is a member of `wear_rate` and has the fields `bins` (of each body), `length` (m, along the pin), `pv_limit`
+(W/m^2, inf for none) and `pressure`, a member of `half_arc`, `share_before`, `smooth_within`, `sum_over_load` and
+`peak_over_mean`.
 """
 
 import math
@@ -12,9 +13,11 @@ from ...compiled.family import family, kernel
 #: Bins that wear is summed up in, at most: finer ones are interpolated from these, see `clearsweep.simulation.window`.
 FINEST = 720
 WIDE = 5.0  # bins: an arc narrower than this is not resolved, and counted
-#: Columns of the account of a joint's wear: steps with wear, those with a narrow arc, then the volume per length (m^2)
-#: that arcs of each class of width wear off both bodies; from class to class the width falls by a factor of root two.
-ARCS, NARROW, FIRST_CLASS = range(3)
+#: Columns of the account of a joint's wear: steps with wear, those with a narrow arc; the way slid in contact (m), the
+#: largest pressure (Pa), the integral of the arc's mean pressure over time (Pa s), the largest pressure times sliding
+#: speed (W/m^2), how long that is beyond its limit (s); then the volume per length (m^2) that arcs of each class of
+#: width wear off both bodies; from class to class the width falls by a factor of root two.
+ARCS, NARROW, SLID, PRESSURE_MAX, PRESSURE_TIME, PV_MAX, PV_BEYOND, FIRST_CLASS = range(8)
 CLASSES = 48
 ACCOUNT = FIRST_CLASS + CLASSES
 
@@ -25,6 +28,9 @@ class Rubbing(NamedTuple):
     line_load: float  # N/m
     depth: float  # m, penetration
     slip: float  # m/s, at least 0
+    work: float  # W/m, that friction dissipates, at least 0
+    slid: float  # m, the way slid in contact so far
+    pressed: float  # N/m, the pressure summed up over the arc, whatever its direction
 
 
 @family
@@ -47,7 +53,23 @@ def smooth_within(pressure):
     """Return up to which x, on both sides of the arc's middle, `share_before` is smooth enough for a few points."""
 
 
-PRESSURE_FAMILIES = (half_arc, share_before, smooth_within)  # a type of pressure is a member of each
+@family
+def sum_over_load(pressure, half):
+    """Return the pressure summed up over an arc of `half` its angle (rad), whatever its direction, over the load."""
+
+
+@family
+def peak_over_mean(pressure, half):
+    """Return the largest pressure on an arc of `half` its angle (rad) over the mean one."""
+
+
+PRESSURE_FAMILIES = (
+    half_arc,
+    share_before,
+    smooth_within,
+    sum_over_load,
+    peak_over_mean,
+)  # a type of pressure is a member of each
 WEAR_FAMILIES = (wear_rate,)
 
 

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled.family import inlined, kernel
-from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
-from .contract import Rubbing, half_arc, share_before, smooth_within, wear_rate
+from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
+from .contract import Rubbing, half_arc, share_before, smooth_within, sum_over_load, wear_rate
 
 DEGREE = 6  # of the polynomials over the share of the step, as many as its stages give
 POINTS = 8  # as many as vectors hold, and enough for the DEGREE
-ON_BEARING, ON_JOURNAL, ROWS = COURSES, COURSES + 1, COURSES + 2  # angles, after the courses
+ON_BEARING, ON_JOURNAL, WAY, ROWS = range(COURSES, COURSES + 4)  # after the courses: angles, the way slid (m)
 #: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it;
 #: coefficients over the place of what is worn off per place, of the arc's middle and of half the arc.
 AREA, HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(8)
@@ -84,9 +84,19 @@ def summed(room, row):
 
 
 @inlined
-def rubbing_at(room, x):
-    """Return the Rubbing at the share `x` of the step."""
-    return Rubbing(max(value(room, FORCE, x), 0.0), value(room, DEPTH_COURSE, x), abs(value(room, SLIP_COURSE, x)))
+def rubbing_of(joint, load, depth, slip, work, slid):
+    """Return the Rubbing of a joint under a line load (N/m), the rest as a Rubbing has it but for signs."""
+    pressure, rubbing = joint.wear.pressure, Rubbing(max(load, 0.0), depth, abs(slip), max(work, 0.0), slid, 0.0)
+    over = sum_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, rubbing))
+    return Rubbing(rubbing.line_load, depth, rubbing.slip, rubbing.work, slid, rubbing.line_load * over)
+
+
+@inlined
+def rubbing_at(joint, room, x):
+    """Return the Rubbing of a joint at the share `x` of the step."""
+    load, depth, slip = value(room, FORCE, x), value(room, DEPTH_COURSE, x), value(room, SLIP_COURSE, x)
+    slid = room[WAY * POINTS] + room[WAY * POINTS + 1] * x
+    return rubbing_of(joint, load, depth, slip, value(room, RUBBED_COURSE, x), slid)
 
 
 @inlined
@@ -108,7 +118,7 @@ def see_points(joint, room, length, low, high):
     on_bearing, on_journal = length * reach / joint.bearing_radius, length * reach / joint.journal_radius
     for i in range(POINTS):
         x = middle + reach * PLACES[i]
-        rubbing = rubbing_at(room, x)
+        rubbing = rubbing_at(joint, room, x)
         bearing, journal = wear_rate(joint.wear, rubbing)
         pace = WEIGHTS[i] * max(value(room, KAPPA_COURSE, x), 0.0)
         half = half_arc(pressure, joint, joint.bearing_radius, rubbing)

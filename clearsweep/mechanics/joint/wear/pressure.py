@@ -11,7 +11,7 @@ from ....catalogue import Field, Law
 from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import enter
-from .contract import half_arc, share_before, smooth_within
+from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load
 
 
 class HertzLine(NamedTuple):
@@ -47,6 +47,16 @@ def _elliptic(pressure, x):
 @smooth_within.member(HertzLine)
 def _off_the_ends(pressure):
     return 0.95  # at the ends it goes with the power 3/2
+
+
+@sum_over_load.member(HertzLine)
+def _all_one_way(pressure, half):
+    return 1.0  # half-spaces: all pressure has the direction of the load
+
+
+@peak_over_mean.member(HertzLine)
+def _of_an_ellipse(pressure, half):
+    return 4.0 / math.pi
 
 
 def _make_hertz_line(joint: Joint) -> HertzLine:
@@ -113,12 +123,23 @@ def _up_to_the_ends(pressure):
     return 1.0
 
 
+@sum_over_load.member(Mean)
+def _balanced(pressure, half):
+    """Return theta0 / sin(theta0), from the balance of forces, integral p cos(psi) R dpsi = f."""
+    return half / math.sin(half) if half > 1e-3 else 1.0 + half * half / 6.0
+
+
+@peak_over_mean.member(Mean)
+def _the_same_everywhere(pressure, half):
+    return 1.0
+
+
 enter(
     Law(
         "pressure",
         "mean",
         "even over the contact arc",
-        "p = f / (2 R theta0), cos theta0 = c / (c + pen), f = F / length, R the radius of the body",
+        "p = f / (2 R sin theta0), cos theta0 = c / (c + pen), f = F / length, R the radius of the body",
         "geometry of rigid circles; that the pressure is even over their arc is an assumption",
         notes="The pressure where neither `material` nor `pressure_modulus` is given.  Needs no modulus: the arc "
         "follows from the penetration alone.",

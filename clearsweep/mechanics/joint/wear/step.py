@@ -9,22 +9,41 @@ from numba import types
 from ...compiled.family import Entry, entry, family, kernel, map_joints, shaped
 from ...mechanism.contract import body_angles, gaps, place
 from ...observe.between import BETWEEN
-from ...observe.histogram import COURSES, FORCE, KAPPA_COURSE, PARTS
+from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from ..contract import touches
 from ..places import after_joint, first_place
-from .contract import ACCOUNT, ARCS, FIRST_CLASS, NARROW, WIDE, NoWear, half_arc, wear_rate, width_class
+from .contract import (
+    ACCOUNT,
+    ARCS,
+    FIRST_CLASS,
+    NARROW,
+    PRESSURE_MAX,
+    PRESSURE_TIME,
+    PV_BEYOND,
+    PV_MAX,
+    SLID,
+    WIDE,
+    NoWear,
+    half_arc,
+    peak_over_mean,
+    wear_rate,
+    width_class,
+)
 from .passage import (
     DEGREE,
     FIT,
     ON_BEARING,
     POINTS,
     ROOM,
+    WAY,
     Bins,
     enter_wear,
     rubbing_at,
+    rubbing_of,
     value,
 )
 
+LEAST = 1e-7  # rad, of half an arc that is looked at
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
 #: (BETWEEN + 4, POINTS): the coefficients of an angle's course from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((BETWEEN + 4, POINTS))
@@ -103,7 +122,7 @@ def fit_courses(step, j, length):
             total = 0.0
             for k in range(PARTS + 1):
                 total += FIT[k, i] * course[row, k]
-            room[row * POINTS + i] = total * per_length if row == FORCE else total
+            room[row * POINTS + i] = total * per_length if row in (FORCE, RUBBED_COURSE) else total
     for body in range(2):
         angles, turn = step.angles[j, body], 2.0 * math.pi
         for i in range(1, BETWEEN + 2):  # no leap by a turn from one to the next
@@ -118,9 +137,45 @@ def fit_courses(step, j, length):
 
 
 @kernel
+def note_way(step, j, account):
+    """Put the way (m) that joint `j` has slid so far into `step.room`, taken as even over the step, and add the step's.
+
+    Simpson's rule over the course of the sliding speed.
+    """
+    room, course, way = step.room, step.course[j], 0.0
+    for i in range(PARTS + 1):
+        weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
+        way += weight * course[KAPPA_COURSE, i] * abs(course[SLIP_COURSE, i])
+    way *= step.length / (3.0 * PARTS)
+    room[WAY * POINTS], room[WAY * POINTS + 1] = account[SLID], way
+    account[SLID] += way
+
+
+@kernel
+def note_pressure(joint, step, j, account):
+    """Enter how hard the bearing of joint `j` is pressed, and how fast it is rubbed, at even places of the step."""
+    law, course, per_length = joint.wear, step.course[j], 1.0 / joint.wear.length
+    for i in range(PARTS + 1):
+        load, depth, slip = course[FORCE, i] * per_length, course[DEPTH_COURSE, i], course[SLIP_COURSE, i]
+        rubbing = rubbing_of(joint, load, depth, slip, 0.0, 0.0)
+        half = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
+        if half < LEAST:  # at an onset or a separation, where there is no load either
+            continue
+        mean = rubbing.pressed / (2.0 * joint.bearing_radius * half)
+        peak = mean * peak_over_mean(law.pressure, half)
+        share = (0.5 if i in (0, PARTS) else 1.0) / PARTS
+        time = share * step.length * course[KAPPA_COURSE, i]
+        account[PRESSURE_TIME] += mean * time
+        account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
+        account[PV_MAX] = max(account[PV_MAX], peak * rubbing.slip)
+        if peak * rubbing.slip > law.pv_limit:
+            account[PV_BEYOND] += time
+
+
+@kernel
 def note_arc(joint, step, account):
     """Enter into a joint's account how wide the arc is in the middle of a step, and what it wears off."""
-    rubbing = rubbing_at(step.room, 0.5)
+    rubbing = rubbing_at(joint, step.room, 0.5)
     bearing, journal = wear_rate(joint.wear, rubbing)
     width = 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing)
     account[ARCS] += 1.0
@@ -144,6 +199,8 @@ def _nothing(law, joint, j, shared):
 def _both_bodies(law, joint, j, shared):
     step, worn = shared
     fit_courses(step, j, law.length)
+    note_way(step, j, worn.account[j])
+    note_pressure(joint, step, j, worn.account[j])
     count, first = int(law.bins), 2 * j * worn.stride
     bins = Bins(worn.depths, first, count), Bins(worn.depths, first + worn.stride, count)
     enter_wear(joint, step.room, step.course[j], step.length, bins)

@@ -1,0 +1,47 @@
+"""Finds out what the wear coefficients of a grid are in: unless it says so, bare numbers beside a hardness are k H."""
+
+from collections.abc import Iterator
+
+from .document import WrittenValue
+from .draft import Draft
+from .key_table import DIMENSIONLESS
+
+#: Keys of wear coefficients, below `wear`.
+COEFFICIENTS = (
+    *("coefficient", "bearing_coefficient", "journal_coefficient"),
+    *("running_in.initial", "running_in.steady", "running_in.bearing_initial", "running_in.journal_initial"),
+)
+
+
+def put_units(draft: Draft) -> None:
+    """Note for each joint that wears, and does not say so itself, whether its coefficients are dimensionless."""
+    for path in [path for path in draft.shape if path.endswith(".wear.coefficient_unit")]:
+        wear = path.rpartition(".")[0]
+        there = draft.swept | draft.written
+        given = [there[f"{wear}.{key}"] for key in COEFFICIENTS if f"{wear}.{key}" in there]
+        if path not in draft.written and f"{wear}.hardness" in there and given and all(map(_bare, given)):
+            place = given[0]
+            draft.written[path] = WrittenValue(DIMENSIONLESS, place.origin, place.line, place.column)
+
+
+def _bare(written: WrittenValue) -> bool:
+    """Return whether numbers without a unit are all that is written."""
+    leaves = list(_leaves(written))
+    return bool(leaves) and all(map(_is_number, leaves))
+
+
+def _leaves(written: WrittenValue) -> Iterator[object]:
+    """Yield all that is written in a value, an axis or a distribution."""
+    if isinstance(written.value, (dict, list)):
+        for item in written.value.values() if isinstance(written.value, dict) else written.value:
+            yield from _leaves(item)
+    else:
+        yield written.value
+
+
+def _is_number(value: object) -> bool:
+    try:
+        float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
+    return not isinstance(value, bool)

@@ -1,0 +1,149 @@
+"""The figures of merit of joints that wear, as `figures` has the others."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..catalogue import Figure, Shown
+from ..mechanics.joint.wear.contract import (
+    ARCS,
+    FIRST_CLASS,
+    NARROW,
+    PRESSURE_MAX,
+    PRESSURE_TIME,
+    PV_BEYOND,
+    PV_MAX,
+    WIDE,
+    class_width,
+)
+from ..mechanics.observe.tally import CONTACT_TIME
+from .sums import DepthRate
+from .window import Window
+
+RESOLVED = 0.95  # of the worn volume, that is to come from arcs wide enough for the bins
+
+
+def worn(window: Window, place: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the wear depths (m) of the bearing and the journal of a joint, by bin."""
+    return window.wear[window.layout.joints[place].name]
+
+
+def volume(window: Window, place: int) -> float:
+    """Return the volume (m^3) worn off both bodies of a joint."""
+    joint, (bearing, journal) = window.joints[place], worn(window, place)
+    law: Any = joint.wear  # mypy takes it for a tuple of anything
+    cell = 2.0 * math.pi / bearing.size * law.length
+    return float(cell * (joint.bearing_radius * bearing.sum() + joint.journal_radius * journal.sum()))
+
+
+def narrow_arcs(window: Window, place: int) -> float:
+    """Return the share of the wear steps whose arc was narrower than five bins."""
+    account = window.tally.account[place]
+    return float(account[NARROW] / account[ARCS]) if account[ARCS] else 0.0
+
+
+def bins_enough(window: Window, place: int) -> int:
+    """Return how many bins make all but 5 % of the worn volume that of arcs of five bins or more, 0 without wear."""
+    by_width = window.tally.account[place, FIRST_CLASS:]
+    narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
+    return int(np.ceil(WIDE * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
+
+
+def pressure_mean(window: Window, place: int) -> float:
+    """Return the mean pressure (Pa) over the contact arc and the time in contact, 0 without contact."""
+    time = window.tally.joint[place, CONTACT_TIME]
+    return float(window.tally.account[place, PRESSURE_TIME] / time) if time else 0.0
+
+
+def pv_beyond(window: Window, place: int) -> float | None:
+    """Return the share of the window's time beyond the limit of pressure times speed, None where there is none."""
+    law: Any = window.joints[place].wear
+    return None if math.isinf(law.pv_limit) else float(window.tally.account[place, PV_BEYOND] / window.duration)
+
+
+WEAR = (
+    Figure(
+        "wear_depth_max",
+        "m",
+        "largest wear depth in the window, of both bodies",
+        of="joint",
+        needs=("wear",),
+        value=lambda window, place: max(map(np.max, worn(window, place))),
+        shown=(Shown("wear", "depth"), Shown("sample", "wear depth", 5), Shown("effects", "wear depth", 4)),
+    ),
+    Figure(
+        "wear_rate_max",
+        "m/s",
+        "largest wear depth over the window's time",
+        of="joint",
+        needs=("wear",),
+        sums=DepthRate(),
+        shown=(Shown("wear", "depth rate"),),
+    ),
+    Figure(
+        "wear_volume",
+        "m^3",
+        "volume worn off both bodies in the window",
+        of="joint",
+        needs=("wear",),
+        value=volume,
+        shown=(Shown("wear", "volume"), Shown("sample", "wear volume", 6)),
+    ),
+    Figure(
+        "wear_narrow_arcs",
+        "1",
+        "contact arcs narrower than five wear bins when worn (share of the wear steps)",
+        of="joint",
+        needs=("wear",),
+        value=narrow_arcs,
+        shown=(Shown("wear", "narrow arcs", 70),),
+    ),
+    Figure(
+        "wear_bins_enough",
+        "1",
+        "wear bins with which all but 5 % of the worn volume come from contact arcs of at least five bins; 0: no wear",
+        of="joint",
+        needs=("wear",),
+        kind="int",
+        value=bins_enough,
+        differs=False,
+        shown=(Shown("wear", "bins enough", 71),),
+    ),
+    Figure(
+        "pressure_peak",
+        "Pa",
+        "largest pressure on the bearing, anywhere on the contact arc",
+        of="joint",
+        needs=("wear",),
+        value=lambda window, place: window.tally.account[place, PRESSURE_MAX],
+        shown=(Shown("wear", "pressure peak", 55),),
+    ),
+    Figure(
+        "pressure_mean",
+        "Pa",
+        "mean pressure on the bearing, over the contact arc and the time in contact",
+        of="joint",
+        needs=("wear",),
+        value=pressure_mean,
+        shown=(Shown("wear", "pressure mean", 56),),
+    ),
+    Figure(
+        "pv_peak",
+        "W/m^2",
+        "largest product of the pressure on the bearing, anywhere on the contact arc, and the sliding speed",
+        of="joint",
+        needs=("wear",),
+        value=lambda window, place: window.tally.account[place, PV_MAX],
+        shown=(Shown("wear", "pV peak", 57),),
+    ),
+    Figure(
+        "pv_limit_fraction",
+        "1",
+        "share of the window's time at a pressure times speed beyond `wear.pv_limit`; null: there is none",
+        of="joint",
+        needs=("wear",),
+        value=pv_beyond,
+        shown=(Shown("wear", "time past pv_limit", 58, if_any=True),),
+    ),
+)

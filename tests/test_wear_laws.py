@@ -1,0 +1,218 @@
+"""Laws of wear: what each takes off, how hard it is pressed, and how their keys are read.
+
+Kernels here run as Python; closed forms are those of steady sliding under a load of fixed direction.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+
+from clearsweep import grid, simulation
+from clearsweep.errors import InputError
+from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.dry import Joint
+from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
+from clearsweep.mechanics.joint.wear.passage import ON_BEARING, POINTS, ROOM, Bins, enter_wear
+from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean
+from clearsweep.mechanics.joint.wear.step import Step, fit_courses, note_pressure, note_way
+from clearsweep.mechanics.observe.between import BETWEEN
+from clearsweep.mechanics.observe.histogram import (
+    COURSES,
+    DEPTH_COURSE,
+    FORCE,
+    KAPPA_COURSE,
+    PARTS,
+    RUBBED_COURSE,
+    SLIP_COURSE,
+)
+
+BINS, LENGTH, LOAD, SPEED = 360, 0.02, 1000.0, 0.3  # 1, m, N, m/s
+STEEL = 207e9 / (2.0 * (1.0 - 0.3**2))  # Pa, E* of steel on steel
+LINE = HertzLine(math.sqrt(4.0 * 0.19 / (math.pi * STEEL)))
+REST = float(BINS), LENGTH, LINE, math.inf
+
+
+def joint_of(law):
+    return Joint(0.5e-3, 0.01, 0.0095, 1.0, (), (), (), law)
+
+
+def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6):
+    """Return the depths (m) of the bearing and the account after steady sliding, in `steps` of equal length."""
+    joint, depths, account = joint_of(law), np.zeros(2 * BINS), np.zeros(ACCOUNT)
+    course, room = np.zeros((1, COURSES, PARTS + 1)), np.zeros(ROOM)
+    for row, value in (
+        (FORCE, LOAD),
+        (KAPPA_COURSE, 1.0),
+        (SLIP_COURSE, -SPEED),
+        (DEPTH_COURSE, pen),
+        (RUBBED_COURSE, friction * LOAD * SPEED),
+    ):
+        course[0, row] = value
+    step = Step(course, duration / steps, np.zeros(1), np.full((1, 2, BETWEEN + 4), 0.3), room)
+    step.angles[:, :, -2:] = 0.0  # slopes at the ends
+    for _ in range(steps):
+        fit_courses(step, 0, LENGTH)
+        note_way(step, 0, account)
+        note_pressure(joint, step, 0, account)
+        bins = Bins(depths, 0, BINS), Bins(depths, BINS, BINS)
+        enter_wear(joint, room, course[0], step.length, bins)
+    assert room[ON_BEARING * POINTS] == pytest.approx(0.3, rel=1e-12)
+    return depths[:BINS], account
+
+
+def volume(depths):
+    """Return the volume (m^3) worn off the bearing."""
+    return float(depths.sum()) * 2.0 * math.pi / BINS * 0.01 * LENGTH
+
+
+def test_the_volume_of_the_energy_law_is_the_coefficient_times_the_work_of_friction():
+    mu, alpha = 0.12, 3e-13
+    depths, _ = slide(Energy(alpha, 0.0, *REST), friction=mu)
+    assert volume(depths) == pytest.approx(alpha * mu * LOAD * SPEED * 0.1, rel=1e-9)
+    same, _ = slide(Archard(mu * alpha, 0.0, *REST))
+    assert depths == pytest.approx(same, rel=1e-9, abs=1e-25)
+    none, _ = slide(Energy(alpha, 0.0, *REST), friction=0.0)
+    assert np.all(none == 0.0)
+
+
+@pytest.mark.parametrize("steps", [1, 20])
+def test_running_in_takes_off_the_integral_of_its_falling_coefficient(steps):
+    """k = 1e-14 + 4e-14 exp(-s / 10 mm) over 30 mm."""
+    law = RunningIn(Archard(1.0, 1.0, *REST), (1e-14, 5e-14), (1e-14, 5e-14), 0.01, *REST)
+    depths, account = slide(law, steps=steps)
+    way = SPEED * 0.1
+    expected = LOAD * (1e-14 * way + 4e-14 * 0.01 * (1.0 - math.exp(-way / 0.01)))
+    assert account[SLID] == pytest.approx(way, rel=1e-12)
+    assert volume(depths) == pytest.approx(expected, rel=1e-6)
+
+
+def test_running_in_from_the_steady_coefficient_is_archard():
+    law = RunningIn(Archard(1.0, 1.0, *REST), (2e-14, 2e-14), (2e-14, 2e-14), 1.0, *REST)
+    assert slide(law)[0] == pytest.approx(slide(Archard(2e-14, 2e-14, *REST))[0], rel=1e-12, abs=1e-30)
+
+
+def test_pressures_of_a_line_contact_are_those_of_hertz():
+    """1 kN on 20 mm of steel: largest 97.607400 MPa, mean 76.660673 MPa (Johnson 1985, eq. 4.45 to 4.47)."""
+    _, account = slide(Archard(1e-14, 1e-14, *REST))
+    assert account[PRESSURE_MAX] == pytest.approx(97.607400e6, rel=1e-7)
+    assert account[PRESSURE_TIME] == pytest.approx(76.660673e6 * 0.1, rel=1e-7)
+    assert account[PV_MAX] == pytest.approx(97.607400e6 * SPEED, rel=1e-7)
+
+
+@pytest.mark.parametrize("degrees", [10.0, 30.0, 60.0, 89.0])
+def test_an_even_pressure_balances_its_load_and_wears_more_than_the_load_times_the_way(degrees):
+    """Its volume over k F s is theta0 / sin(theta0): 1.0051, 1.0472, 1.2092 at 10, 30 and 60 degrees."""
+    theta = math.radians(degrees)
+    pen = 0.5e-3 * (1.0 / math.cos(theta) - 1.0)
+    depths, account = slide(Archard(1e-14, 1e-14, float(BINS), LENGTH, Mean(), math.inf), pen=pen)
+    assert account[PRESSURE_MAX] == pytest.approx(LOAD / (2.0 * 0.01 * LENGTH * math.sin(theta)), rel=1e-9)
+    assert volume(depths) / (1e-14 * LOAD * SPEED * 0.1) == pytest.approx(theta / math.sin(theta), rel=1e-9)
+
+
+@pytest.mark.parametrize(("limit", "share"), [(29.2e6, 1.0), (29.3e6, 0.0)])
+def test_time_beyond_the_limit_of_pressure_times_speed_is_counted(limit, share):
+    _, account = slide(Archard(1e-14, 1e-14, float(BINS), LENGTH, LINE, limit))  # 97.6 MPa times 0.3 m/s
+    assert account[PV_BEYOND] == pytest.approx(0.1 * share, rel=1e-9)
+
+
+def case_of(wear, friction=None):
+    changes = {"joints.rod-slider.wear": {"law": "archard", **wear}}
+    if friction:
+        changes["joints.rod-slider.friction"] = friction
+    return grid.load(slider_crank("rod-slider", changes=changes), simulation.catalogue())
+
+
+TANH = {"law": "tanh", "coefficient": 0.1, "velocity_scale": "1 mm/s"}
+
+
+def term(cases):
+    """Return the compiled wear of the first case."""
+    return registry.wear_term(cases.case(0).joints[0])
+
+
+def test_a_bare_coefficient_beside_a_hardness_is_that_of_the_hardness():
+    assert term(case_of({"coefficient": 4e-5, "hardness": "2 GPa"})).bearing_coefficient == pytest.approx(
+        2e-14, rel=1e-15
+    )
+    assert term(case_of({"coefficient": "2e-14 m^2/N", "hardness": "2 GPa"})).bearing_coefficient == 2e-14
+    assert term(case_of({"coefficient": 2e-14})).bearing_coefficient == 2e-14
+
+
+@pytest.mark.parametrize(
+    "wear",
+    [
+        {"coefficient": 4e-5, "hardness": "2 GPa"},
+        {"coefficient": "2e-14 m^2/N", "hardness": "2 GPa"},
+        {"bearing_coefficient": 4e-5, "journal_coefficient": 0, "hardness": "2 GPa", "pv_limit": "1.75 MPa*m/s"},
+        {"running_in": {"initial": 4e-5, "steady": 2e-5, "distance": "3 m"}, "hardness": "2 GPa"},
+    ],
+)
+def test_a_resolved_grid_says_what_its_coefficients_are_in(wear):
+    cases = case_of(wear)
+    again = grid.load(cases.resolved(), simulation.catalogue())
+    assert list(again.identities()) == list(cases.identities())
+    assert term(again) == term(cases)
+
+
+def test_each_body_has_its_own_running_in():
+    running_in = {
+        "steady": "1e-14 m^2/N",
+        "initial": "5e-14 m^2/N",
+        "journal_initial": "3e-14 m^2/N",
+        "distance": "2 m",
+    }
+    law = term(case_of({"running_in": running_in, "journal_coefficient": "2e-14 m^2/N"}))
+    assert (law.bearing, law.journal, law.distance) == ((1e-14, 5e-14), (2e-14, 3e-14), 2.0)
+
+
+def test_a_swept_coefficient_that_runs_in_is_that_of_both_bodies():
+    source = slider_crank(
+        "rod-slider",
+        changes={
+            "joints.rod-slider.wear": {
+                "law": "archard",
+                "running_in": {"initial": 5e-14, "steady": 1e-14, "distance": 2},
+            }
+        },
+    )
+    source["sweep"] = {"joints.rod-slider.wear.running_in.initial": [5e-14, 9e-14]}
+    cases = grid.load(source, simulation.catalogue())
+    assert [registry.wear_term(cases.case(k).joints[0]).bearing[1] for k in range(2)] == [5e-14, 9e-14]
+    assert len(set(cases.identities())) == 2
+
+
+MISTAKES = {
+    "energy without friction": ({"law": "energy", "coefficient": 1e-13}, None, "friction: is missing; the wear law"),
+    "energy by hardness": (
+        {"law": "energy", "coefficient": 1e-5, "hardness": "1 GPa"},
+        TANH,
+        "the wear law 'energy' takes m^3/J, whatever the hardness",
+    ),
+    "no hardness": (
+        {"coefficient": 1e-5, "coefficient_unit": "dimensionless"},
+        None,
+        "hardness: is missing; a dimension",
+    ),
+    "unit forgotten": ({"coefficient": 2e-14, "hardness": "2 GPa"}, None, "found 2e-14, dimensionless; allowed: 1e-10"),
+    "impossible": ({"coefficient": 0.2, "hardness": "2 GPa"}, None, "found 0.2, dimensionless; allowed: 1e-10 to 0.1"),
+    "in mm^2": ({"coefficient": "2e-8 m^2/N", "hardness": "2 GPa"}, None, "is the coefficient in mm^2/N?"),
+    "no steady": ({"running_in": {"initial": 1e-13, "distance": 1}}, None, "wear.coefficient: is missing"),
+    "no initial": ({"running_in": {"steady": 1e-13, "distance": 1}}, None, "running_in.initial: is missing"),
+    "no distance": ({"running_in": {"steady": 1e-13, "initial": 1e-12}}, None, "running_in.distance: is missing"),
+    "twice": (
+        {"coefficient": 1e-14, "running_in": {"steady": 1e-14, "initial": 1e-13, "distance": 1}},
+        None,
+        "is written beside running_in.steady, which is the same",
+    ),
+}
+
+
+@pytest.mark.parametrize(("wear", "friction", "sentence"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_told(wear, friction, sentence):
+    with pytest.raises(InputError) as error:
+        case_of(wear, friction)
+    assert sentence in str(error.value)
+    assert len(str(error.value).splitlines()) == 1
