@@ -113,3 +113,15 @@ def test_bins_that_are_too_coarse_for_the_arcs_are_told_with_how_many_would_do(e
     told = " ".join(text for block in section_.blocks if isinstance(block, section.Sentences) for text in block.texts)
     assert ("360 bins are too coarse in" in told) == (remedy is not None)
     assert remedy is None or remedy in told
+
+
+def test_wear_is_shown_in_units_of_designers_beside_those_of_the_window():
+    prepared = study.prepare(Run())
+    hours, strokes = (prepared.cases[f"rod_slider_wear_depth_{name}"] for name in ("1000_hours", "million_strokes"))
+    turns = prepared.base["simulate"]["revolutions"] - prepared.base["simulate"]["discard"]
+    assert hours.to_numpy() == pytest.approx(prepared.cases["rod_slider_wear_rate_max"].to_numpy() * 1000.0 * 3600.0)
+    assert strokes.to_numpy() == pytest.approx(prepared.cases["rod_slider_wear_depth_max"].to_numpy() / turns * 1e6)
+    (table,) = [block for block in sections.wear.sections(prepared)[0].blocks if isinstance(block, Table)]
+    assert {"depth per 1000 h", "depth per 10⁶ strokes", "pressure peak", "pV peak"} <= {
+        column.name for column in table.columns
+    }
