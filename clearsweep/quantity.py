@@ -68,7 +68,6 @@ _EXAMPLES = {
     "N": "5 kN or 5000",
     "N*m": "5 N*m or 5",
     "W": "20 W or 20",
-    "m^2": "4 cm^2 or 4e-4",
     "m^3": "1 mm^3 or 1e-9",
     "N/m": "1e6 N/m or 1e6",
     "N*s/m": "100 N*s/m or 100",

@@ -5,8 +5,8 @@ from typing import Any
 from .. import quantity
 from ..catalogue import Catalogue
 from ..outline import ANY
-from .fits import SPREADS
 from ..verdict import KINDS
+from .fits import SPREADS
 from .key_table import full_shape
 from .keys import Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
