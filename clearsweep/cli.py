@@ -159,21 +159,37 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 
 
 @verbs.command()
-@click.argument("directory", required=False, type=click.Path(path_type=Path), metavar="[DIR]")
+@click.argument("directories", nargs=-1, type=click.Path(path_type=Path), metavar="[DIR [OTHER]]")
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/report.html.")
 @click.option("--tables", type=click.Path(path_type=Path), metavar="DIR", help="Write the tables as CSV here, too.")
 @click.option("--median", is_flag=True, help="Maps show the median over the axes left out, not the worst case.")
 @click.option("--all", "all_cases", is_flag=True, help="Of all cases in DIR, not of the grid last run there alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
 def report(
-    directory: Path | None, out: Path | None, tables: Path | None, median: bool, all_cases: bool, as_json: bool
+    directories: tuple[Path, ...],
+    out: Path | None,
+    tables: Path | None,
+    median: bool,
+    all_cases: bool,
+    as_json: bool,
 ) -> None:
-    """Write the report of a run (default: the newest below results) as one page that needs no network."""
+    """Write the report of a run (default: the newest below results) as one page that needs no network.
+
+    Of two, DIR and OTHER, compare them case by case instead (default OTHER/compared.html).
+    """
     from . import report as reports
     from . import store
     from .sweeping.everything import everything
 
-    directory = directory or store.newest(RESULTS)
+    if len(directories) > 2 or (len(directories) == 2 and all_cases):
+        raise InputError("report: takes one run, with --all or without, or two to compare; leave the others out")
+    if len(directories) == 2:
+        with _writing():
+            first, second = (store.open(directory) for directory in directories)
+            page = reports.compare(first, second, out or second.directory / "compared.html", tables)
+        click.echo(json.dumps({"report": str(page)}, indent=2) if as_json else page)
+        return
+    directory = directories[0] if directories else store.newest(RESULTS)
     with everything(directory) if all_cases else contextlib.nullcontext(store.open(directory)) as stored, _writing():
         files = {"report": str(reports.write(stored, out or directory / "report.html", typical=median))}
         if tables:

@@ -35,6 +35,15 @@ def tables(run: "StoredRun", directory: str | Path) -> list[Path]:
     return page.write_tables(run, Path(directory))
 
 
+def compare(first: "StoredRun", second: "StoredRun", out: str | Path, tables: str | Path | None = None) -> Path:
+    """Write the comparison of two runs, case by case, as one HTML file, and its tables as CSV; return the file."""
+    from . import two_runs
+
+    if tables:
+        two_runs.tables(first, second, Path(tables))
+    return two_runs.write(first, second, Path(out))
+
+
 def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
     """Simulate one case of a run again and draw it, as HTML, SVG or PNG by the ending of `out`; return its path."""
     from . import single

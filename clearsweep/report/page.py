@@ -10,7 +10,7 @@ from .. import wording
 from ..store import StoredRun, durable
 from . import interactive, sections
 from .picture import Picture, svg
-from .section import Block
+from .section import Block, Section
 from .study import Study, prepare
 
 
@@ -28,13 +28,24 @@ def write_tables(run: StoredRun, directory: Path) -> list[Path]:
 
 def render(study: Study) -> str:
     """Return the page of a run as HTML."""
-    record, parts = study.run.grid, sections.of(study)
-    return fill(
-        "page.html.j2",
+    record = study.run.grid
+    return render_sections(
         name=record.get("name") or "clearsweep run",
         kind=f"{study.mechanism} with joint clearance" if study.driven else study.mechanism,
         varied="Varied" if record.get("sample") else "Swept",
         axes=[f"{axis.name} {axis.listed()}" for axis in study.swept()],
+        parts=sections.of(study),
+    )
+
+
+def render_sections(*, name: str, kind: str, varied: str, axes: list[str], parts: list[Section]) -> str:
+    """Return a page of sections as HTML, under a name, what kind of page it is, and the axes that are varied."""
+    return fill(
+        "page.html.j2",
+        name=name,
+        kind=kind,
+        varied=varied,
+        axes=axes,
         sections=parts,
         script=interactive.script() if any(section.moves for section in parts) else None,
         script_style=interactive.style(),

@@ -1,0 +1,183 @@
+"""Two runs compared case by case: what differs in their setup, which cases both have, how far their figures differ."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from .. import wording
+from ..errors import InputError
+from ..results import TIMINGS
+from ..store import StoredRun, durable
+from . import page
+from .case_table import axis_columns
+from .section import Block, Facts, Points, Section, filled
+from .study import Study, dig, leaves, prepare
+from .table import Column, Table
+
+NAMES = ("A", "B")
+
+
+class Pairs(NamedTuple):
+    """The cases that two runs share by the values of all that either varies."""
+
+    first: Study
+    second: Study
+    ids: pd.DataFrame  # (pairs, 2): columns A and B hold each one's case_id; finished in both
+    alone: tuple[int, int]  # finished cases of each that the other has not
+
+
+def write(first: StoredRun, second: StoredRun, out: Path) -> Path:
+    """Write the comparison of two runs as one self-contained HTML file; return its path.
+
+    Raises InputError where no case is in both.
+    """
+    durable.check_regular(out)
+    pairs = matched(prepare(first), prepare(second))
+    runs = [str(run.directory) for run in (first, second)]
+    content = page.render_sections(
+        name=" and ".join(dict.fromkeys(str(run.grid.get("name") or "a run") for run in (first, second))),
+        kind=f"comparison of A, {runs[0]}, and B, {runs[1]}",
+        varied="Both vary",
+        axes=[axis.name for axis in pairs.first.axes if axis in pairs.second.axes],
+        parts=sections(pairs),
+    )
+    return page.save(content, out)
+
+
+def tables(first: StoredRun, second: StoredRun, directory: Path) -> list[Path]:
+    """Write the tables of a comparison as CSV (SI, unit in the header) into a directory; return the files."""
+    directory.mkdir(parents=True, exist_ok=True)
+    pairs = matched(prepare(first), prepare(second))
+    return [table.write(directory) for section in sections(pairs) for table in section.tables]
+
+
+def matched(first: Study, second: Study) -> Pairs:
+    """Return the finished cases of two runs that have the same value of everything that either of them varies."""
+    paths = list(dict.fromkeys(axis.path for study in (first, second) for axis in study.axes))
+    keyed = [_keyed(study, paths, name) for study, name in zip((first, second), NAMES, strict=True)]
+    both = pd.merge(*keyed, on=paths, how="inner") if paths else pd.concat([keyed[0][:1], keyed[1][:1]], axis=1)
+    if both.empty:
+        raise InputError(
+            f"{first.run.directory} and {second.run.directory}: no finished case has the same values in both of "
+            f"{', '.join(paths)}; compare runs that share some cases"
+        )
+    ids = both[list(NAMES)].reset_index(drop=True)
+    return Pairs(first, second, ids, (len(keyed[0]) - ids["A"].nunique(), len(keyed[1]) - ids["B"].nunique()))
+
+
+def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
+    """Return the finished cases of a run: the values of `paths`, and the case_id under `name`."""
+    swept = {axis.path for axis in study.axes}
+    values = {path: study.cases[path].to_numpy() if path in swept else dig(study.base, path) for path in paths}
+    return pd.DataFrame(values, index=study.cases.index).rename_axis(name).reset_index()
+
+
+def sections(pairs: Pairs) -> list[Section]:
+    """Return the sections of the page: what differs, by how much, and in which cases most."""
+    setup: list[Block] = [Facts("What differs in their setup", "Differences of setup", _setup(pairs))]
+    told: list[Block] = [Points(_told(pairs))]
+    return [
+        Section("comparison", "Case by case", [*told, _figures(pairs), _cases(pairs)]),
+        Section(
+            "setup", "Setup", filled(setup) or [Points(["Both have the same setup but for the values they vary."])]
+        ),
+    ]
+
+
+def _told(pairs: Pairs) -> list[str]:
+    """Return how many cases there are to compare, and how many are the same to the last bit."""
+    column = _lead(pairs)
+    ratio = _ratio(pairs, column)
+    same = int(np.count_nonzero(ratio == 1.0))
+    told = [
+        f"{wording.count(len(pairs.ids), 'case')} finished in both runs, of which {same} have the same "
+        f"{_words(column)} to the last bit; {pairs.alone[0]} are in A alone, {pairs.alone[1]} in B alone."
+    ]
+    finite = ratio[np.isfinite(ratio)]
+    if finite.size and same < len(ratio):
+        low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
+        spread = f"{low:.3g} to {high:.3g} times in nine of ten"
+        told.append(f"B has {middle:.3g} times the {_words(column)} of A in the middle case, {spread}.")
+    return told
+
+
+def _figures(pairs: Pairs) -> Table:
+    """Return the table of all figures that both have: B over A, and how many cases differ."""
+    rows = []
+    for column in _columns(pairs):
+        ratio = _ratio(pairs, column)
+        finite = ratio[np.isfinite(ratio)]
+        if finite.size:
+            rows.append((column, *np.quantile(finite, [0.5, 0.05, 0.95]), float(np.mean(ratio != 1.0))))
+    heads = ("figure", "B over A, median", "5 %", "95 %", "share of cases that differ")
+    return Table("compared_figures", "Figures of B over those of A", "", tuple(map(Column, heads)), rows)
+
+
+def _cases(pairs: Pairs) -> Table:
+    """Return the table of the cases, those first whose leading figure differs most."""
+    column, study = _lead(pairs), pairs.first
+    here, there, ratio = (*_values(pairs, column), _ratio(pairs, column))
+    with np.errstate(all="ignore"):
+        far = np.nan_to_num(np.abs(np.log(ratio)), nan=-1.0)
+    shown = study.swept()
+    heads = (
+        Column("case_id"),
+        *axis_columns(study, shown),
+        Column(f"{_words(column)} of A", study.unit(column)),
+        Column("of B", study.unit(column)),
+        Column("B over A"),
+    )
+    rows = []
+    for place in np.argsort(-far, kind="stable").tolist():
+        case_id = pairs.ids["A"][place]
+        values = (study.value(case_id, axis.path) for axis in shown)
+        rows.append((case_id, *values, float(here[place]), float(there[place]), float(ratio[place])))
+    note = "Case ids are those of A; the largest difference first."
+    return Table("compared_cases", "The cases side by side", note, heads, rows)
+
+
+def _setup(pairs: Pairs) -> list[tuple[str, str]]:
+    """Return what both hold fixed and differs: dotted path, the value of A and that of B."""
+    values = []
+    for study in (pairs.first, pairs.second):
+        swept = {axis.path for axis in study.axes}
+        record = study.run.grid
+        here = {path: str(value) for path, value in leaves(study.base) if path not in swept}
+        here |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
+        values.append(here | {"model version": str(record.get("model_version"))})
+    paths = list(dict.fromkeys([*values[0], *values[1]]))
+    found = [(path, *(each.get(path, "nothing") for each in values)) for path in paths]
+    return [(path, f"A: {here}; B: {there}") for path, here, there in found if here != there]
+
+
+def _columns(pairs: Pairs) -> list[str]:
+    """Return the figures that both have, timings aside."""
+    known = {column.name for column in pairs.first.run.layout.columns if column.kind != "text"} - TIMINGS
+    both = (pairs.first.cases.columns.intersection(pairs.second.cases.columns, sort=False)).tolist()
+    return [name for name in both if name in known]
+
+
+def _lead(pairs: Pairs) -> str:
+    """Return the leading figure of the joint that is loaded hardest in A, as far as both have it."""
+    column = pairs.first.hardest_joint().column(pairs.first.lead.figure)
+    return column if column in pairs.second.cases else _columns(pairs)[0]
+
+
+def _words(column: str) -> str:
+    return column.replace("_", " ")
+
+
+def _values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return a figure of the paired cases in A and in B, SI."""
+    first = pairs.first.cases[column].reindex(pairs.ids["A"]).to_numpy(float)
+    return first, pairs.second.cases[column].reindex(pairs.ids["B"]).to_numpy(float)
+
+
+def _ratio(pairs: Pairs, column: str) -> np.ndarray:
+    """Return a figure of B over that of A; 1 where both are equal, also of zeros and of what neither has."""
+    first, second = _values(pairs, column)
+    with np.errstate(all="ignore"):
+        found: np.ndarray = np.where((first == second) | (np.isnan(first) & np.isnan(second)), 1.0, second / first)
+    return found

@@ -1,0 +1,63 @@
+"""Two runs are compared by the values that either varies, and what differs is told in numbers."""
+
+import csv
+
+import pytest
+from report_fake import RPM, Run
+
+from clearsweep.errors import InputError
+from clearsweep.report import study, two_runs
+
+CLEARANCE = "joints.rod-slider.clearance"
+SHORT = {CLEARANCE: [1e-4, 2e-4], "drive.speed": [1000 * RPM, 3000 * RPM]}
+
+
+def harder(run, factor=2.0):
+    """Return a run whose force p99 is larger by a factor."""
+    run.summary["rod_slider_force_p99"] *= factor
+    run.directory = "harder"
+    return run
+
+
+def made(**options):
+    run = Run(**options)
+    run.directory = "plain"
+    return run
+
+
+def tables_of(first, second, tmp_path):
+    two_runs.tables(first, second, tmp_path)
+    return {path.stem: list(csv.DictReader(path.read_text().splitlines())) for path in tmp_path.glob("*.csv")}
+
+
+def test_every_case_meets_its_counterpart_and_the_factor_between_them_is_told(tmp_path):
+    found = tables_of(made(sweep=SHORT), harder(made(sweep=SHORT)), tmp_path)
+    figures = {row["figure"]: row for row in found["compared_figures"]}
+    assert float(figures["rod_slider_force_p99"]["B over A, median"]) == pytest.approx(2.0)
+    assert float(figures["rod_slider_force_peak"]["share of cases that differ"]) == 0.0
+    assert len(found["compared_cases"]) == 4
+    assert all(float(row["B over A"]) == pytest.approx(2.0) for row in found["compared_cases"])
+
+
+def test_a_value_that_one_run_sweeps_and_the_other_has_fixed_is_matched():
+    several, single = made(sweep=SHORT), made(sweep={CLEARANCE: [1e-4, 5e-4]})
+    speed = study.prepare(single).base["drive"]["speed"]
+    several.summary.loc[several.summary["drive.speed"] == 1000 * RPM, "drive.speed"] = speed
+    pairs = two_runs.matched(study.prepare(several), study.prepare(single))
+    assert len(pairs.ids) == 1
+    assert pairs.alone == (3, 1)
+
+
+def test_runs_without_a_case_in_common_are_refused():
+    with pytest.raises(InputError, match="no finished case has the same values"):
+        two_runs.matched(study.prepare(made(sweep={CLEARANCE: [1e-4]})), study.prepare(made(sweep={CLEARANCE: [2e-4]})))
+
+
+def test_the_page_says_what_differs_in_the_setup(tmp_path):
+    heavier = harder(made(sweep=SHORT))
+    heavier.grid["mechanism"]["slider"]["mass"] = 0.28
+    text = two_runs.write(made(sweep=SHORT), heavier, tmp_path / "x.html").read_text()
+    assert "mechanism.slider.mass" in text
+    assert "B: 0.28" in text
+    assert "4 cases finished in both runs" in text
+    assert "B has 2 times the rod slider force p99 of A in the middle case" in text
