@@ -1,7 +1,8 @@
 """What is seen of a motion at every stage of a step: a row of numbers, read by name.
 
 KAPPA to ERROR_RATE are columns of the whole mechanism; after them stands a block for every contact.  LOAD, the square
-of the resultant of normal and tangential force (N^2), is filled in where it is asked for, by `put_load`.
+of the resultant of normal and tangential force (N^2), and RUBBED, the power of friction (W, what is rubbed off), are
+filled in where they are asked for, by `put_load` and `put_rubbed`.
 """
 
 from typing import NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 from ..compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
-NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, LOAD, CONTACT_WIDTH = range(10)
+NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, LOAD, RUBBED, CONTACT_WIDTH = range(11)
 
 #: Rows whose stages lie at distinct times, and these times as shares of the step.
 NODES = np.array([0, 6, 5, 9, 8, 10, 12])
@@ -84,3 +85,9 @@ def put_load(o, row, contact):
     """Put the square of the resultant force of a contact into row `row` of `o`."""
     normal, tangential = o[row, column_of(contact, NORMAL)], o[row, column_of(contact, TANGENTIAL)]
     o[row, column_of(contact, LOAD)] = normal * normal + tangential * tangential
+
+
+@inlined
+def put_rubbed(o, row, contact):
+    """Put the power of the friction of a contact into row `row` of `o`."""
+    o[row, column_of(contact, RUBBED)] = -o[row, column_of(contact, TANGENTIAL)] * o[row, column_of(contact, SLIP)]

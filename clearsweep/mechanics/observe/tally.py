@@ -41,6 +41,7 @@ from .observables import (
     column_of,
     observed,
     put_load,
+    put_rubbed,
 )
 from .peaks import Peak, located, refined_peak
 from .record import write_samples
@@ -125,6 +126,8 @@ def add_course(at, j, duration):
     limited, worn = work.limit_depth[j] < math.inf, work.wear.code != 0
     if worn:
         follow(work.o, column_of(j, SLIP), course, SLIP_COURSE)
+        for m in range(NODES.size):
+            put_rubbed(work.o, NODES[m], j)
         follow(work.o, column_of(j, RUBBED), course, RUBBED_COURSE)
     if worn or limited:
         follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
