@@ -205,7 +205,7 @@ class Grid:
         return identity(self.written_case(index))
 
     def at(self, points: Sequence[Mapping[str, Value]]) -> "Grid":
-        """Return a grid of the same cases' kind that has just the cases at these `points`, all in step."""
+        """Return a grid that has the cases at these `points` and no others, its axes in step; nothing is sought."""
         axes = {path: tuple(point[path] for point in points) for path in self.axes}
         return replace(self, axes=axes, _steps={"cases": tuple(axes)}, _sample={}, seek=None)
 

@@ -157,7 +157,8 @@ def _cases(catalogue: Catalogue) -> str:
         "| `over` | dotted path -> distribution |",
     ]
     seek = [
-        "| `largest` or `smallest` | the dotted path whose value is sought |",
+        "| `largest` | the dotted path whose largest value is sought |",
+        "| `smallest` | or the path whose smallest value is sought |",
         "| `between` | [low, high]: the range to look in |",
         "| `within` | how close the answer has to be, at most a quarter of the range |",
         "| `meeting` | `limits`, the default |",

@@ -91,6 +91,7 @@ def summary_schema(form: Form) -> pa.Schema:
 
 
 def field_of(column: Column) -> pa.Field:
+    """Return the field of a column; its metadata hold `unit` and `description`."""
     types = {"float": pa.float64(), "int": pa.int64(), "text": pa.string()}
     return pa.field(column.name, types[column.kind], metadata={"unit": column.unit, "description": column.description})
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from .. import grid as grids
 from .. import store
+from ..grid.sought import SEEK
 from ..grid.variations import WAYS
 from .simulator import SIMULATION
 from .sweep import conclude, facts
@@ -26,7 +27,7 @@ def everything(directory: str | Path, simulator: Simulator = SIMULATION) -> Iter
     source = store.RunDirectory(directory)
     source.look()
     with tempfile.TemporaryDirectory(prefix="clearsweep-") as passing:
-        unvaried = {key: record[key] for key in record["keys"] if key not in WAYS}
+        unvaried = {key: record[key] for key in record["keys"] if key not in (*WAYS, SEEK)}
         grid = grids.load(unvaried | _ways(record, source), simulator.catalogue())
         with store.RunDirectory(Path(passing) / "run").open_for(grid) as target:
             target.take(source)

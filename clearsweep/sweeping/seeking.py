@@ -44,7 +44,7 @@ class Seeking:
         self.others = _others(grid, self.seek)
         every = range(len(self.others))
         self.subjects = [(j,) for j in every] if self.seek.each else [tuple(every)]
-        self.probes: dict[tuple[int, int], _Probe] = {}  # number of the other axes' case, place -> what it gave
+        self.probes: list[dict[int, _Probe]] = [{} for _ in self.others]  # of each: place -> what it gave
         self.stopped = False
 
     def run(self, look: Look) -> Grid:
@@ -54,11 +54,12 @@ class Seeking:
         while wanted := list(self._wanted()):
             asked.update(dict.fromkeys(wanted))
             grid = self.grid.at([self._point(*probe) for probe in asked])
-            judged = look(grid, len(self.probes))
+            judged = look(grid, len(asked) - len(wanted))
             if judged is None:
                 self.stopped = True
                 break
-            self.probes |= {probe: _probe(judged, index) for index, probe in enumerate(wanted)}
+            for index, (j, place) in enumerate(wanted):
+                self.probes[j][place] = _probe(judged, index)
         return grid
 
     def answers(self) -> list[Answer]:
@@ -69,12 +70,11 @@ class Seeking:
         """Yield the probes to look at next."""
         for subject in self.subjects:
             for place in search(self._known(subject), self.seek.last).wanted:
-                yield from ((j, place) for j in subject if (j, place) not in self.probes)
+                yield from ((j, place) for j in subject)
 
     def _known(self, subject: tuple[int, ...]) -> dict[int, bool]:
         """Return place -> whether all cases there keep to their limits."""
-        places = {place for j, place in self.probes if j == subject[0]}
-        return {place: all(self.probes[j, place].good for j in subject) for place in places}
+        return {place: all(self.probes[j][place].good for j in subject) for place in self.probes[subject[0]]}
 
     def _point(self, j: int, place: int) -> Point:
         return self.others[j] | {self.seek.path: self.seek.value(place)}
@@ -85,8 +85,8 @@ class Seeking:
         border = search(known, seek.last).border
         assert border is not None  # nothing is wanted any more
         at = _deciding(known, border, seek.last)
-        worst = min(subject, key=lambda j: (self.probes[j, at].margin, j))
-        limiting = None if known[at] else self.probes[worst, at].limiting
+        worst = min(subject, key=lambda j: (self.probes[j][at].margin, j))
+        limiting = None if known[at] else self.probes[worst][at].limiting
         point = self.others[worst]
         if border.good is None:
             return Answer(point, None, None, None, limiting, len(known) * len(subject))
