@@ -9,6 +9,8 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep.mechanics.joint.elastic.conformal import Liu
+from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.verify import extremes, stability
 
 pytestmark = pytest.mark.heavy
@@ -28,6 +30,16 @@ def run(source, **overrides):
 
 
 # ---------------------------------------------------------------------------------------------- the table
+
+
+def test_the_bound_of_a_force_that_is_no_power_is_within_that_of_the_power_it_is_like():
+    shallow = Liu(1e9, 1e6)  # K pen sqrt(pen / 2 c) as long as pen is far below c
+    power = PowerThreeHalves(1e9 / math.sqrt(2e6))
+    impact, load = (stability._deepest(power, *given) for given in ((1e-3, 0.0), (0.0, 50.0)))
+    assert stability._deepest(shallow, 1e-3, 0.0) == pytest.approx(impact, rel=1e-6)
+    assert stability._deepest(shallow, 0.0, 50.0) == pytest.approx(load, rel=1e-6)
+    together = stability._deepest(shallow, 1e-3, 50.0)
+    assert max(impact, load) < together < stability._deepest(power, 1e-3, 50.0)
 
 
 def test_the_table_spans_what_it_should():

@@ -56,9 +56,7 @@ class Series(NamedTuple):
     """Rough surfaces on an elastic law: the compiled form, and how far the spots keep their room."""
 
     term: Rough
-    flattened: (
-        float  # m, penetration at which the spots' area would be all of the arc's; inf: never, or it is no matter
-    )
+    flattened: float  # m, penetration from which on the spots would cover all of the arc; inf where that never matters
     surface: Surface
     arc: Arc
 
@@ -166,7 +164,7 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
     x = float(pen[-1]) - STEP * np.arange(rows, -1.0, -1.0)
     x = x[x >= pen[0]]
     above = np.clip(np.searchsorted(pen, x), 1, len(pen) - 1)
-    low, high = coarse[above - 1], coarse[above]  # copies
+    low, high = coarse[above - 1], coarse[above]
     bulk, slope = guess(x), guess(x, 1)
     pen, force = at(bulk)
     for _ in range(MOST_STEPS):  # Newton's method with the slope of the guess, halving where that leaves the bracket
