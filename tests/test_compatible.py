@@ -143,7 +143,7 @@ def test_forces_that_fall_are_told(tmp_path):
 def test_a_fit_over_nothing_is_told():
     contact = {"law": "exact", "restitution": 0.6, "elastic": "compatible-fit", "fit_from": 1e-5, "fit_to": 1e-6}
     contact["material"] = {"young": 207e9, "poisson": 0.3}
-    with pytest.raises(InputError, match=r"contact\.fit_from: found 1e-05; allowed: below 1e-06"):
+    with pytest.raises(InputError, match=r"contact\.fit_from: found 1e-05 m; allowed: below 1e-06 m"):
         loaded(slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact}))
 
 
