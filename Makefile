@@ -23,7 +23,7 @@ test-quick: $(READY) lint
 
 # The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
 PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain compatible direction dual elastic_laws event_search \
-	friction_laws friction_memory karnopp law_limit laws one_block plastic_law roughness tally wear))
+	film friction_laws friction_memory karnopp law_limit laws one_block plastic_law roughness tally wear))
 test-plain: $(READY)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -m "not slow and not compiled" $(PLAIN)
 	$(BIN)/python -m coverage report

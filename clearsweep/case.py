@@ -112,6 +112,52 @@ class Wear(NamedTuple):
         }
 
 
+class Oil(NamedTuple):
+    """An oil whose viscosity falls as it warms up."""
+
+    warm: float  # m^2/s, kinematic, at 40 degC
+    hot: float  # m^2/s, at 100 degC
+    density: float  # kg/m^3
+
+    def viscosity(self, temperature: float) -> float:
+        """Return the dynamic viscosity (Pa s) at a temperature (K): Walther's equation, as ASTM D341 has it.
+
+        log10(log10(nu + 0.7)) is linear in log10(T), nu in mm^2/s.
+        """
+        first, last = (math.log10(math.log10(1e6 * nu + 0.7)) for nu in (self.warm, self.hot))
+        along = (math.log10(temperature) - math.log10(313.15)) / (math.log10(373.15) - math.log10(313.15))
+        dynamic: float = self.density * 1e-6 * (10.0**10.0 ** (first + along * (last - first)) - 0.7)
+        return dynamic
+
+
+class Thermal(NamedTuple):
+    """How the heat of a film is led away."""
+
+    conductance: float  # W/K
+    ambient: float  # K
+
+
+class Film(NamedTuple):
+    """The film of oil in a joint."""
+
+    law: str
+    friction: str  # the law of its shear
+    viscosity: float  # Pa s
+    limit: float  # eccentricity ratio up to which its formula holds
+    density: float = 870.0  # kg/m^3, of the oil
+    transition: str = "ramp"  # the law by which the dry contact takes over
+    begin: float = 0.0  # m, eccentricity less clearance at which the dry contact begins to bear
+    width: float = 0.0  # m, over which it takes over
+    asperities: Mapping[str, float] | None = None  # what that law takes besides, by key
+    oil: Oil | None = None  # that gives the viscosity at the temperature
+    temperature: float | None = None  # K
+    thermal: Thermal | None = None
+
+
+#: Of a joint in which nothing but a film acts.
+NO_CONTACT = Contact("", None, {})
+
+
 def column_name(joint: str) -> str:
     """Return the name of a joint ('rod-slider') in columns and channels: 'rod_slider'."""
     return joint.replace("-", "_")
@@ -130,6 +176,7 @@ class Joint(NamedTuple):
     wear: Wear | None = None
     height: float | None = None  # m, of a guide's block
     roughness: Roughness | None = None
+    film: Film | None = None
 
     @property
     def elastic_name(self) -> str:
@@ -142,6 +189,11 @@ class Joint(NamedTuple):
     def is_guide(self) -> bool:
         """Return whether it is prismatic: a block between walls."""
         return self.height is not None
+
+    @property
+    def is_dry(self) -> bool:
+        """Return whether its surfaces can touch: else nothing but a film acts."""
+        return self.contact.law != NO_CONTACT.law
 
     @property
     def column(self) -> str:

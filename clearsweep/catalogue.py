@@ -73,8 +73,8 @@ class Order(NamedTuple):
 class Law(NamedTuple):
     """One law of a family, as a user names it."""
 
-    family: str  # 'law' (contact.law), 'elastic', 'roughness', 'friction' (friction.law), 'wear', 'pressure', or
-    # 'mechanism', 'drive', 'load', which have no `law` to choose by
+    family: str  # 'law' (contact.law), 'elastic', 'roughness', 'friction' (friction.law), 'wear', 'pressure', 'film',
+    # 'film-friction', 'transition', or 'mechanism', 'drive', 'load', which have no `law` to choose by
     name: str
     summary: str
     formula: str
@@ -220,7 +220,9 @@ class Figure(NamedTuple):
     unit: str  # SI
     text: str
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
-    needs: tuple[str, ...] = ()  # 'turns', 'free', 'rests' (the mechanism); 'wear' (the joint); 'horizon', 'until'
+    needs: tuple[
+        str, ...
+    ] = ()  # 'turns', 'free', 'rests' (the mechanism); 'wear', 'film' (the joint); 'horizon', 'until'
     value: Callable | None = None  # (simulation.window.Window, place of the joint) -> value; None: see `sums`
     sums: Any = None  # the sums it is made of, such as simulation.sums.Mean: it settles, `simulate.until` may judge it
     kind: str = "float"  # or 'int'
@@ -244,6 +246,7 @@ class Catalogue(NamedTuple):
     mechanisms: tuple[Mechanism, ...] = ()  # the first one is meant where none is named
     figures: tuple[Figure, ...] = ()  # in the order of the columns
     joint_channels: tuple[Channel, ...] = ()
+    film_channels: tuple[Channel, ...] = ()  # of joints with a film, behind those
 
     def mechanism(self, name: str) -> Mechanism | None:
         """Return the mechanism called `name`, or None."""

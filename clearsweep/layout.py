@@ -31,7 +31,13 @@ class JointLayout(NamedTuple):
 
     name: str  # 'rod_slider': the name of the joint in columns and channels
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
+    film: bool = False  # oil between its surfaces
     corners: int = 0  # that touch by themselves, of a guide's block; 0: the joint is one contact
+
+    @property
+    def has(self) -> set[str]:
+        """Return what it has besides contact, as figures need it."""
+        return {name for name, there in (("wear", self.wear_bins), ("film", self.film)) if there}
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -54,7 +60,9 @@ def parts_of(case: Case) -> Parts:
     """Return what of a case decides its layout."""
     simulate = case.simulate
     joints = tuple(
-        JointLayout(joint.column, joint.wear.bins if joint.wear else 0, CORNERS if joint.is_guide else 0)
+        JointLayout(
+            joint.column, joint.wear.bins if joint.wear else 0, joint.film is not None, CORNERS if joint.is_guide else 0
+        )
         for joint in case.joints
     )
     until = simulate.until.figure if simulate.until else ""
@@ -85,13 +93,13 @@ class Layout(NamedTuple):
         mechanism = catalogue.outlined(parts.mechanism, parts.outline)
         assert mechanism is not None, parts.mechanism  # a case is of a known one
         asked = {name for name in ("horizon", "error_check", "until") if getattr(parts, name)}
-        worn = {joint.name: {"wear"} if joint.wear_bins else set() for joint in parts.joints}
+        has = {joint.name: joint.has for joint in parts.joints}
         return cls(
             mechanism.name,
             mechanism.turns,
             mechanism.output.name if mechanism.output else "",
             parts.joints,
-            columns_of(catalogue, mechanism, worn, asked, parts.until),
+            columns_of(catalogue, mechanism, has, asked, parts.until),
             _channels(catalogue, mechanism, parts.joints),
             parts.horizon,
             parts.error_check,
@@ -138,7 +146,7 @@ def columns_of(
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
-    parts : joint with clearance ('rod_slider') -> what it has besides contact ('wear'); asked : what `simulate` asks
+    parts : joint with clearance ('rod_slider') -> what it has ('wear', 'film'); asked : what `simulate` asks
     for ('horizon', 'error_check', 'until'); until : the figure that `simulate.until` judges.
     """
     there = {*asked, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
@@ -181,14 +189,14 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[Joint
     inside = (
         channel._replace(name=f"joints/{joint.name}/{channel.name}")
         for joint in joints
-        for channel in catalogue.joint_channels
+        for channel in (*catalogue.joint_channels, *(catalogue.film_channels if joint.film else ()))
     )
     return (Column(TIME, "s", "time"), *(Column(*channel) for channel in (*mechanism.channels, *inside)))
 
 
 def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
     """Return the columns that settle as a run grows longer, or those that do not, with everything in every joint."""
-    parts = {column_name(site.name): set() if site.kind == "guide" else {"wear"} for site in mechanism.joints}
+    parts = {column_name(site.name): set() if site.kind == "guide" else {"wear", "film"} for site in mechanism.joints}
     named = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in named)
 
@@ -212,6 +220,7 @@ _WHERE = {
     "free": "the crank is free",
     "rests": "nothing turns",
     "wear": "the joint wears",
+    "film": "the joint has a film",
     "horizon": "`simulate.horizon`",
     "until": "`simulate.until`",
 }

@@ -44,11 +44,12 @@ pound_per_square_inch = pound_force / inch^2 = psi
 bar = 1e5 pascal
 joule = newton * metre = J
 watt = joule / second = W
+kelvin = [temperature] = K
 """
 _BASE = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
 _COMMON = (
     "m mm um nm cm in inch kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN lbf Pa kPa MPa GPa bar "
-    "psi J mJ kJ W"
+    "psi J mJ kJ W K degC"
 )
 _WORDS = (
     "metre meter millimetre millimeter micrometre micrometer kilogram gram second minute hour radian degree "
@@ -72,6 +73,8 @@ _EXAMPLES = {
     "N/m": "1e6 N/m or 1e6",
     "N*s/m": "100 N*s/m or 100",
     "Pa": "207 GPa or 2.07e11",
+    "K": "60 degC, 333.15 K or 333.15",
+    "Pa*s": "0.1 Pa*s or 0.1",
     "m^2/N": "2e-14 m^2/N or 2e-5 mm^3/(N*m)",
 }
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
@@ -79,6 +82,7 @@ _POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
 _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
 _PART = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
 _PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
+_CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; a temperature is told from another zero, too
 _LONGEST = 200  # characters; a quantity has no use for more
 
 
@@ -181,8 +185,11 @@ def _from_text(text: str, unit: str) -> Fraction:
     digits, written = match.groups()
     if written.startswith(","):
         raise InputError(f"found {shown(text)}; write a decimal point, not a comma ({expected(unit)})")
+    offset = Fraction(0)
     if not written:
         scale = Fraction(1)
+    elif written in _CELSIUS and unit == "K":
+        scale, offset = Fraction(1), _FREEZING
     elif written == "%" and unit == "1":
         scale = Fraction(1, 100)
     elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, written):  # of a shaft these are turns, as on a rating plate
@@ -194,7 +201,7 @@ def _from_text(text: str, unit: str) -> Fraction:
     rough = float(digits)  # tells 0 and infinity, whose exact digits (1e-999999999) could fill the memory
     if rough - rough != 0.0:
         raise InputError(_infinite(text, unit))
-    return Fraction(digits) * scale if rough else Fraction(0)
+    return (Fraction(digits) * scale if rough else Fraction(0)) + offset
 
 
 def _has_power_of_power(written: str) -> bool:

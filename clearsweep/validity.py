@@ -19,6 +19,11 @@ THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0}
 #: at which it began, and what nobody can have meant.
 LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
+FILM_HELD, FILM_BEYOND, FILM_FLOW = "film-limit: ", "film-beyond: ", "film-flow: "
+UNBALANCED = (
+    "film-heat: the heat balance of a film did not come to stand; more revolutions, or a larger conductance, help"
+)
+TAYLOR = 41.3  # above, vortices begin between cylinders of which the inner one turns (Taylor 1923)
 UNCHECKED = "unchecked: "  # its error check came to nothing
 BETWEEN = " | "  # remarks in a message
 DEEP = 0.1  # of the bearing's radius: a deeper contact is no small deformation
@@ -108,6 +113,10 @@ _TOLD = {
     "forces,",
     TOO_DEEP: "A contact is deeper than its clearance or a tenth of its bearing's radius",
     WORN_THROUGH: "Wear is deeper than the clearance",
+    FILM_HELD: "A film is thinner than its formula holds for",
+    FILM_BEYOND: "A film is squeezed out where there is no dry contact to stop the journal",
+    FILM_FLOW: "The flow in a film is no longer laminar",
+    UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "A film's temperature is not known",
     IMBALANCE: "The energies do not add up as closely as the tolerance promises",
     UNCHECKED: "The error check came to nothing",
 }
@@ -157,6 +166,43 @@ def worn_through(joints: Iterable[Reached]) -> str:
     ]
     hint = "; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
     return WORN_THROUGH + "; ".join(remarks) + hint if remarks else ""
+
+
+class Lubricated(NamedTuple):
+    """What became of the film of a joint in a case."""
+
+    joint: str  # 'rod-slider'
+    limit: float  # eccentricity ratio up to which its formula holds
+    held: float  # share of the window's time beyond
+    ratio: float  # largest eccentricity over clearance
+    dry: bool  # there is a dry contact behind it
+    taylor: float  # largest Taylor number
+
+
+def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
+    """Return the remarks on films: past their limit, squeezed out with nothing behind them, not laminar."""
+    joints = list(joints)
+    held = [
+        f"{joint.joint} is beyond the eccentricity ratio {joint.limit:g}, from which on it is evaluated there, for "
+        f"{_percent(joint.held)} of the time, and reaches {joint.ratio:.4g}"
+        for joint in joints
+        if joint.held > 0.0
+    ]
+    beyond = [
+        f"{joint.joint} reaches {joint.ratio:.4g} clearances" for joint in joints if joint.ratio > 1.0 and not joint.dry
+    ]
+    flow = [
+        f"{joint.joint} has a Taylor number of {joint.taylor:.3g}, vortices begin at {TAYLOR:g}; laminar laws "
+        "understate its losses"
+        for joint in joints
+        if joint.taylor > TAYLOR
+    ]
+    hint = "; write the joint's contact, more viscosity, or less clearance"
+    return (
+        FILM_HELD + "; ".join(held) if held else "",
+        FILM_BEYOND + "; ".join(beyond) + hint if beyond else "",
+        FILM_FLOW + "; ".join(flow) if flow else "",
+    )
 
 
 def imbalance(residual: float, tolerance: float, count: float) -> str:

@@ -1,7 +1,8 @@
 """Motions of machines that a grid describes, against trajectories in quadruple precision that share nothing with them.
 
 `verify/references/machines.json` says how they were made: absolute coordinates with multipliers, where our equations
-have neither.  A four-bar, a loaded slider-crank, a free crank under a torque, a V-twin, each with a clearance joint.
+have neither.  A four-bar, a loaded slider-crank, a free crank under a torque, a V-twin, each with a clearance joint; a
+slider-crank with a film in it, and with a dry joint behind the film.
 """
 
 import copy

@@ -5,7 +5,7 @@ import math
 from ..case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
-from . import machine_checks
+from . import film_checks, machine_checks
 from .draft import Draft
 from .key_table import DIMENSIONLESS, moduli
 from .keys import Number, Section, value_key, word_key
@@ -21,6 +21,7 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
     _below(draft, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
     _until(draft)
     machine_checks.check(draft, catalogue)
+    film_checks.check(draft, catalogue)
     _friction(draft, catalogue)
     joints = [path for path, node in draft.shape.items() if isinstance(node, Section) and _is_joint(path)]
     whole = draft.shape.get("joints")

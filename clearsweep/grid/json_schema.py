@@ -151,6 +151,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
     """Return the schema of the section at `path`, '' for the whole."""
     properties: dict[str, Any] = {}
     required: list[str] = []
+    either: list[list[str]] = []
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
         if parent != path:
@@ -168,16 +169,19 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         elif isinstance(node, Flag):
             properties[key] = {"description": node.text, "type": "boolean", "default": False}
         else:
-            either = [{"$ref": "#/$defs/quantity"}, *(_object(tree, each) for each in (inner,) if _holds(tree, each))]
-            either += [_FIT] if any(use.field.fit for use in node.uses) else []
-            value = {"anyOf": either} if either[1:] else either[0]
+            forms = [{"$ref": "#/$defs/quantity"}, *(_object(tree, each) for each in (inner,) if _holds(tree, each))]
+            forms += [_FIT] if any(use.field.fit for use in node.uses) else []
+            value = {"anyOf": forms} if forms[1:] else forms[0]
             properties[key] = {"description": _described(node), **value}
         if isinstance(node, Section) and node.need == "required" and key != ANY:
-            required.append(key)
+            required += [] if node.unless else [key]
+            either += [[key, node.unless]] if node.unless else []
     others = {ANY: False} | properties  # whatever a user names is like what stands for it
-    return {"type": "object", "additionalProperties": others.pop(ANY), "properties": others} | (
-        {"required": required} if required else {}
-    )
+    whole = {"type": "object", "additionalProperties": others.pop(ANY), "properties": others}
+    whole |= {"required": required} if required else {}
+    for pair in either:
+        whole["anyOf"] = [{"required": [key]} for key in pair]
+    return whole
 
 
 def _holds(tree: Shape, path: str) -> bool:

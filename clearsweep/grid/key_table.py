@@ -4,7 +4,8 @@ from ..case import Materials
 from ..catalogue import Catalogue, Field, JointSite, Keys, Law, Mechanism
 from ..layout import settling
 from ..outline import ANY, EVERYTHING
-from .keys import Condition, Flag, Number, Section, Shape, Table, Use, Word, word_key
+from . import film_keys
+from .keys import Condition, Flag, Number, Section, Shape, Table, Use, Word, section_key, word_key
 
 DIMENSIONLESS = "dimensionless"
 _COEFFICIENT = Field(
@@ -249,9 +250,12 @@ def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     _numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
     _contact(tree, path, catalogue)
     _roughness(tree, path, catalogue)
-    elastic = word_key(tree, f"{path}.contact.elastic")
+    _film(tree, path, catalogue)
+    elastic, film = (word_key(tree, f"{path}.{key}") for key in ("contact.elastic", "film.law"))
     for field in _GAP_SIZES:
-        tree[f"{path}.{field.name}"] = Number((Use(field, elastic.when),))
+        tree[f"{path}.{field.name}"] = Number(
+            (Use(field, elastic.when), Use(field, ((f"{path}.film.law", frozenset(film.options)),)))
+        )
 
 
 def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
@@ -269,6 +273,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     tree[f"{path}.journal"] = Word(site.journals, "the body that the journal sits on", site.journals[0])
     _contact(tree, path, catalogue)
     _roughness(tree, path, catalogue)
+    _film(tree, path, catalogue)
     _friction(tree, path, catalogue)
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
@@ -339,6 +344,35 @@ def _roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[rough] = Section("rough surfaces, in series with the elastic law; left out: smooth ones", "optional")
     tree[f"{rough}.law"] = Word(catalogue.names("roughness"), "the roughness law", sweep=True, noun="law")
     _laws(tree, rough, "law", catalogue.of("roughness"))
+
+
+def _film(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter the film of oil of a joint, which may do without a dry contact."""
+    tree[f"{path}.contact"] = section_key(tree, f"{path}.contact")._replace(unless="film")
+    film = f"{path}.film"
+    tree[film] = Section("a film of oil; left out: none", "optional")
+    tree[f"{film}.law"] = Word(catalogue.names("film"), "the law of the film's force", sweep=True, noun="law")
+    _numbers(tree, film, (film_keys.VISCOSITY,))
+    _numbers(tree, f"{film}.viscosity", film_keys.OIL)
+    _numbers(tree, film, (film_keys.TEMPERATURE, *film_keys.FILM))
+    tree[f"{film}.thermal"] = Section(
+        "a heat balance gives the temperature: ambient + mean loss / conductance", "optional"
+    )
+    _numbers(tree, f"{film}.thermal", film_keys.THERMAL)
+    tree[f"{film}.friction"] = Word(
+        ("by-law", *catalogue.names("film-friction")),
+        "the couple of the film's shear; by-law: butenschoen for finite, petroff for short, else sommerfeld",
+        "by-law",
+        sweep=True,
+        noun="law",
+    )
+    tree[f"{film}.transition"] = Section("how the dry contact takes over", "implied", needs="contact")
+    transition = f"{film}.transition"
+    tree[f"{transition}.law"] = Word(
+        catalogue.names("transition"), "how the dry contact takes over", "ramp", sweep=True, noun="law"
+    )
+    _numbers(tree, transition, film_keys.TRANSITION)
+    _laws(tree, transition, "law", catalogue.of("transition"))
 
 
 def _friction(tree: Shape, path: str, catalogue: Catalogue) -> None:

@@ -104,6 +104,8 @@ class Section(NamedTuple):
     text: str
     need: str = "required"  # 'required', 'optional', or 'implied': there even if it is not written
     pair: bool = False  # written as a list of two
+    unless: str = ""  # a section beside it that does in its place
+    needs: str = ""  # a section beside the one it stands in, without which it is not there
 
 
 Shape = dict[str, Section | Word | Number | Flag | Table]
@@ -120,4 +122,11 @@ def word_key(shape: Shape, path: str) -> Word:
     """Return the key at `path`, which holds a word; anything else is a mistake of the caller."""
     node = shape[path]
     assert isinstance(node, Word), path
+    return node
+
+
+def section_key(shape: Shape, path: str) -> Section:
+    """Return the key at `path`, which holds further keys; anything else is a mistake of the caller."""
+    node = shape[path]
+    assert isinstance(node, Section), path
     return node

@@ -4,19 +4,23 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..case import (
+    NO_CONTACT,
     Case,
     Contact,
     Drive,
+    Film,
     Friction,
     Joint,
     Load,
     Material,
     Materials,
     Mechanism,
+    Oil,
     Roughness,
     Save,
     Simulate,
     Table,
+    Thermal,
     Until,
     Wear,
 )
@@ -63,13 +67,15 @@ def _table(columns: Tree) -> Table:
 
 
 def _joint(name: str, section: Tree) -> Joint:
-    sections: dict[str, Any] = {"contact": _contact(section["contact"])}
+    sections: dict[str, Any] = {"contact": _contact(section["contact"]) if "contact" in section else NO_CONTACT}
     if "roughness" in section:
         sections["roughness"] = _roughness(section["roughness"])
     if "friction" in section:
         sections["friction"] = Friction(*_taken(section["friction"], "law"))
     if "wear" in section:
         sections["wear"] = _wear(section["wear"])
+    if "film" in section:
+        sections["film"] = _film(section["film"])
     return Joint(name=name, **(dict(section) | sections))
 
 
@@ -78,6 +84,20 @@ def _wear(section: Tree) -> Wear:
         section, "law", "pressure", "bins", "coefficient_unit", "running_in"
     )
     return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in)
+
+
+def _film(section: Tree) -> Film:
+    transition, viscosity, thermal, values = _taken(section, "transition", "viscosity", "thermal")
+    if transition:
+        law, begin, width, rest = _taken(transition, "law", "from", "width")
+        values |= {"transition": law, "begin": begin, "width": width, "asperities": rest}
+    if not isinstance(viscosity, dict):
+        return Film(viscosity=viscosity, **values)
+    oil = Oil(viscosity["at_40C"], viscosity["at_100C"], viscosity["density"])
+    if thermal:
+        values |= {"thermal": Thermal(**thermal)}
+        values.setdefault("temperature", thermal["ambient"])
+    return Film(viscosity=oil.viscosity(values["temperature"]), density=oil.density, oil=oil, **values)
 
 
 def _contact(section: Tree) -> Contact:

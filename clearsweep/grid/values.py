@@ -112,17 +112,22 @@ def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
             draft.problems.add(written.key_place(key), inner, f"'{key}' {wrong[key]}")
             continue
         node = None if "." in key else whole.get(inner)
-        if isinstance(node, Section):
+        instead = isinstance(node, Number) and isinstance(below.value, dict) and _holds(whole, inner)
+        if isinstance(node, Section) or instead:  # a section, or one in place of a quantity
             _walk(draft, below, inner, whole)
         elif node is not None:
             draft.written[inner] = below
         elif key not in known:
             draft.problems.add(written.key_place(key), inner, _unknown(path, key, known))
-    for key in known:
-        inner = f"{path}.{key}" if path else key
-        node = whole.get(inner)
-        if key not in content and isinstance(node, Section) and node.need == "required":
+    for inner, node in whole.items():
+        if isinstance(node, Section) and inner.rpartition(".")[0] == path and _missing_section(inner, node, content):
+            key = inner.rpartition(".")[2]
             draft.problems.add(written, inner, f"is missing; write the section '{key}' ({node.text})")
+
+
+def _missing_section(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
+    """Return whether the section at `path` is missing in what is written of the one it stands in."""
+    return node.need == "required" and path.rpartition(".")[2] not in content and node.unless not in content
 
 
 def _unknown(path: str, key: str, known: list[str]) -> str:
@@ -138,8 +143,12 @@ def _activate(draft: Draft, whole: Shape) -> None:
     """Keep of the whole shape what is there, and give wear and roughness the keys that else a law alone has."""
     for path, node in whole.items():
         parent = path.rpartition(".")[0]
-        there = not isinstance(node, Section) or path in draft.sections or node.need == "implied"
-        if there and path not in draft.broken and (not parent or parent in draft.shape):
+        there = not isinstance(node, Section) or _is_there(draft, path, node)
+        if isinstance(whole.get(parent), Number):
+            there = parent in draft.sections
+        elif isinstance(node, Number) and path in draft.sections:  # there is a section in its place
+            there = False
+        if there and path not in draft.broken and (not parent or parent in draft.shape or parent in draft.sections):
             draft.shape[path] = node
             if isinstance(node, Section):
                 draft.sections.setdefault(path, draft.sections[parent])
@@ -151,6 +160,17 @@ def _activate(draft: Draft, whole: Shape) -> None:
         )
         if isinstance(node, Number) and (sized or (of_material and f"{joint}.wear" in draft.shape)):
             draft.shape[path] = Number(tuple(use._replace(when=()) for use in node.uses))
+
+
+def _holds(whole: Shape, path: str) -> bool:
+    """Return whether there are keys below `path`."""
+    return any(inner.rpartition(".")[0] == path for inner in whole)
+
+
+def _is_there(draft: Draft, path: str, node: Section) -> bool:
+    """Return whether the section at `path` is there: written or implied, and what it needs is there, too."""
+    beside = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
+    return (path in draft.sections or node.need == "implied") and (not node.needs or beside in draft.shape)
 
 
 def _word(draft: Draft, path: str, node: Word) -> None:

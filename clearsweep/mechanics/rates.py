@@ -19,10 +19,10 @@ from numba import types
 from ..catalogue import Channel
 from .compiled.dual import Seeded, as_dual, slope
 from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
-from .joint.contract import Present, touches
+from .joint.contract import Present, channels_beside, power_lost, seen_beside, touches
 from .joint.impact_mass import joints_now
 from .joint.loads import loads_of, put_internal_rates
-from .joint.places import after_joint, extent, first_place
+from .joint.places import after_joint, after_number, channels_beside_those, extent, first_place, observed_columns
 from .joint.sticking import with_sticking_forces
 from .mechanism.contract import accelerate, crank_rate, describe, energy, gaps, load_power, output_error, place
 from .observe.observables import (
@@ -35,7 +35,7 @@ from .observe.observables import (
     KINETIC,
     TORQUE,
     Observed,
-    columns,
+    film_column,
     observe,
 )
 from .solver.dop853 import END, ROWS
@@ -125,6 +125,15 @@ class _Rows(NamedTuple):
     row: int
 
 
+@kernel
+def _put_number(number, _, column, into):
+    values, row = into
+    values[row, column] = number
+
+
+_put_numbers = map_joints(_put_number, after_number)
+
+
 @inlined
 def _put_contacts(joint, load, place, rows):
     present, row = rows.present, rows.row
@@ -134,10 +143,11 @@ def _put_contacts(joint, load, place, rows):
         if touches(present.mode[c]):
             closing = root_rate(rows.scene, contact, root, rows.kappa)
         rows.k[row, present.roots + c] = closing
+        lost = power_lost(contact)
         seen = Observed(
             normal=contact.normal,
             stored=contact.elastic * contact.rate,
-            lost=(contact.normal - contact.elastic) * contact.rate,
+            lost=lost,
             tangential=contact.tangential,
             slip=contact.slip,
             raw=contact.raw,
@@ -145,6 +155,8 @@ def _put_contacts(joint, load, place, rows):
             rate=contact.rate,
         )
         observe(rows.o, row, c, seen)
+        more = seen_beside(contact, row == 0 or row >= END)
+        _put_numbers(more, more, film_column(extent(rows.scene.joints).contact, c, 0), (rows.o, row))
 
 
 _put_all_contacts = map_joints(_put_contacts, after_joint)
@@ -197,7 +209,7 @@ def rates_entry(scene, y, mode, latched, k, o, row):
         shaped(mode, (contacts,)),
         shaped(latched, (latching,)),
         shaped(k, (ROWS, n)),
-        shaped(o, (ROWS, columns(contacts))),
+        shaped(o, (ROWS, observed_columns(here.joints))),
         row,
     )
 
@@ -265,9 +277,15 @@ JOINT_CHANNELS = (
     Channel("y", "m", "journal centre relative to the bearing centre, fixed frame, y"),
     Channel("vx", "m/s", "its rate, x"),
     Channel("vy", "m/s", "its rate, y"),
-    Channel("force_normal", "N", "normal force, at least 0, pushing the journal back to the centre"),
+    Channel(
+        "force_normal",
+        "N",
+        "normal force, pushing the journal back to the centre; below 0 only where a film or a law pulls",
+    ),
     Channel("force_tangential", "N", "tangential force on the journal along the outward normal turned by +90 degrees"),
 )
+#: Those of a joint with a film, behind these.
+FILM_CHANNELS = (Channel("force_dry", "N", "dry share of the normal force"),)
 
 
 class _Samples(NamedTuple):
@@ -279,7 +297,9 @@ class _Samples(NamedTuple):
 
 @kernel
 def _after_samples(samples, joint):
-    return _Samples(after_joint(samples.place, joint), samples.column + len(JOINT_CHANNELS))
+    return _Samples(
+        after_joint(samples.place, joint), samples.column + len(JOINT_CHANNELS) + channels_beside_those(joint)
+    )
 
 
 @inlined
@@ -290,6 +310,14 @@ def _put_gap(joint, gap, samples, into):
     out[column + 2], out[column + 3] = sign * gap.vx, sign * gap.vy
 
 
+@kernel
+def _put_channel(number, _, column, values):
+    values[column] = number
+
+
+_put_channels = map_joints(_put_channel, after_number)
+
+
 @inlined
 def _put_force(joint, load, samples, into):
     contact = load.contacts[0]
@@ -297,6 +325,8 @@ def _put_force(joint, load, samples, into):
         if load.contacts[i].normal > contact.normal:
             contact = load.contacts[i]
     into[0][samples.column + 4], into[0][samples.column + 5] = contact.normal, contact.tangential
+    more = channels_beside(contact)
+    _put_channels(more, more, samples.column + len(JOINT_CHANNELS), into[0])
 
 
 _put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_force, _after_samples)

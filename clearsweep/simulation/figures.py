@@ -11,7 +11,7 @@ from ..catalogue import Figure, Shown
 from ..layout import Layout
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
-from . import wear_figures
+from . import film_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
 from .sums import ForceExceeded, Mean, PerRevolution, RootMean
 from .window import Window
@@ -153,6 +153,7 @@ JOINT = (
         differs=False,
         shown=(Shown("forces", "ideal peak", 4), Shown("case", "ideal peak", 4)),
     ),
+    *film_figures.FILM,
     *PEAKS,
     *wear_figures.WEAR,
     Figure(

@@ -18,10 +18,11 @@ from ..mechanics.joint.contract import (
 )
 from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
-from ..mechanics.joint.places import after_joint, as_it_is, first_place
+from ..mechanics.joint.lubricated import film_depths
+from ..mechanics.joint.places import after_joint, as_it_is, first_place, observed_columns
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST
 from ..mechanics.joint.wear.step import room_of, wear_of
-from ..mechanics.observe import histogram, observables
+from ..mechanics.observe import histogram
 from ..mechanics.observe import tally as tallies
 from ..mechanics.observe.between import BETWEEN
 from ..mechanics.observe.record import Record
@@ -40,6 +41,7 @@ from .watch import Watcher
 #: little; those of the root of penetration are errors of its size, so they count most.  Chosen on the one-joint
 #: reference trajectories: 15 to 20 % fewer evaluations at equal error than with 1, 1, 1 or a relative tolerance.
 PLACE_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
+OILED = 0.1  # of RATE_WEIGHT where there is a film: a small error of a rate is a large one of its damping force
 LONGEST = 0.02  # turns of the crank a step may span: keeps located maxima and histograms of slow motions sharp
 ROUNDING = 1e-15  # of the mechanism's size and speed: no tolerance below it
 
@@ -97,7 +99,7 @@ class Run:
             end=np.empty(n),
             z=np.empty(n),
             k=np.zeros((dop853.ROWS, n)),
-            o=np.zeros((dop853.ROWS, observables.columns(many))),
+            o=np.zeros((dop853.ROWS, observed_columns(joints))),
             f=np.zeros((7, n)),
             scale=_scale(scene, many, [state.scale for _, state, _ in internal]),
             mode=np.array([modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]),
@@ -106,10 +108,13 @@ class Run:
             pressed=np.array([modes.pressed for _, modes in contacts]),
             clearance=np.array([joint.clearance for joint, _ in contacts]),
             side=np.array([joint.side for joint, _ in contacts]),
+            film=np.array([film_depths(joint) for joint, _ in contacts]),
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
             began=np.array([began for _, _, began in internal]),
             guards=guards_of(value, self.parameters),
-            rubs=np.repeat([joint.friction is not None for joint in scene.case.joints], every),
+            rubs=np.repeat(
+                [joint.friction is not None or joint.film is not None for joint in scene.case.joints], every
+            ),
             limit_depth=np.repeat(
                 [registry.penetration_limit(joint) for joint in scene.case.joints],
                 every,
@@ -182,7 +187,9 @@ def _scale(scene: Scene, contacts: int, internal: list[float]) -> np.ndarray:
     value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, size, lengths = min(joint.clearance for joint in value.joints), scene.built.size, scene.built.lengths
     place = np.maximum(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size) / lengths
-    rate = np.maximum(RATE_WEIGHT * tolerance * clearance, ROUNDING * size) * value.reference_rate / lengths
+    oiled = any(joint.film for joint in scene.layout.joints)
+    weight = OILED * RATE_WEIGHT if oiled else RATE_WEIGHT
+    rate = np.maximum(weight * tolerance * clearance, ROUNDING * size) * value.reference_rate / lengths
     moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.reference_rate
     root = np.full(contacts, ROOT_WEIGHT * tolerance * math.sqrt(clearance))
     return np.concatenate([place, rate, [moment], root, tolerance * np.array(internal)])

@@ -47,7 +47,9 @@ class Scene:
 
 def catalogue() -> Catalogue:
     """Return all that a grid can name, and all that its cases can give."""
-    return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, rates.JOINT_CHANNELS)
+    return Catalogue(
+        registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, rates.JOINT_CHANNELS, rates.FILM_CHANNELS
+    )
 
 
 def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -148,7 +150,8 @@ def signature(case: Case) -> tuple:
     joints = tuple(
         (
             joint.name,
-            *map(_types, registry.contact_terms(joint)),
+            *map(_types, registry.contact_terms(joint) if joint.is_dry else ()),
+            *map(_types, registry.film_terms(joint) if joint.film else ()),
             _types(registry.friction_term(joint)),
             _types(registry.wear_term(joint)),
         )

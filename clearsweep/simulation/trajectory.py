@@ -20,8 +20,21 @@ from ..mechanics.observe.tally import ONSETS, OPENED
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
-from ..validity import UNCHECKED, Reached, imbalance, kept_onsets, message_of, past_limits, too_deep, worn_through
+from ..validity import (
+    UNBALANCED,
+    UNCHECKED,
+    Lubricated,
+    Reached,
+    films,
+    imbalance,
+    kept_onsets,
+    message_of,
+    past_limits,
+    too_deep,
+    worn_through,
+)
 from .figures import COST, figures_of
+from .heat import Balance, balanced, has_balance
 from .revolutions import begun, marks_of, period_in, spreads_of
 from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, unit_of
 from .scene import Scene, build
@@ -82,15 +95,29 @@ def simulate(
     InputError for times outside the run.
     """
     scene = dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
+    balance = None
+    if has_balance(scene.case):
+        scene, balance = balanced(scene)
     if progress and scene.mechanism.turns:
         settings = scene.case.simulate
         most = longest(settings) if scene.layout.until else settings.revolutions
         watchers = (*watchers, Telling(settings.discard, most))
     trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
+    if balance:
+        trajectory = _with_balance(trajectory, balance)
     if scene.layout.error_check:
         trajectory = _error_checked(scene, trajectory)
     trajectory.summary.update(scene.verdict.of_case(trajectory.summary, failed=trajectory.status != "ok"))
     return trajectory
+
+
+def _with_balance(trajectory: Trajectory, balance: Balance) -> Trajectory:
+    """Return a trajectory that tells how far the temperatures of its films are known."""
+    for joint, width in balance.width.items():
+        trajectory.summary[f"{joint}_film_temperature_ci"] = width if math.isfinite(width) else None
+    if balance.stands or trajectory.status != "ok":
+        return trajectory
+    return dataclasses.replace(trajectory, message=message_of(trajectory.message, UNBALANCED))
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
@@ -249,7 +276,12 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
         )
         for joint in scene.case.joints
     )
-    message = message_of(limits, kept_onsets(_lasting(scene, window)), *nonsense(scene, run, summary))
+    remarks = (
+        kept_onsets(_lasting(scene, window)),
+        *films(_lubricated(scene, summary)),
+        *nonsense(scene, run, summary),
+    )
+    message = message_of(limits, *remarks)
     names = [channel.name for channel in scene.layout.channels]
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
@@ -281,12 +313,26 @@ def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
             yield joint.name, rate
 
 
+def _lubricated(scene: Scene, summary: Mapping[str, Any]) -> Iterator[Lubricated]:
+    """Yield what became of every film."""
+    for joint in scene.case.joints:
+        if joint.film:
+            yield Lubricated(
+                joint.name,
+                joint.film.limit,
+                summary[f"{joint.column}_film_limit_fraction"],
+                summary[f"{joint.column}_eccentricity_max"] / joint.clearance,
+                joint.is_dry,
+                summary[f"{joint.column}_film_taylor"],
+            )
+
+
 def nonsense(scene: Scene, run: Run, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return remarks on figures of a finished case that cannot be meant, '' for each that can."""
     joints = [
         Reached(
             joint.name,
-            summary[f"{joint.column}_penetration_max"],
+            summary[f"{joint.column}_penetration_max"] if joint.is_dry else 0.0,
             summary.get(f"{joint.column}_wear_depth_max") or 0.0,
             joint.clearance,
             joint.bearing_radius,

@@ -24,6 +24,8 @@ TITLES = {
     "sc_load": "slider-crank pressed by 500 N",
     "sc_torque": "slider-crank, free crank under 2 N m",
     "v_twin": "V-twin, two loops, clearance in one",
+    "sc_film": "slider-crank, rod-slider in a film of 0.4 Pa s",
+    "sc_film_dry": "slider-crank, a film of 1 mPa s and dry contact",
 }
 
 

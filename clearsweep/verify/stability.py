@@ -17,6 +17,8 @@ E : summed over all open joints at the largest onset rate each of them had in th
     strikes the others through the bodies between them;
 F : the largest load of the joint in the ideal mechanism, times LOAD as clearance displaces the bodies, and times
     1 + mu as friction adds to it.
+A film in a joint only adds to what resists; behind it the dry contact bears in full from the end of the transition on,
+so the bound is deeper by as much.  A joint with nothing but a film has none; the case tells how far it goes.
 Not in the bound is what lasts longer than an impact: sliding friction, which turns work of the drive into an
 oscillation across the surface, and the motion of bodies along it, which loads a contact without an onset.  A case
 beyond the bound counts as failed all the same; what is said of it tells whether the drive has done the work, as what
@@ -41,6 +43,7 @@ from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.elastic.contract import elastic_energy
 from ..mechanics.joint.elastic.power import POWERS
 from ..mechanics.joint.guide import CORNERS
+from ..mechanics.joint.lubricated import Film, Lubricated
 from ..mechanics.mechanism import contract, planar
 from ..mechanics.observe import tally
 from ..results import Trajectory
@@ -48,7 +51,7 @@ from ..simulation import scene
 from ..simulation.ideal import ideal_peaks
 from ..simulation.run import integrated
 from ..simulation.trajectory import simulate
-from . import extremes, machines
+from . import extremes, films, machines
 from .extremes import Extreme
 from .tuning import tuned
 
@@ -63,11 +66,11 @@ ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return what became of every case of the table: `rows`, and their summary.
 
-    `quick` takes some of each group, none of `machines`, each kind of which compiles a scene; `note` is called with a
-    sentence on what is being done.
+    `quick` takes some of each group, none of `machines` and `films`, each kind of which compiles a scene; `note` is
+    called with a sentence on what is being done.
     """
     rows, begin = [], time.perf_counter()
-    chosen = some(extremes.cases()) if quick else [*extremes.cases(), *machines.cases()]
+    chosen = some(extremes.cases()) if quick else [*extremes.cases(), *machines.cases(), *films.cases()]
     for group in dict.fromkeys(case.group for case in chosen):
         if note:
             note(f"stability: {group}")
@@ -175,6 +178,8 @@ def _second_look(made: scene.Scene) -> str:
 def _largest_escape(made: scene.Scene, found: Trajectory, place: int, name: str) -> float:
     """Return how far (clearances) a sample outside of the logged contacts of a joint is beyond its bearing."""
     clearance = float(made.value.joints[place].clearance)
+    if isinstance(made.value.joints[place], Film):
+        return 0.0  # there is no surface to be beyond
     if made.layout.joints[place].corners:
         return _largest_gap(made, found, place, name) / clearance - 1.0
     events = found.events[found.events["joint"] == name]
@@ -200,7 +205,9 @@ def _largest_gap(made: scene.Scene, found: Trajectory, place: int, name: str) ->
 def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
     """Return the largest penetration of a run over its bound, the largest of its joints."""
     energies, loads = [], []
-    for part, written, joint in zip(made.layout.joints, made.case.joints, made.value.joints, strict=True):
+    every = zip(made.layout.joints, made.case.joints, made.value.joints, strict=True)
+    trios = [trio for trio in every if not isinstance(trio[2], Film)]
+    for part, written, joint in trios:
         rate = summary[f"{part.name}_onset_rate_max"]
         impact = getattr(joint.law, "impact", joint.law)
         factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws divide by no less
@@ -208,10 +215,11 @@ def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
         energies.append(_damped_energy(mass, rate, factor))
         loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
-    for part, joint, load in zip(made.layout.joints, made.value.joints, loads, strict=True):
+    for (_, _, joint), load in zip(trios, loads, strict=True):
         bound = _deepest(joint.elastic, sum(energies), load)
+        bound += joint.corners.end if isinstance(joint, Lubricated) else 0.0
         shares.append(summary[f"{part.name}_penetration_max"] / bound if bound > 0.0 else 0.0)
-    return max(shares)
+    return max(shares, default=0.0)
 
 
 def _deepest(elastic: Any, energy: float, load: float) -> float:

@@ -149,6 +149,52 @@ def load(joint, gap, place, present):
     """Return the Load of the joint whose bodies stand and move as `gap` says, at its Place in the Present."""
 
 
+@family
+def beside(joint):
+    """Return how many observables and time histories a joint has beside those of every joint, by its type alone."""
+
+
+@beside.member(None)
+def _no_more(joint):
+    return 0, 0
+
+
+# ---------------------------------------------------------------------------------------------- of a Contact
+
+
+@family
+def power_lost(contact):
+    """Return the power (W) that a contact takes beside what it stores and beside -tangential times slip."""
+
+
+@power_lost.member(None)
+def _of_its_normal_force(contact):
+    return (contact.normal - contact.elastic) * contact.rate
+
+
+@family
+def seen_beside(contact, accurate):
+    """Return what is seen of a contact beside a Contact's fields, observables of its own; () where there is nothing.
+
+    accurate : the state is that at an end of a step or on its interpolant.
+    """
+
+
+@seen_beside.member(None)
+def _nothing_beside(contact, accurate):
+    return ()
+
+
+@family
+def channels_beside(contact):
+    """Return the values of the time histories that a contact has beside those of every joint."""
+
+
+@channels_beside.member(None)
+def _no_more_channels(contact):
+    return ()
+
+
 # ---------------------------------------------------------------------------------------------- of a law
 
 

@@ -39,6 +39,9 @@ _KEYS = {
     "friction": "friction.law",
     "wear": "wear.law",
     "pressure": "wear.pressure",
+    "film": "film.law",
+    "film-friction": "film.friction",
+    "transition": "film.transition.law",
 }
 
 

@@ -10,7 +10,7 @@ from numba import types
 from numba.extending import overload
 
 from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, kernel, map_joints, shaped
-from ..observe.observables import columns, observed_in
+from ..observe.observables import observed_in
 from ..solver.dop853 import END, ROWS
 from .contract import every_guard, every_part, guard_values, guards, latched, parts
 from .impact_mass import joints_at_event
@@ -22,6 +22,7 @@ from .places import (
     extent,
     first_place,
     form_of,
+    observed_columns,
     room_of_part,
     where_internal,
 )
@@ -124,7 +125,7 @@ def guards_entry(scene, y, latched, o, value, row):
     shared = _Values(
         shaped(y, (roots + size.contact + size.internal,)),
         shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (ROWS, columns(size.contact))),
+        shaped(o, (ROWS, observed_columns(here.joints))),
         row,
         roots,
         shaped(value, (2, size.guard)),
@@ -194,7 +195,7 @@ def latch_entry(scene, y, latched, o, event, row):
     shared = _Event(
         shaped(y, (roots + size.contact + size.internal,)),
         shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (ROWS, columns(size.contact))),
+        shaped(o, (ROWS, observed_columns(here.joints))),
         row,
         roots,
         which[0],

@@ -8,6 +8,7 @@ from ..mechanism.contract import gaps, impact_masses, place
 from .contract import touches
 from .dry import Joint
 from .loss.contract import awaits_mass, with_mass
+from .lubricated import Lubricated
 from .places import after_joint, after_number, as_it_is, first_place, form_of
 
 
@@ -22,6 +23,7 @@ def _never(joint, gap, place, present):
 
 
 @_awaits.member(Joint)
+@_awaits.member(Lubricated)
 def _law_awaits(joint, gap, place, present):
     law = as_it_is(joint.law, present.y, present.latched, place)
     return touches(present.mode[place.contact]) and awaits_mass(law)
@@ -48,6 +50,25 @@ def _with_its_law(joint, mass, place, shared):
         elastic=joint.elastic,
         friction=joint.friction,
         wear=joint.wear,
+    )
+
+
+@_tell.member(Lubricated)
+def _with_its_dry_law(joint, mass, place, shared):
+    return Lubricated(
+        clearance=joint.clearance,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.journal_radius,
+        side=joint.side,
+        law=with_mass(joint.law, mass),
+        elastic=joint.elastic,
+        friction=joint.friction,
+        wear=joint.wear,
+        film=joint.film,
+        shear=joint.shear,
+        limit=joint.limit,
+        transition=joint.transition,
+        corners=joint.corners,
     )
 
 

@@ -7,7 +7,8 @@ longer over it than over the forces.
 from numba.extending import overload
 
 from ..compiled.family import OPTIONS, kernel, map_joints
-from .contract import Place, contact_modes, guards, integrated, parts
+from ..observe.observables import FILM_WIDTH, columns
+from .contract import Place, beside, contact_modes, guards, integrated, parts
 
 
 class _Fields:
@@ -96,6 +97,33 @@ def first_place(joints, roots):
     """Return the Place of the first joint, the roots of penetration beginning at `roots` in the state vector."""
     contacts = extent(joints).contact
     return Place(0, roots + contacts, contacts, 0)
+
+
+def _beside(joint):
+    return beside.body_for(form_of(joint))(None)
+
+
+def observed_columns(joints):
+    """Return how many observables a scene of these joints has: those of films stand behind those of all contacts."""
+    contacts = room_of_all(joints).contact
+    return columns(contacts) + (FILM_WIDTH * contacts if any(_beside(joint)[0] for joint in joints) else 0)
+
+
+@overload(observed_columns, strict=False, jit_options=dict(OPTIONS))
+def _observed_columns(joints):
+    count = observed_columns(joints)
+    return lambda joints: count
+
+
+def channels_beside_those(joint):
+    """Return how many time histories a joint has beside those of every joint."""
+    return _beside(joint)[1]
+
+
+@overload(channels_beside_those, strict=False, jit_options=dict(OPTIONS))
+def _channels_beside_those(joint):
+    count = _beside(joint)[1]
+    return lambda joint: count
 
 
 # ---------------------------------------------------------------------------------------------- internal states

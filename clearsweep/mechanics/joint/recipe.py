@@ -8,6 +8,7 @@ from ...case import Joint
 from ...catalogue import Law
 from .contract import undeclared
 from .elastic import contract as elastic
+from .film import contract as film
 from .friction import contract as friction
 from .loss import contract as loss
 from .wear import contract as wear
@@ -20,6 +21,9 @@ DECLARED = {
     "friction": friction.FAMILIES,
     "wear": wear.WEAR_FAMILIES,
     "pressure": wear.PRESSURE_FAMILIES,
+    "film": film.FAMILIES,
+    "film-friction": film.SHEAR_FAMILIES,
+    "transition": film.TRANSITION_FAMILIES,
 }
 
 

@@ -8,10 +8,12 @@ import math
 
 from ...case import Joint
 from ...catalogue import Law
-from . import dry, guide
+from . import dry, guide, lubricated
 from .describe import text
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
+from .film.shear import BY_LAW
+from .film.transition import bounds
 from .friction.contract import Frictionless
 from .loss.contract import lowest_force
 from .loss.renewed import renewed
@@ -28,6 +30,7 @@ from .elastic import power, cylinders, conformal, compatible  # noqa: F401
 from .roughness import smooth, fractal, kogut_etsion  # noqa: F401
 from .friction import sliding, stick, bristles  # noqa: F401
 from .wear import archard, pressure  # noqa: F401
+from .film import finite, short, long, shear, transition  # noqa: F401
 # isort: on
 
 __all__ = [
@@ -39,6 +42,7 @@ __all__ = [
     "elastic_candidates",
     "elastic_choices",
     "elastic_forces",
+    "film_terms",
     "friction_term",
     "joint_term",
     "penetration_limit",
@@ -56,18 +60,30 @@ def described() -> tuple[Law, ...]:
 
 def _elastic(joint: Joint) -> Recipe | None:
     """Return the elastic law of a joint, None where the contact law brings its own spring."""
-    uses_elastic = RECIPES["law", joint.contact.law].law.uses_elastic
+    uses_elastic = joint.is_dry and RECIPES["law", joint.contact.law].law.uses_elastic
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
 
-def joint_term(joint: Joint, distal: str) -> dry.Joint | guide.Guide:
+def joint_term(joint: Joint, distal: str) -> dry.Joint | guide.Guide | lubricated.Film | lubricated.Lubricated:
     """Return the compiled form of a joint, `distal` being its body away from the drive; here its kind is chosen."""
+    side = 1.0 if joint.journal in (None, distal) else -1.0
+    radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
+    if joint.film and not joint.is_dry:
+        return lubricated.Film(
+            clearance=joint.clearance,
+            bearing_radius=radius,
+            journal_radius=radius - joint.clearance,
+            side=side,
+            film=film_terms(joint)[0],
+            shear=film_terms(joint)[1],
+            limit=joint.film.limit,
+            wear=NoWear(),
+            corners=lubricated.corners_of(joint.clearance, joint.film.limit),
+        )
     law, elastic = contact_terms(joint)
     if joint.is_guide:
         return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, friction_term(joint))
-    side = 1.0 if joint.journal in (None, distal) else -1.0
-    radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
-    return dry.Joint(
+    pressed = dry.Joint(
         clearance=joint.clearance,
         bearing_radius=radius,
         journal_radius=radius - joint.clearance,
@@ -77,6 +93,19 @@ def joint_term(joint: Joint, distal: str) -> dry.Joint | guide.Guide:
         friction=friction_term(joint),
         wear=wear_term(joint),
     )
+    if joint.film is None:
+        return pressed
+    film, drag = film_terms(joint)
+    passing = compiled_term("transition", joint.film.transition, joint)
+    corners = lubricated.corners_of(joint.clearance, joint.film.limit, *bounds(passing))
+    return lubricated.Lubricated(*pressed, film, drag, joint.film.limit, passing, corners)
+
+
+def film_terms(joint: Joint) -> tuple:
+    """Return the compiled form of (film, shear) of a joint that has a film."""
+    assert joint.film is not None  # asked of joints with one
+    drag = BY_LAW[joint.film.law] if joint.film.friction == "by-law" else joint.film.friction
+    return compiled_term("film", joint.film.law, joint), compiled_term("film-friction", drag, joint)
 
 
 def contact_terms(joint: Joint) -> tuple:
@@ -174,8 +203,8 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
 
 
 def restitution(joint: Joint) -> float | None:
-    """Return what a free impact in a joint gives back, None where mass and speed decide that."""
-    returned = RECIPES["law", joint.contact.law].returned
+    """Return what a free impact in a joint gives back, None where mass and speed decide that, or there is none."""
+    returned = joint.is_dry and RECIPES["law", joint.contact.law].returned
     return float(returned(joint.contact.values.get("restitution"))) if returned else None
 
 
@@ -186,13 +215,13 @@ def beyond_hertz(joint: Joint) -> bool:
 
 def pulls(joint: Joint) -> bool:
     """Return whether the normal force of a joint can be negative."""
-    return lowest_force(contact_terms(joint)[0]) < 0.0
+    return joint.is_dry and lowest_force(contact_terms(joint)[0]) < 0.0
 
 
 def derived(joint: Joint) -> dict[str, tuple[float, str]]:
     """Return what the contact of a joint derives: path within the joint -> (value, unit)."""
     elastic_law, limit = _elastic(joint), penetration_limit(joint)
-    values = RECIPES["law", joint.contact.law].derived(joint)
+    values = RECIPES["law", joint.contact.law].derived(joint) if joint.is_dry else {}
     if elastic_law:
         values = elastic_law.derived(joint) | values
     if joint.roughness:

@@ -26,7 +26,10 @@ from .histogram import (
 from .observables import (
     ACCELERATION,
     DEPTH,
+    DRAINED,
     DRIVE,
+    DRY,
+    DRY_RUBBED,
     ERROR,
     ERROR_RATE,
     GRAVITY,
@@ -35,10 +38,13 @@ from .observables import (
     LOAD,
     NODES,
     NORMAL,
+    PRESSURE,
     RUBBED,
     SLIP,
+    SPEED,
     TORQUE,
     column_of,
+    film_column,
     observed,
     put_load,
     put_rubbed,
@@ -65,10 +71,18 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
     RESTITUTION,
     REBOUNDS,
     BEYOND_TIME,
+    FILM_TIME,
+    DRY_TIME,
+    HELD_TIME,
+    DRAINED_ENERGY,
+    HEAT,
+    DRY_MAX,
+    PRESSURE_MAX,
+    SPEED_MOST,
     PEAK,
     APPROACH,
     JOINT,
-) = range(14)
+) = range(22)
 
 
 class Tally(NamedTuple):
@@ -109,6 +123,9 @@ def add_powers(at, h, windowed):
                 whole[ENERGY_RUBBED] -= share * (seen.tangential * seen.slip)
                 if windowed:
                     tally.joint[j, FORCE_SQUARE] += share * seen.normal**2
+                    if work.film[j, 1] < math.inf:
+                        tally.joint[j, HEAT] += share * (seen.lost - seen.tangential * seen.slip)
+                        tally.joint[j, DRAINED_ENERGY] += share * o[row, film_column(work.mode.size, j, DRAINED)]
     kinetic = o[END, KINETIC]
     gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
     whole[RESIDUAL] = max(whole[RESIDUAL], abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain))
@@ -123,13 +140,13 @@ def add_course(at, j, duration):
     course = tally.course[j]
     follow(work.o, column_of(j, NORMAL), course, FORCE)
     follow(work.o, KAPPA, course, KAPPA_COURSE)
-    limited, worn = work.limit_depth[j] < math.inf, work.wear.code != 0
+    limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
     if worn:
         follow(work.o, column_of(j, SLIP), course, SLIP_COURSE)
         for m in range(NODES.size):
             put_rubbed(work.o, NODES[m], j)
         follow(work.o, column_of(j, RUBBED), course, RUBBED_COURSE)
-    if worn or limited:
+    if worn or limited or film:
         follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
     total = 0.0
     for i in range(PARTS + 1):
@@ -138,9 +155,24 @@ def add_course(at, j, duration):
     total -= 0.5 * (course[KAPPA_COURSE, 0] + course[KAPPA_COURSE, PARTS])
     for i in range(PARTS):
         part = 0.5 * (course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]) / total
-        fill_ramp(tally.time[j], tally.ramp[j], course[FORCE, i], course[FORCE, i + 1], part * duration)
+        begin, end, lasting = course[FORCE, i], course[FORCE, i + 1], part * duration
+        if film and begin * end < 0.0:  # the force of a film is negative for a part of the time, not merely close to 0
+            positive = max(begin, end) / abs(end - begin)
+            tally.time[j, 0] += (1.0 - positive) * lasting
+            begin, end, lasting = 0.0, max(begin, end), positive * lasting
+        fill_ramp(tally.time[j], tally.ramp[j], begin, end, lasting)
     if limited:
         tally.joint[j, BEYOND_TIME] += share_beyond(course, work.limit_depth[j]) * duration
+    if film:
+        dry = 1.0 if touches(work.mode[j]) else 0.0
+        if work.film[j, 0] != 0.0:
+            dry = share_beyond(course, work.film[j, 0])
+        tally.joint[j, DRY_TIME] += dry * duration
+        tally.joint[j, FILM_TIME] += (1.0 - dry) * duration
+        tally.joint[j, HELD_TIME] += share_beyond(course, work.film[j, 1]) * duration
+        if worn:
+            follow(work.o, film_column(work.mode.size, j, DRY), course, FORCE)  # the film wears nothing off
+            follow(work.o, film_column(work.mode.size, j, DRY_RUBBED), course, RUBBED_COURSE)
 
 
 @kernel
@@ -152,11 +184,16 @@ def note_contact(at, h, j, windowed, dense):
     row[PEAK], at[0].turns.step[j] = max(row[PEAK], best), best
     if windowed:
         row[FORCE_MAX] = max(row[FORCE_MAX], best)
-        peak = Peak(column_of(j, DEPTH), 1.0, 0.98 * row[DEPTH_MAX])
-        best, dense = located(at, h, peak, max(start.depth, end.depth), dense)
+        film = at[0].film[j, 1] < math.inf
+        least = 0.98 * row[DEPTH_MAX]
+        if film:  # of the eccentricity, as its least distance from the bearing is wanted, too
+            least -= 0.02 * at[0].clearance[j]
+        best, dense = located(at, h, Peak(column_of(j, DEPTH), 1.0, least), max(start.depth, end.depth), dense)
         row[DEPTH_MAX] = max(row[DEPTH_MAX], best)
         if at[0].rubs[j]:
             dense = note_load(at, h, j, dense)
+        if film:
+            dense = note_film(at, h, j, dense)
     return dense
 
 
@@ -169,6 +206,26 @@ def note_load(at, h, j, dense):
     peak = Peak(column, 1.0, 0.96 * row[LOAD_MAX])
     best, dense = located(at, h, peak, max(o[0, column], o[END, column]), dense)
     row[LOAD_MAX] = max(row[LOAD_MAX], best)
+    return dense
+
+
+@kernel
+def note_film(at, h, j, dense):
+    """Update the largest dry force and pressure of contact `j`, which has a film; return as `note_contact`."""
+    work = at[0]
+    row, dry = work.tally.joint[j], film_column(work.mode.size, j, DRY)
+    peak = Peak(dry, 1.0, 0.9 * row[DRY_MAX])
+    best, dense = located(at, h, peak, max(work.o[0, dry], work.o[END, dry]), dense)
+    row[DRY_MAX] = max(row[DRY_MAX], best)
+    pressure = film_column(work.mode.size, j, PRESSURE)
+    best = max(work.o[0, pressure], work.o[END, pressure])
+    if best > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step it is known on the interpolant alone
+        if not dense:
+            finish_dense(at, h)
+            dense = True
+        best = max(best, refined_peak(at, pressure, 1.0, NODES.size // 2))
+    row[PRESSURE_MAX] = max(row[PRESSURE_MAX], best)
+    row[SPEED_MOST] = max(row[SPEED_MOST], work.o[END, film_column(work.mode.size, j, SPEED)])
     return dense
 
 

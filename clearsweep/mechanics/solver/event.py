@@ -56,6 +56,7 @@ class Work(NamedTuple):
     side: np.ndarray  # (c,) Joint.side
     rubs: np.ndarray  # (c,) bool, whether there is friction
     limit_depth: np.ndarray  # (c,) m, penetration up to which the elastic law is meant to hold; inf: any
+    film: np.ndarray  # (c, 2) m, depth beyond which a film bears not alone, and its formula is held; inf: never
     ended_by: np.ndarray  # (m,) int64, the contact whose separation ends a number of internal state; -1: it is kept
     began: np.ndarray  # (m,) where the number begins
     counts: np.ndarray  # (COUNTS,) int64

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import invoke, kernel
+from ..joint.contract import acts, touches
 from .dop853 import END, SCRATCH, dense_component, dense_state
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT, evaluate
 from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
@@ -25,6 +26,7 @@ KEEP = 1e-3  # convergence from one iteration to the next that keeps the Jacobia
 FAILED = 10.0  # error of a step whose iteration did not converge: the step control then takes 0.6 of its length
 STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
 STIFF = 3.5  # h times the largest eigenvalue; the explicit pair is at its limit at 6.1, its error control before
+OILED = 0.8  # the same where a film acts, which damps so much that the error control holds steps at 1 to 2
 PATIENCE = 15  # steps in a row at that limit before the method is changed
 TRIAL = 1000  # evaluations after which it is asked whether the implicit method has been worth its price
 PRICE = 0.5  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices
@@ -366,7 +368,11 @@ def choose_method(at, h, explicit, cost):
         for i in range(work.y.size):  # work.z is still the state of the last stage, which lies at the end of the step
             rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
             run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
-        work.method[1] = work.method[1] + 1 if h * math.sqrt(rise) > STIFF * math.sqrt(run) else 0
+        stiff = STIFF
+        for j in range(work.mode.size):
+            if acts(work.mode[j]) and not touches(work.mode[j]):
+                stiff = OILED
+        work.method[1] = work.method[1] + 1 if h * math.sqrt(rise) > stiff * math.sqrt(run) else 0
         if work.method[1] < limit[PATIENT]:
             return
         limit[LIMIT] = h

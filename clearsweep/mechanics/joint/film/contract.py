@@ -1,0 +1,106 @@
+"""What the law of a film declares, and the law of its shear.
+
+A film's force is told in the frame of the line of centres: `radial` along the journal's eccentricity, `tangential`
+along that turned by +90 degrees, both on the journal.  It depends on the eccentricity ratio, on its rate and on the
+effective spin, the spins of journal and bearing less twice that of the line of centres, all of them inertial: so a
+rotation of everything changes nothing.
+
+A law of a film has the fields `force` (N s), what the dimensionless force is multiplied by, and `pressure` (Pa s).
+"""
+
+from typing import NamedTuple
+
+from ...compiled import calculus as math
+from ...compiled.dual import as_type_of
+from ...compiled.family import family, kernel
+
+
+class FilmMotion(NamedTuple):
+    """How the journal moves in the film."""
+
+    ratio: float  # eccentricity over clearance, below 1
+    closing: float  # 1/s, its rate
+    spin: float  # rad/s, effective: of journal and bearing less twice that of the line of centres
+
+
+class Arc(NamedTuple):
+    """The half of the circumference, from an angle to the opposite one, in which a half film has pressure.
+
+    Angles are counted from where the film is thickest, against the line of centres.
+    """
+
+    cosine: float  # of the angle at which it begins
+    sine: float
+    ends: float  # product of the film thickness, over the clearance, at both ends
+    slow: float  # 1 - ratio^2
+    spread: float  # integral of 1 / thickness over the arc
+
+
+@family
+def film_force(law, motion):
+    """Return the (radial, tangential) force (N) of a film on the journal that moves as a FilmMotion says."""
+
+
+@family
+def film_pressure(law, motion):
+    """Return the largest pressure (Pa) in the film; a law that knows none need not be a member."""
+
+
+@film_pressure.member(None)
+def _none_known(law, motion):
+    return 0.0
+
+
+@family
+def film_couples(shear, motion, turning, moment):
+    """Return the couples (N m) of a film on journal and bearing.
+
+    turning : rad/s, spin of the journal less that of the bearing; moment : N m, of the tangential force about the
+    bearing's centre.
+    """
+
+
+@family
+def dry_share(transition, depth):
+    """Return the share of the dry force, 0 to 1, where the eccentricity exceeds the clearance by `depth` (m)."""
+
+
+@family
+def asperity_load(transition, depth):
+    """Return the load (N) that asperities bear through the film; a transition without any need not be a member."""
+
+
+@asperity_load.member(None)
+def _no_asperities(transition, depth):
+    return as_type_of(0.0, depth)
+
+
+FAMILIES = (film_force,)  # a film's law is a member of each
+SHEAR_FAMILIES = (film_couples,)
+TRANSITION_FAMILIES = (dry_share,)
+
+
+@kernel
+def arc_from(ratio, sine, cosine):
+    """Return the Arc that begins where sine and cosine are in the ratio given; one of them is not 0."""
+    length = math.sqrt(sine * sine + cosine * cosine)
+    sine, cosine = sine / length, cosine / length
+    slow = 1.0 - ratio * ratio
+    root = math.sqrt(slow)
+    spread = (math.pi + 2.0 * math.atan(ratio * sine / root)) / root
+    return Arc(cosine, sine, 1.0 - (ratio * cosine) ** 2, slow, spread)
+
+
+@kernel
+def highest(law, motion, profile, start):
+    """Return the largest value of `profile(law, motion, cosine, sine)` over the half circle from the angle `start`."""
+    low, high = start, start + math.pi
+    for _ in range(40):  # the golden section: to 1e-8 of the arc
+        reach = 0.3819660112501051 * (high - low)
+        a, b = low + reach, high - reach
+        if profile(law, motion, math.cos(a), math.sin(a)) < profile(law, motion, math.cos(b), math.sin(b)):
+            low = a
+        else:
+            high = b
+    middle = 0.5 * (low + high)
+    return profile(law, motion, math.cos(middle), math.sin(middle))

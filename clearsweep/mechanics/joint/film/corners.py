@@ -1,0 +1,42 @@
+"""Depths at which the force of a film has a corner: steps end there, so that none is smoothed over."""
+
+from typing import NamedTuple
+
+from ..contract import ACTS, MEETS, NEVER, TOUCHING, Guard, guard_values, guards
+
+AFLOAT = ACTS | MEETS  # apart: the film bears, an onset is looked for
+NEAR = 1e-9  # of the clearance: a step that begins as close to a corner has just passed it
+
+
+class Corners(NamedTuple):
+    """The part of a joint with a film that lets steps end where the film's force has a corner."""
+
+    held: float  # m, depth from which the film's formula is held
+    begin: float  # m, depth from which the dry contact bears; inf: never
+    end: float  # m, depth from which it bears alone; inf: never
+    near: float  # m
+
+
+@guards.member(Corners)
+def _both_ways(corners):
+    return (
+        Guard((ACTS, AFLOAT)),
+        Guard((ACTS, AFLOAT)),
+        Guard(TOUCHING),
+        Guard(TOUCHING),
+        Guard(TOUCHING),
+        Guard(TOUCHING),
+    )
+
+
+@guard_values.member(Corners)
+def _passed(corners, start, contact, root):
+    was, now, near = start.depth, contact.depth, corners.near
+    return (
+        now - corners.held if was < corners.held - near else NEVER,
+        corners.held - now if was > corners.held + near else NEVER,
+        now - corners.begin if was < corners.begin - near else NEVER,
+        corners.begin - now if was > corners.begin + near else NEVER,
+        now - corners.end if was < corners.end - near else NEVER,
+        corners.end - now if was > corners.end + near else NEVER,
+    )

@@ -1,0 +1,70 @@
+"""The film of a short bearing, in which the oil flows along the pin."""
+
+from typing import NamedTuple
+
+from ....catalogue import Law
+from ...compiled import calculus as math
+from ...compiled.dual import as_type_of
+from ...compiled.family import kernel
+from ..recipe import enter
+from .contract import arc_from, film_force, film_pressure, highest
+
+
+class Short(NamedTuple):
+    """p = (3 mu / c^2) (L^2 / 4 - z^2) (spin eps sin - 2 eps' cos) / H^3, where it is above 0."""
+
+    force: float  # mu R L^3 / c^2, N s
+    pressure: float  # 0.75 mu L^2 / c^2, Pa s
+
+
+@film_force.member(Short)
+def _ocvirk(law, motion):
+    ratio, squeeze, wedge = motion.ratio, 2.0 * motion.closing, motion.spin * motion.ratio
+    if squeeze == 0.0 and wedge == 0.0:
+        still = as_type_of(0.0, squeeze * wedge)
+        return still, still
+    arc = arc_from(ratio, squeeze, wedge)
+    c, s, d, slow, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
+    inner = (ratio * c) ** 2
+    # integrals over the arc of sin^2, sin cos, 1 over H^3 (Booker 1965)
+    across = 0.5 * spread / slow + s * ratio * (1.0 - 2.0 * c * c + inner) / (d * d * slow)
+    both = -2.0 * ratio * c * c * c / (d * d)
+    second = (spread + 2.0 * ratio * s / d) / slow
+    whole = 0.5 * (3.0 * second - spread + 2.0 * ratio * s * (1.0 + inner) / (d * d)) / slow
+    radial = 0.5 * law.force * (wedge * both - squeeze * (whole - across))
+    tangential = 0.5 * law.force * (wedge * across - squeeze * both)
+    return radial, tangential
+
+
+@kernel
+def _pressure(law, motion, cosine, sine):
+    thickness = 1.0 + motion.ratio * cosine
+    return law.pressure * (motion.spin * motion.ratio * sine - 2.0 * motion.closing * cosine) / thickness**3
+
+
+@film_pressure.member(Short)
+def _highest_of_short(law, motion):
+    return highest(law, motion, _pressure, math.atan2(2.0 * motion.closing, motion.spin * motion.ratio))
+
+
+def _short(joint):
+    viscosity, length, radius = joint.film.viscosity, joint.length, joint.bearing_radius
+    squared = joint.clearance * joint.clearance
+    return Short(viscosity * radius * length**3 / squared, 0.75 * viscosity * length**2 / squared)
+
+
+enter(
+    Law(
+        "film",
+        "short",
+        "a short bearing: the oil flows along the pin",
+        "p = (3 mu / c^2) (L^2 / 4 - z^2) (w eps sin(theta) - 2 eps' cos(theta)) / (1 + eps cos(theta))^3 over the "
+        "half circle where p > 0, w = w_j + w_b - 2 gamma'; force in closed form",
+        "after Ocvirk 1952, NACA TN 2808, and Booker 1965, J. Basic Eng. 87:537; the integrals derived anew",
+        needs=("length",),
+        notes="For length / diameter up to 0.5: at 1 and eps = 0.8 it bears 3.2 times too much.  Pressure is 0 outside "
+        "the half circle: no suction.",
+    ),
+    (Short,),
+    _short,
+)

@@ -1,0 +1,358 @@
+"""A revolute joint with oil between its surfaces: a film, and the dry joint behind it where it has one.
+
+The film acts wherever the journal is.  Its force goes through the centres of journal and bearing, its shear as a couple
+on either body.  Up to the `limit` of the eccentricity ratio the film's formula holds; beyond, its ratio stays there and
+its rates are the true ones.  Where the surfaces touch, the force passes over to that of the dry joint, by a share that
+the transition tells: (1 - share) film + share dry.  Onset and separation are where the eccentricity is the clearance,
+as of the dry joint, whose laws see nothing of the film.
+"""
+
+from typing import NamedTuple
+
+from ..compiled import calculus as math
+from ..compiled.dual import as_type_of
+from ..compiled.family import family, kernel
+from ..observe.observables import FILM_WIDTH
+from . import dry
+from .contract import (
+    ACTS,
+    PRESSED,
+    ContactModes,
+    Load,
+    Part,
+    beside,
+    channels_beside,
+    contact_modes,
+    load,
+    parts,
+    power_lost,
+    seen_beside,
+    touches,
+)
+from .film.contract import FilmMotion, asperity_load, dry_share, film_couples, film_force, film_pressure
+from .film.corners import AFLOAT, NEAR, Corners
+from .film.transition import GreenwoodTripp, bears_from
+from .friction.contract import friction_force
+from .places import after_law, as_it_is
+
+
+class Film(NamedTuple):
+    """A film with no dry joint behind it: the journal is never stopped."""
+
+    clearance: float  # m, radial
+    bearing_radius: float  # m
+    journal_radius: float  # m
+    side: float  # +1: the journal sits on the distal body, -1: on the proximal one
+    film: tuple  # film_force
+    shear: tuple  # film_couples
+    limit: float  # eccentricity ratio up to which the film's formula holds
+    wear: tuple  # NoWear
+    corners: Corners
+
+
+class Lubricated(NamedTuple):
+    """A film and the dry joint behind it, whose fields have the same names as there."""
+
+    clearance: float  # m, radial
+    bearing_radius: float  # m
+    journal_radius: float  # m
+    side: float  # +1: the journal sits on the distal body, -1: on the proximal one
+    law: tuple  # contact_force
+    elastic: tuple  # elastic_force
+    friction: tuple  # friction_force
+    wear: tuple  # wear_rate
+    film: tuple  # film_force
+    shear: tuple  # film_couples
+    limit: float  # eccentricity ratio up to which the film's formula holds
+    transition: tuple  # dry_share
+    corners: Corners
+
+
+class FilmContact(NamedTuple):
+    """What is seen of a contact with a film; the first fields as of a Contact."""
+
+    normal: float  # N, film and dry, towards the centre; may be negative
+    tangential: float  # N, film and dry, on the journal
+    slip: float  # m/s, as in a dry joint
+    rate: float  # m/s, of the eccentricity
+    depth: float  # m, eccentricity less clearance
+    elastic: float  # N, the elastic part of the dry share
+    raw: float  # N, of the dry force before it is clipped, above the least that its law allows
+    lost: float  # W, taken by the film and by the dry share's normal force
+    rubbed: float  # W, taken by the dry share's friction
+    drained: float  # W, taken by the film
+    dry: float  # N, the dry share of the normal force
+    highest: tuple  # (law, FilmMotion), of which the pressure follows
+    speed: float  # m/s, of the journal's surface over the bearing's by their spins alone
+
+
+class Floating(NamedTuple):
+    """What a film does, in the frame of the line of centres."""
+
+    radial: float  # N, on the journal
+    tangential: float  # N
+    on_journal: float  # N m
+    on_bearing: float  # N m
+    lost: float  # W
+    motion: FilmMotion
+    nx: float  # direction of the line of centres
+    ny: float
+    rate: float  # m/s
+    depth: float  # m
+    speed: float  # m/s, of the surfaces by their spins
+
+
+@kernel
+def floating(joint, gap):
+    """Return the Floating of a film; where the journal is concentric, it has no direction and exerts no force."""
+    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
+    journal, bearing = gap.spin_distal, gap.spin_proximal
+    if joint.side < 0.0:
+        journal, bearing = bearing, journal
+    square, speed = x * x + y * y, abs(journal - bearing) * joint.bearing_radius
+    if square == 0.0:
+        zero = as_type_of(0.0, square)
+        on_journal, on_bearing = film_couples(joint.shear, FilmMotion(zero, zero, zero), journal - bearing, zero)
+        return Floating(
+            radial=zero,
+            tangential=zero,
+            on_journal=on_journal,
+            on_bearing=on_bearing,
+            lost=-on_journal * journal - on_bearing * bearing,
+            motion=FilmMotion(zero, zero, zero),
+            nx=as_type_of(1.0, square),
+            ny=zero,
+            rate=as_type_of(math.sqrt(vx * vx + vy * vy), square),
+            depth=as_type_of(-joint.clearance, square),
+            speed=as_type_of(speed, square),
+        )
+    eccentricity = math.sqrt(square)
+    nx, ny = x / eccentricity, y / eccentricity
+    rate, across = vx * nx + vy * ny, vy * nx - vx * ny
+    motion = FilmMotion(
+        ratio=min(eccentricity / joint.clearance, as_type_of(joint.limit, eccentricity)),
+        closing=rate / joint.clearance,
+        spin=journal + bearing - 2.0 * across / eccentricity,
+    )
+    radial, tangential = film_force(joint.film, motion)
+    on_journal, on_bearing = film_couples(joint.shear, motion, journal - bearing, eccentricity * tangential)
+    lost = -radial * rate - tangential * across - on_journal * journal - on_bearing * bearing
+    return Floating(
+        radial=radial,
+        tangential=tangential,
+        on_journal=on_journal,
+        on_bearing=on_bearing,
+        lost=lost,
+        motion=motion,
+        nx=nx,
+        ny=ny,
+        rate=rate,
+        depth=eccentricity - joint.clearance,
+        speed=as_type_of(speed, square),
+    )
+
+
+@kernel
+def load_of(joint, film, speed):
+    """Return the Load of a film alone; `speed` (m/s) is seen as its sliding speed."""
+    fx = film.radial * film.nx - film.tangential * film.ny
+    fy = film.radial * film.ny + film.tangential * film.nx
+    zero = as_type_of(0.0, film.depth)
+    contact = FilmContact(
+        normal=-film.radial,
+        tangential=film.tangential,
+        slip=speed,
+        rate=film.rate,
+        depth=film.depth,
+        elastic=zero,
+        raw=zero,
+        lost=film.lost,
+        rubbed=zero,
+        drained=film.lost,
+        dry=zero,
+        highest=(joint.film, film.motion),
+        speed=film.speed,
+    )
+    bearing, journal = film.on_bearing, film.on_journal
+    if joint.side < 0.0:
+        return Load(fx=-fx, fy=-fy, moment_proximal=journal, moment_distal=bearing, contacts=(contact,))
+    return Load(fx=fx, fy=fy, moment_proximal=bearing, moment_distal=journal, contacts=(contact,))
+
+
+@kernel
+def with_dry(afloat, pressed, share):
+    """Return a share of the Load of the dry joint, and the rest of that of the film."""
+    a, b, rest = afloat.contacts[0], pressed.contacts[0], 1.0 - share
+    contact = FilmContact(
+        normal=rest * a.normal + share * b.normal,
+        tangential=rest * a.tangential + share * b.tangential,
+        slip=b.slip,
+        rate=b.rate,
+        depth=b.depth,
+        elastic=rest * a.elastic + share * b.elastic,
+        raw=b.raw,
+        lost=rest * a.lost + share * (b.normal - b.elastic) * b.rate,
+        rubbed=rest * a.rubbed - share * b.tangential * b.slip,
+        drained=rest * a.drained,
+        dry=rest * a.dry + share * b.normal,
+        highest=a.highest,
+        speed=a.speed,
+    )
+    return Load(
+        fx=rest * afloat.fx + share * pressed.fx,
+        fy=rest * afloat.fy + share * pressed.fy,
+        moment_proximal=rest * afloat.moment_proximal + share * pressed.moment_proximal,
+        moment_distal=rest * afloat.moment_distal + share * pressed.moment_distal,
+        contacts=(contact,),
+    )
+
+
+@kernel
+def with_asperities(joint, gap, film, load):
+    """Return the Load of a film and of the asperities that bear through it, with their friction."""
+    borne = asperity_load(joint.transition, film.depth)
+    contact = load.contacts[0]
+    slip = dry.surface_speed(joint, gap, -film.ny, film.nx)
+    rubbing = as_type_of(friction_force(joint.friction, borne, slip), slip)
+    fx, fy = -borne * film.nx - rubbing * film.ny, -borne * film.ny + rubbing * film.nx
+    bearing, journal = -joint.bearing_radius * rubbing, joint.journal_radius * rubbing
+    if joint.side < 0.0:
+        fx, fy, bearing, journal = -fx, -fy, journal, bearing
+    return Load(
+        fx=load.fx + fx,
+        fy=load.fy + fy,
+        moment_proximal=load.moment_proximal + bearing,
+        moment_distal=load.moment_distal + journal,
+        contacts=(
+            FilmContact(
+                normal=contact.normal + borne,
+                tangential=contact.tangential + rubbing,
+                slip=contact.slip,
+                rate=contact.rate,
+                depth=contact.depth,
+                elastic=borne,
+                raw=contact.raw,
+                lost=contact.lost,
+                rubbed=-rubbing * slip,
+                drained=contact.drained,
+                dry=borne,
+                highest=contact.highest,
+                speed=contact.speed,
+            ),
+        ),
+    )
+
+
+@family
+def through_the_film(transition, joint, gap, film, load):
+    """Return the Load of a film and of what bears through it before its surfaces touch; here nothing does."""
+
+
+@through_the_film.member(None)
+def _film_alone_bears(transition, joint, gap, film, load):
+    return load
+
+
+@through_the_film.member(GreenwoodTripp)
+def _asperities_bear(transition, joint, gap, film, load):
+    return with_asperities(joint, gap, film, load)
+
+
+@kernel
+def relative_speed(gap):
+    """Return how fast (m/s) the centres move past each other: what a search for an onset goes by."""
+    return math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
+
+
+def film_depths(joint) -> tuple[float, float]:
+    """Return the depths (m) beyond which the film of a joint bears not alone, and its formula is held; inf: never."""
+    if not isinstance(joint, (Film, Lubricated)):
+        return math.inf, math.inf
+    begins = bears_from(joint.transition) if isinstance(joint, Lubricated) else math.inf
+    return begins, joint.corners.held
+
+
+def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> Corners:
+    """Return the Corners of a film held from a `limit` (ratio) on; between depths (m) the dry contact takes over."""
+    return Corners((limit - 1.0) * clearance, begin, end, NEAR * clearance)
+
+
+# ---------------------------------------------------------------------------------------------- the film alone
+
+
+@contact_modes.member(Film)
+def _always_afloat(joint):
+    return (ContactModes(ACTS, ACTS),)
+
+
+@parts.member(Film)
+def _film_alone(joint):
+    return (Part(joint.corners, 0),)
+
+
+@load.member(Film)
+def _load_of_film(joint, gap, place, present):
+    return load_of(joint, floating(joint, gap), relative_speed(gap))
+
+
+# ---------------------------------------------------------------------------------------------- with a dry joint
+
+
+@contact_modes.member(Lubricated)
+def _afloat_or_pressed(joint):
+    return (ContactModes(AFLOAT, PRESSED),)
+
+
+@parts.member(Lubricated)
+def _those_of_the_dry_joint(joint):
+    return Part(dry.Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0), Part(joint.corners, 0)
+
+
+@load.member(Lubricated)
+def _load_of_both(joint, gap, place, present):
+    mode = present.mode[place.contact]
+    film = floating(joint, gap)
+    alone = load_of(joint, film, relative_speed(gap))
+    afloat = through_the_film(joint.transition, joint, gap, film, alone)
+    if not touches(mode):
+        return afloat
+    root = present.y[present.roots + place.contact]
+    behind = dry.Joint(
+        clearance=joint.clearance,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.journal_radius,
+        side=joint.side,
+        law=as_it_is(joint.law, present.y, present.latched, place),
+        elastic=joint.elastic,
+        friction=as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law)),
+        wear=joint.wear,
+    )
+    pressed = dry.joint_load(behind, gap, mode, root * abs(root), present.latched[place.contact])
+    share = dry_share(joint.transition, film.depth)
+    return with_dry(afloat, pressed, share)
+
+
+# ---------------------------------------------------------------------------------------------- what is seen
+
+
+@beside.member(Film)
+@beside.member(Lubricated)
+def _of_a_film(joint):
+    return FILM_WIDTH, 1
+
+
+@power_lost.member(FilmContact)
+def _of_all_but_the_resultant_slip(contact):
+    return contact.lost + contact.rubbed + contact.tangential * contact.slip
+
+
+@seen_beside.member(FilmContact)
+def _of_the_film(contact, accurate):
+    law, motion = contact.highest
+    pressure = film_pressure(law, motion) if accurate else 0.0
+    return contact.dry, contact.drained, contact.rubbed, pressure, contact.speed
+
+
+@channels_beside.member(FilmContact)
+def _dry_force(contact):
+    return (contact.dry,)

@@ -1,0 +1,25 @@
+"""Films of oil: how thin each becomes, what it takes, how long it bears alone."""
+
+from ..case_table import case_table
+from ..section import Block, Section
+from ..shown import shown
+from ..study import Study
+
+NOTE = (
+    "The film bears alone where the journal keeps clear of the bearing; past its limit its formula is evaluated at the "
+    "limit. Least film and loss are those of the recorded window."
+)
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where no case finished or no joint has a film."""
+    blocks: list[Block] = []
+    for joint in study.joints if not study.cases.empty else ():
+        thinnest = joint.column("film_thickness_min")
+        if study.has(thinnest):
+            title = f"Film in joint {joint.title}"
+            table = case_table(
+                study, f"film_{joint.name}", title, shown(study, "film", joint), joint.column("film_loss")
+            )
+            blocks.append(table._replace(note=f"{table.note} {NOTE}"))
+    return [Section("film", "Films", blocks)] if blocks else []

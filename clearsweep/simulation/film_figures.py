@@ -1,0 +1,134 @@
+"""The figures of merit of films, in the order of the columns, before those of wear; see `figures`."""
+
+import math
+from typing import Any
+
+from ..catalogue import Figure, Shown
+from ..mechanics.joint.film.contract import film_pressure
+from ..mechanics.observe import tally as tallies
+from .sums import Mean
+from .window import Window
+
+
+def thickness(window: Window, place: int) -> float:
+    """Return the least thickness (m) of the film in a joint, 0 where its surfaces touch."""
+    return float(max(-window.tally.joint[place, tallies.DEPTH_MAX], 0.0))
+
+
+def pressure(window: Window, place: int) -> float | None:
+    """Return the largest pressure (Pa) in the film of a joint, None where its law gives none."""
+    joint: Any = window.joints[place]  # mypy takes it for a dry one
+    law = joint.film
+    return window.tally.joint[place, tallies.PRESSURE_MAX] if type(law) in film_pressure.members else None
+
+
+def taylor(window: Window, place: int) -> float:
+    """Return the largest Taylor number of the flow in the film of a joint: rho U c / mu times sqrt(c / R)."""
+    joint: Any = window.case.joints[place]  # one with a film, so with a radius
+    film = joint.film
+    flow = film.density * window.tally.joint[place, tallies.SPEED_MOST] * joint.clearance / film.viscosity
+    return float(flow * math.sqrt(joint.clearance / joint.bearing_radius))
+
+
+FILM = (
+    Figure(
+        "force_peak_dry",
+        "N",
+        "largest dry share of the normal force, located",
+        of="joint",
+        needs=("film",),
+        value=lambda window, place: window.tally.joint[place, tallies.DRY_MAX],
+        shown=(Shown("film", "dry force peak", 8),),
+    ),
+    Figure(
+        "film_thickness_min",
+        "m",
+        "least thickness of the film, the clearance less the eccentricity; 0 where the surfaces touch",
+        of="joint",
+        needs=("film",),
+        value=thickness,
+        shown=(Shown("film", "least film", 1), Shown("effects", "least film", 7)),
+    ),
+    Figure(
+        "film_pressure_max",
+        "Pa",
+        "largest pressure in the film; null: its law gives none",
+        of="joint",
+        needs=("film",),
+        value=pressure,
+        shown=(Shown("film", "pressure", 2),),
+    ),
+    Figure(
+        "film_fraction",
+        "1",
+        "share of the window's time in which the film bears alone",
+        of="joint",
+        needs=("film",),
+        sums=Mean(tallies.FILM_TIME),
+        shown=(Shown("film", "time on film alone", 4),),
+    ),
+    Figure(
+        "dry_fraction",
+        "1",
+        "share of the window's time in which the dry contact bears the load or a part of it",
+        of="joint",
+        needs=("film",),
+        sums=Mean(tallies.DRY_TIME),
+        shown=(Shown("film", "time on dry contact", 5),),
+    ),
+    Figure(
+        "film_limit_fraction",
+        "1",
+        "share of the window's time at an eccentricity beyond film.limit, at which the film's formula is held",
+        of="joint",
+        needs=("film",),
+        sums=Mean(tallies.HELD_TIME),
+        shown=(Shown("film", "time past its limit", 6),),
+    ),
+    Figure(
+        "film_loss",
+        "W",
+        "mean power that the film takes, shear included",
+        of="joint",
+        needs=("film",),
+        sums=Mean(tallies.DRAINED_ENERGY),
+        shown=(Shown("film", "loss", 3),),
+    ),
+    Figure(
+        "film_temperature",
+        "K",
+        "temperature of the oil, written or that at which its heat balance stands; null: neither",
+        of="joint",
+        needs=("film",),
+        value=lambda window, place: window.case.joints[place].film.temperature,
+        shown=(Shown("film", "temperature", 10),),
+    ),
+    Figure(
+        "film_temperature_ci",
+        "K",
+        "half-width of the 95 % interval of a temperature that follows from a heat balance, from its revolutions",
+        of="joint",
+        needs=("film",),
+        differs=False,
+        shown=(Shown("film", "95 % interval, half", 11),),
+    ),
+    Figure(
+        "film_viscosity",
+        "Pa*s",
+        "dynamic viscosity of the oil at its temperature",
+        of="joint",
+        needs=("film",),
+        value=lambda window, place: window.case.joints[place].film.viscosity,
+        differs=False,
+        shown=(Shown("film", "viscosity", 12),),
+    ),
+    Figure(
+        "film_taylor",
+        "1",
+        "largest Taylor number of the film, at clearance and largest speed of its surfaces; laminar below about 41",
+        of="joint",
+        needs=("film",),
+        value=taylor,
+        shown=(Shown("film", "Taylor number", 9),),
+    ),
+)

@@ -1,0 +1,89 @@
+"""Cases of the stability table with films: a factorial drawn once, by a seed, before the first of them was run.
+
+Two families of FOLD cases: a film alone, which has to carry the load, and a film with a dry joint behind it, of which
+some run so thin that the dry joint carries most.  In every factor each level occurs equally often, as in `machines`.
+The viscosity is told by the ratio of the load to what a film of half its clearance bears by turning.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from .extremes import CYCLES, Extreme, Section, contact, tanh
+
+SEED, FOLD = 20261123, 15
+RADIUS, LENGTH = 0.02, 0.04  # m
+CRANK, ROD, SLIDER = 0.05, 0.12, 0.14  # m, m, kg
+FACTORS = {
+    "speed": (60.0, 300.0, 1500.0, 3000.0, 6000.0),  # rpm
+    "clearance": (1e-5, 3e-5, 1e-4, 2e-4, 5e-4),  # m
+    "scarcity": (0.03, 0.1, 0.3, 1.0, 10.0),  # load over what the film bears at half the clearance
+    "law": (0, 1, 2, 3, 0),  # of LAWS
+    "mass": (0.1, 1.0, 1.0, 1.0, 10.0),  # factor on all masses and inertias
+    "softness": (0.2, 0.4, 0.6, 0.8, 1.0),  # where the stiffness is, as in `machines`
+    "restitution": (0.05, 0.3, 0.5, 0.9, 1.0),
+    "friction": (0.0, 0.0, 0.05, 0.1, 0.3),
+    "width": (5e-7, 1e-6, 2e-6, 2e-6, 5e-6),  # m, of the transition
+    "opening": (0, 0, 0, 1, 2),  # of OPENINGS
+}
+LAWS = ("finite", "short", "long", "pinkus-sternlicht")
+OPENINGS = (("rod-slider",), ("crank-rod",), ("crank-rod", "rod-slider"))
+Levels = dict[str, float]
+
+
+def cases() -> list[Extreme]:
+    """Return all cases."""
+    draw = np.random.default_rng(SEED)
+    return [
+        Extreme(f"{family}/{number:02d} {_said(levels)}", _grid(levels, dry=family == "mixed film"))
+        for family in ("film", "mixed film")
+        for number, levels in enumerate(_levels(draw))
+    ]
+
+
+def _levels(draw: np.random.Generator) -> Iterator[Levels]:
+    """Yield FOLD combinations of levels."""
+    columns = {name: draw.permutation(np.tile(values, FOLD // len(values))) for name, values in FACTORS.items()}
+    for row in range(FOLD):
+        yield {name: float(column[row]) for name, column in columns.items()}
+
+
+def _said(levels: Levels) -> str:
+    law, joints = LAWS[int(levels["law"])], " and ".join(OPENINGS[int(levels["opening"])])
+    return f"{law} in {joints}, {levels['speed']:g} rpm, {levels['clearance']:.0e} m, load {levels['scarcity']:g}"
+
+
+def _grid(levels: Levels, *, dry: bool) -> Section:
+    mass, rate = levels["mass"], levels["speed"] * math.pi / 30.0
+    load = 0.65 * mass * (9.81 + 0.05 * rate**2)
+    joint = _joint(levels, load, dry=dry)
+    return {
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": CRANK, "mass": 0.3 * mass, "inertia": 1e-4 * mass},
+            "rod": {"length": ROD, "mass": 0.21 * mass, "inertia": 2.5e-4 * mass},
+            "slider": {"mass": SLIDER * mass},
+            "gravity": 9.81,
+        },
+        "drive": {"speed": rate},
+        "joints": dict.fromkeys(OPENINGS[int(levels["opening"])], joint),
+        "simulate": {"revolutions": 2, "discard": 0},
+        "save": {"orbits": "none"},
+    }
+
+
+def _joint(levels: Levels, load: float, *, dry: bool) -> Section:
+    """Return a joint whose film at half its clearance bears `load` (N) over the scarcity, by turning as the crank."""
+    rate, clearance = levels["speed"] * math.pi / 30.0, levels["clearance"]
+    bears = 2.6 * LENGTH * RADIUS**3 / clearance**2 * rate  # N per Pa s, for length / diameter 1, to an order
+    film: Section = {"law": LAWS[int(levels["law"])], "viscosity": load / (levels["scarcity"] * bears)}
+    joint: Section = {"clearance": clearance, "bearing_radius": RADIUS, "length": LENGTH, "film": film}
+    if not dry:
+        return joint
+    film["transition"] = {"width": levels["width"]}
+    softest = max(1e5, load / 5e-4**1.5)
+    stiffest = ((CYCLES * rate) ** 2 * SLIDER * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
+    stiffness = softest * (min(max(stiffest, softest), 1e14) / softest) ** levels["softness"]
+    joint["contact"] = contact(stiffness, levels["restitution"])
+    return joint | ({"friction": tanh(levels["friction"], 1e-2)} if levels["friction"] else {})
