@@ -3,9 +3,12 @@
 Equal error: the explicit method at some tolerance against `auto` at the loosest tolerance, by tens, at which its error
 is no larger.  The truth is the explicit method at TIGHT, with which the implicit one has nothing in common but the
 right-hand side; an evaluation of the Jacobian counts as one of the right-hand side for each of its columns.
+
+Equal tolerance: `auto` over the better of the two methods, in processor time.
 """
 
 import math
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,6 +21,8 @@ from .extremes import Extreme, contact, crank, tanh, voigt
 from .problems import ImpactPair, Trajectory, problems, scene_of
 
 TOLERANCES, QUICK_TOLERANCES = (1e-6, 1e-8), (1e-6,)
+CHOICE_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
+METHODS = ("explicit", "implicit", "auto")
 DEFAULT = 1e-8
 TIGHT = 1e-11
 TIGHTER = 3  # tens by which `auto` may be tighter
@@ -43,13 +48,21 @@ def cases() -> list[Extreme]:
 
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Return `rows`, one for every stiff case and tolerance, of explicit and automatic at equal error, and `others`."""
-    rows = []
+    """Return `rows`, one for every stiff case and tolerance, of explicit and automatic at equal error; `choices`, of
+
+    all methods at equal tolerance; and `others`, of what is not stiff.
+    """
+    rows, choices = [], []
     for case in cases():
         if note:
             note(f"stiffness: {case.name}")
         rows += compare(case, QUICK_TOLERANCES if quick else TOLERANCES)
-    return {"rows": rows, "others": [other(problem) for problem in problems() if problem.name != "b_damped"]}
+        choices += [choice(case, tolerance) for tolerance in (QUICK_TOLERANCES if quick else CHOICE_TOLERANCES)]
+    return {
+        "rows": rows,
+        "choices": choices,
+        "others": [other(problem) for problem in problems() if problem.name != "b_damped"],
+    }
 
 
 def other(problem: Trajectory | ImpactPair) -> dict[str, Any]:
@@ -82,6 +95,30 @@ def compare(case: Extreme, tolerances: Sequence[float]) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def choice(case: Extreme, tolerance: float) -> dict[str, Any]:
+    """Return evaluations and processor time (s) of every method, the least of ROUNDS interleaved ones, and their ratio.
+
+    A method that uses up its budget of steps takes for ever.
+    """
+    spent: dict[str, float] = dict.fromkeys(METHODS, math.inf)
+    found: dict[str, results.Trajectory] = {}
+    for _ in range(ROUNDS):
+        for method in METHODS:
+            began = time.process_time()
+            found[method] = run(case, tolerance, method)
+            if found[method].status == "ok":
+                spent[method] = min(spent[method], time.process_time() - began)
+    evaluations = {method: found[method].summary["rhs_evaluations"] for method in METHODS}
+    better = min(spent["explicit"], spent["implicit"])
+    return {
+        "name": case.name,
+        "tolerance": tolerance,
+        "rhs_evaluations": evaluations,
+        "processor_time": {method: value if math.isfinite(value) else None for method, value in spent.items()},
+        "over_better": spent["auto"] / better,
+    }
 
 
 def run(case: Extreme, tolerance: float, method: str) -> results.Trajectory:

@@ -162,9 +162,27 @@ def stiffness(table: dict) -> list[str]:
             f"{_error(auto['error']):>9}"
             + "".join(f"{'-' if x is None else f'{x:.3g}':>{w}}" for x, w in zip(ratios, (11, 8), strict=True))
         )
+    lines += ["", *choices(table["choices"]), ""]
     lines.append("  where the motion is not stiff, automatic over explicit, at the default tolerance:")
     lines += [f"    {row['name']:<42}{row['evaluations_ratio']:>8.3f}" for row in table["others"]]
     return lines
+
+
+def choices(rows: list[dict]) -> list[str]:
+    """Return the lines that tell how much longer the automatic choice takes than the better of the two methods."""
+    methods = ("explicit", "implicit", "auto")
+    lines = [
+        "  all methods at equal tolerance: rhs and processor time, in ms; the automatic choice over the better of both",
+        f"  {'case':<44}{'tolerance':>10}" + "".join(f"{name:>12}{'time':>9}" for name in methods) + f"{'ratio':>8}",
+    ]
+    for row in rows:
+        cells = ""
+        for name in methods:
+            spent = row["processor_time"][name]
+            cells += f"{row['rhs_evaluations'][name]:>12}{'-' if spent is None else f'{1e3 * spent:.3g}':>9}"
+        lines.append(f"  {row['name']:<44}{row['tolerance']:>10.0e}{cells}{row['over_better']:>8.2f}")
+    worst = max(rows, key=lambda row: row["over_better"])
+    return [*lines, f"  largest ratio {worst['over_better']:.2f}, {worst['name']} at {worst['tolerance']:.0e}"]
 
 
 def _problem(entry: dict) -> list[str]:

@@ -24,6 +24,7 @@ from ..observe.tally import (
     open_window,
 )
 from ..observe.turns import take_start
+from .choice import choose_method
 from .dop853 import END
 from .event import (
     EVALUATIONS,
@@ -40,7 +41,7 @@ from .event import (
     STOP,
     travel_ratio,
 )
-from .newton import AFTER, LENGTH, RENEWED, choose_method
+from .newton import AFTER, LENGTH, RENEWED
 from .step import begin_step, finish_ends, go_through, latch, meet, take_step
 from .step_control import GROW, TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
 

@@ -1,11 +1,10 @@
-"""The implicit method for stiff stretches: how a step of Radau IIA is solved for, and how stiffness is noticed.
+"""The implicit method for stiff stretches: how a step of Radau IIA is solved for.
 
 Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed., section IV.8: simplified Newton iteration with
-its start values and its end, when the Jacobian is kept, error estimate (8.19), (8.20); detection of stiffness by the
-explicit pair IV.2 and program DOP853.  Where a contact is stiff, its direction turns along the step, and what is stiff
-with it: the Jacobian is taken at three of the stages and interpolated to the others, and the stages are solved for as
-one system.  It is the exact derivative of the compiled forces and motions (`dual`); it only steers the iteration, the
-solution does not depend on it.
+its start values and its end, when the Jacobian is kept, error estimate (8.19), (8.20).  Where a contact is stiff, its
+direction turns along the step, and what is stiff with it: the Jacobian is taken at three of the stages and interpolated
+to the others, and the stages are solved for as one system.  It is the exact derivative of the compiled forces and
+motions (`dual`); it only steers the iteration, the solution does not depend on it.
 """
 
 import math
@@ -14,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import invoke, kernel
-from ..joint.contract import acts, touches
-from .dop853 import END, SCRATCH, dense_component, dense_state
-from .event import EVALUATIONS, EXPLICIT, IMPLICIT, evaluate
+from .dop853 import SCRATCH, dense_component, dense_state
+from .event import EVALUATIONS, evaluate
 from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
 
 SEEN = np.array([3, 5, 6, 7, 8, 9, 10, 11])  # rows in which observables of the explicit method's stages are looked for
@@ -24,15 +22,7 @@ ITERATIONS = 5  # with the same Jacobians
 CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
 KEEP = 1e-3  # convergence from one iteration to the next that keeps the Jacobians for the next step
 FAILED = 10.0  # error of a step whose iteration did not converge: the step control then takes 0.6 of its length
-STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
-STIFF = 3.5  # h times the largest eigenvalue; the explicit pair is at its limit at 6.1, its error control before
-OILED = 0.8  # the same where a film acts, which damps so much that the error control holds steps at 1 to 2
-PATIENCE = 15  # steps in a row at that limit before the method is changed
-TRIAL = 1000  # evaluations after which it is asked whether the implicit method has been worth its price
-PRICE = 0.5  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices
-WAIT = 4  # times longer the explicit method is kept after each time that the other has not been worth its price
-# Places in Implicit.limit, in Implicit.past
-LIMIT, PATIENT, SAVED, SPENT = range(4)
+# Places in Implicit.past
 LENGTH, AFTER, RENEWED, FACTORED, CONVERGENCE, PAST = range(6)
 
 
@@ -47,7 +37,8 @@ class Implicit(NamedTuple):
     stages: np.ndarray  # (STAGES n,) distances of the stages from the start of the step
     change: np.ndarray  # (STAGES n,)
     offset: np.ndarray  # (n,)
-    limit: np.ndarray  # (4,) see `choose_method`
+    since: np.ndarray  # (2, n) states at the start and in the middle of the steps that speak for the implicit method
+    choice: np.ndarray  # (7,) see `choice`
     #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
     #: begins where that began; length of the step from here for which the Jacobians were RENEWED (0: none) and of that
     #: which the matrices are FACTORED for (0: none); CONVERGENCE: convergence of the last iteration
@@ -66,7 +57,8 @@ def implicit_of(n) -> Implicit:
         stages=np.zeros(many),
         change=np.zeros(many),
         offset=np.zeros(n),
-        limit=np.array([0.0, PATIENCE, 0.0, 0.0]),
+        since=np.zeros((2, n)),
+        choice=np.zeros(7),
         past=np.zeros(PAST),
     )
 
@@ -332,49 +324,3 @@ def fall_back(at, share):
         evaluate(at, work.z, ROWS[s])
     dense_state(share, work.y, work.f, work.end)
     look_along(at)
-
-
-@kernel
-def steady(at, h, proposal):
-    """Return the length of the step after one of length `h`: the proposal, or `h` again where that saves work."""
-    return h if at[0].method[0] == IMPLICIT and h <= proposal <= STEADY * h else proposal
-
-
-@kernel
-def choose_method(at, h, explicit, cost):
-    """Change the method where the step just taken, of length `h`, shows that the other one serves better.
-
-    `explicit` : length of the last explicit step with the same joints in contact, 0 where there is none; `cost` :
-    evaluations that this step took, so that what a run is asked beside its motion has no part in the choice.
-
-    It takes effect with the next step.  The explicit method is left when it has been at the limit of its stability,
-    LIMIT long, for PATIENT steps; the implicit one when in a TRIAL, that is when so much was SPENT, it has SAVED too
-    little.
-    """
-    work = at[0]
-    limit = work.implicit.limit
-    if work.method[0] == IMPLICIT:
-        limit[SAVED] += END * h / max(explicit, limit[LIMIT])
-        limit[SPENT] += cost
-        if limit[SPENT] < TRIAL:
-            return
-        worth = limit[SAVED] > PRICE * work.y.size * limit[SPENT]
-        limit[PATIENT] = PATIENCE if worth else WAIT * limit[PATIENT]
-        if worth:
-            limit[SAVED], limit[SPENT] = 0.0, 0.0
-            return
-    else:
-        rise, run = 0.0, 0.0
-        for i in range(work.y.size):  # work.z is still the state of the last stage, which lies at the end of the step
-            rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
-            run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
-        stiff = STIFF
-        for j in range(work.mode.size):
-            if acts(work.mode[j]) and not touches(work.mode[j]):
-                stiff = OILED
-        work.method[1] = work.method[1] + 1 if h * math.sqrt(rise) > stiff * math.sqrt(run) else 0
-        if work.method[1] < limit[PATIENT]:
-            return
-        limit[LIMIT] = h
-    limit[SAVED], limit[SPENT], work.method[1] = 0.0, 0.0, 0
-    work.method[2] = EXPLICIT if work.method[0] == IMPLICIT else IMPLICIT

@@ -4,7 +4,9 @@ import math
 
 from ..compiled.family import kernel
 from ..joint.contract import touches
-from .newton import LENGTH, LIMIT, steady
+from .choice import FIRST, LIMIT, steady
+from .event import IMPLICIT
+from .newton import LENGTH
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
 TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
@@ -58,4 +60,4 @@ def next_length(at, h, proposal):
         return steady(at, h, proposal)
     work.method[0] = work.method[2]
     work.implicit.past[LENGTH] = 0.0
-    return work.implicit.limit[LIMIT]
+    return work.implicit.choice[FIRST if work.method[0] == IMPLICIT else LIMIT]
