@@ -5,6 +5,7 @@ import itertools
 
 import numpy as np
 import pandas as pd
+from summary_fake import OfFrame
 
 from clearsweep import case, simulation
 from clearsweep.layout import Layout
@@ -20,7 +21,7 @@ UNITS = {"clearance": "m", "stiffness": "N/m^1.5", "speed": "rad/s"}
 CRANK, ROD, SLIDER_MASS = 0.05, 0.12, 0.14
 
 
-class Run:
+class Run(OfFrame):
     """The reading side of a store: `.summary`, `.orbit`, `.events`, `.wear`, `.grid`, `.layout`."""
 
     def __init__(

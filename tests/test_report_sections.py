@@ -107,9 +107,9 @@ def test_a_cell_with_a_unit_of_its_own_is_a_number_in_the_file(tmp_path):
     ("enough", "remedy"), [(100, None), (640, "`bins: 640` would do for all"), (5000, "720 at most")]
 )
 def test_bins_that_are_too_coarse_for_the_arcs_are_told_with_how_many_would_do(enough, remedy):
-    prepared = study.prepare(Run())
-    prepared.cases["rod_slider_wear_bins_enough"] = float(enough)
-    (section_,) = sections.wear.sections(prepared)
+    run = Run()
+    run.summary["rod_slider_wear_bins_enough"] = float(enough)
+    (section_,) = sections.wear.sections(study.prepare(run))
     told = " ".join(text for block in section_.blocks if isinstance(block, section.Sentences) for text in block.texts)
     assert ("360 bins are too coarse in" in told) == (remedy is not None)
     assert remedy is None or remedy in told

@@ -8,9 +8,10 @@ import pandas as pd
 import pytest
 import scale_cases
 import speed_page
+from summary_fake import OfFrame
 
 from clearsweep import grid, wording
-from clearsweep.report import case_table, study
+from clearsweep.report import case_table, rows, study
 from clearsweep.report.draw import comparison
 from clearsweep.sweeping.shard import each_once
 from clearsweep.sweeping.sweep import within
@@ -23,6 +24,20 @@ def chance():
 
 def axis(values):
     return study.Axis("drive.speed", "speed", wording.Scale(1.0, ""), tuple(values), 4)
+
+
+class MadeUp(OfFrame):
+    """A run of which only the summary is there."""
+
+    def __init__(self, figures):
+        self.summary = pd.DataFrame(figures)
+        self.summary.insert(0, "case_id", [f"{k:06d}" for k in range(len(self.summary))])
+
+
+def table_of(figures):
+    """Return figures as the rows of a run."""
+    run = MadeUp(figures)
+    return rows.Rows(run, run.summary["case_id"], np.ones(len(run.summary), bool), set())
 
 
 @pytest.mark.parametrize("count", [*scale_cases.COUNTS, 100])
@@ -68,7 +83,7 @@ def test_values_are_found_on_their_axis(chance):
 
 def test_a_map_of_many_cells_takes_no_pass_over_all_cases_for_each(chance):
     across, up = axis(np.arange(1.0, 201.0)), axis(np.arange(1.0, 101.0))._replace(path="other")
-    cases = pd.DataFrame({each.path: chance.choice(each.values, 100_000) for each in (across, up)})
+    cases = table_of({each.path: chance.choice(each.values, 100_000) for each in (across, up)})
     values = chance.normal(size=len(cases))
     values[::7] = np.nan
     began = time.process_time()
@@ -80,13 +95,13 @@ def test_a_map_of_many_cells_takes_no_pass_over_all_cases_for_each(chance):
 
 
 def test_rows_of_a_table_are_the_same_one_by_one_and_at_once(chance):
-    cases = pd.DataFrame({"force": chance.normal(size=9000)}, index=[f"{k:04d}" for k in range(9000)])
-    rows = case_table.CaseRows(cases, np.argsort(-cases["force"].to_numpy()), ["force"])
-    assert list(rows) == [
-        *zip(cases.sort_values("force", ascending=False).index, sorted(cases["force"])[::-1], strict=True)
+    cases = table_of({"force": chance.normal(size=9000)})
+    listed = case_table.CaseRows(cases, ["force"], "force")
+    assert list(listed) == [
+        *zip(cases["force"].sort_values(ascending=False).index, sorted(cases["force"])[::-1], strict=True)
     ]
-    assert rows[:50] == list(rows)[:50]
-    assert (rows[0], rows[-1]) == tuple(list(rows)[k] for k in (0, -1))
+    assert listed[:50] == list(listed)[:50]
+    assert (listed[0], listed[-1]) == tuple(list(listed)[k] for k in (0, -1))
 
 
 def test_a_cloud_leaves_out_points_that_others_cover_and_no_others():

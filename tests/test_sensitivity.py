@@ -9,6 +9,7 @@ import pytest
 from fake_sweeps import sweep
 from grid_fake import CONTACT, JOINT, TEXT, load
 from scipy import stats
+from summary_fake import OfFrame
 
 from clearsweep import report
 from clearsweep.errors import InputError
@@ -21,7 +22,7 @@ MATERIAL = TEXT.replace("      stiffness: 6.61e10 N/m^1.5\n", "      material: {
 PEAK = "rod_slider_force_peak"
 
 
-class Run:
+class Run(OfFrame):
     """A run as the store hands it out, its figures made up from the swept values: no histories, nothing simulated."""
 
     def __init__(self, text, figure, failing=(), overrides=None):

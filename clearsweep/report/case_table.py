@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 from typing import overload
 
 import numpy as np
-import pandas as pd
 
+from .rows import Rows
 from .study import Axis, Study
 from .table import Column, Table
 
@@ -23,21 +23,25 @@ def case_table(study: Study, key: str, title: str, columns: Headings, by: str) -
     )
     if by not in dict(present) or study.cases.empty:
         return Table(key, title, "", heads, [])
-    order = np.argsort(-study.cases[by].to_numpy(float), kind="stable")  # without a value: last
     shown = [*(axis.path for axis in study.swept()), *(column for column, _ in present)]
     note = f"Sorted by {dict(present)[by]}, largest first."
-    return Table(key, title, note, heads, CaseRows(study.cases, order, shown))
+    return Table(key, title, note, heads, CaseRows(study.cases, shown, by))
 
 
 class CaseRows(Sequence):
     """Rows of a table, one per case, made as they are read: of a million cases a page shows a few."""
 
-    def __init__(self, cases: pd.DataFrame, order: np.ndarray, columns: list[str]):
-        """Take cases by case_id, the order of their rows, and the columns behind case_id."""
-        self.cases, self.order, self.columns = cases, order, columns
+    def __init__(self, cases: Rows, columns: list[str], by: str = ""):
+        """Take cases, the columns behind case_id, and the one by which they are ordered, the largest first."""
+        self.cases, self.columns, self.by = cases, columns, by
 
     def __len__(self) -> int:
-        return len(self.order)
+        return len(self.cases)
+
+    def _order(self) -> np.ndarray:
+        if not self.by:
+            return np.arange(len(self))
+        return self.cases.ordered(self.by)
 
     @overload
     def __getitem__(self, which: int) -> tuple: ...
@@ -46,14 +50,17 @@ class CaseRows(Sequence):
     def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
         if isinstance(which, int):
             return self[which : which + 1 or None][0]
-        places = self.order[which]
+        places = self._order()[which]
         values = [self.cases.index[places].tolist()]
         values += [self.cases[column].iloc[places].tolist() for column in self.columns]
         return list(zip(*values, strict=True))
 
     def __iter__(self) -> Iterator[tuple]:
+        order = self._order()
+        columns = [self.cases.index.to_series(), *(self.cases[column] for column in self.columns)]
         for start in range(0, len(self), AT_ONCE):
-            yield from self[start : start + AT_ONCE]
+            places = order[start : start + AT_ONCE]
+            yield from zip(*(column.iloc[places].tolist() for column in columns), strict=True)
 
 
 def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:

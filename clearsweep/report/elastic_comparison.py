@@ -1,6 +1,7 @@
 """Elastic laws beside each other in one joint: force over penetration, and how far apart they are."""
 
 import numpy as np
+import pandas as pd
 
 from .. import case, simulation, wording
 from ..errors import InputError
@@ -21,9 +22,11 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
 
     Each is taken in its case closest to the hardest.
     """
-    hardest = study.cases.loc[study.cases[joint.column(study.lead.figure)].idxmax()]
+    hardest = study.cases[joint.column(study.lead.figure)].idxmax()
     others = [other.path for other in study.swept() if other is not axis]
-    alike = (study.cases[others] == hardest[others]).sum(axis=1)
+    alike = pd.Series(0, study.cases.index)
+    for path in others:
+        alike += study.cases[path] == study.cases.at[hardest, path]
     there = [law for law in axis.values if (study.cases[axis.path] == law).any()]
     closest = [alike[study.cases[axis.path] == law].idxmax() for law in there]
     try:

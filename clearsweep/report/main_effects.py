@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .study import Axis, Study, grouped, position
+from .study import Axis, Study, grouped
 
 CLEAR_FACTOR = 1.05  # largest over smallest median below which an axis is said to have no clear effect
 CLEAR_CONTRAST = 4.0  # F ratio below which it is
@@ -41,8 +41,12 @@ class MainEffect(NamedTuple):
 
 def main_effects(study: Study, column: str) -> list[MainEffect]:
     """Return the main effects of all swept axes on a figure over the finished cases, the strongest first."""
+    return study.cases.once(("effects", column), lambda: _main_effects(study, column))
+
+
+def _main_effects(study: Study, column: str) -> list[MainEffect]:
     axes, values = study.levels(), study.cases[column].to_numpy(float)
-    places = [position(axis, study.cases[axis.path]) for axis in axes]
+    places = [study.places(axis) for axis in axes]
     shares = explained(values, places)
     effects = []
     for axis, place, share in zip(axes, places, shares, strict=True):
@@ -61,7 +65,7 @@ def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float,
     """
     known = np.isfinite(values) & (values > 0.0)
     logs = np.log(values[known])
-    groups = [np.unique(place[known], return_inverse=True)[1] for place in places]
+    groups = [_numbered(place[known]) for place in places]
     freedoms = [int(group.max(initial=0)) for group in groups]
     spare, rest = len(logs) - 1 - sum(freedoms), logs - logs.mean() if len(logs) else logs
     total = float((rest**2).sum())
@@ -76,6 +80,11 @@ def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float,
         (max(0.0, (part - freedom * scatter) / total), part / freedom / scatter if freedom else np.nan)
         for part, freedom in zip(between, freedoms, strict=True)
     ]
+
+
+def _numbered(places: np.ndarray) -> np.ndarray:
+    """Return places (from -1) with numbers without gaps, in their order."""
+    return (np.cumsum(np.bincount(places + 1) > 0) - 1).astype(places.dtype)[places + 1]
 
 
 def _means(group: np.ndarray, values: np.ndarray) -> np.ndarray:

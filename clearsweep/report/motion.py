@@ -237,7 +237,7 @@ def _straight(study: Study, joint: Joint) -> bool:
 
 def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
     """Return the forces of a case that its history is to be compared with: name, N."""
-    if case_id not in study.cases.index:
+    if study.cases.place(case_id) < 0:
         return []
     columns = [(name, joint.column(figure)) for figure, name in LEVELS]
     levels = [(name, float(study.cases.at[case_id, column])) for name, column in columns if study.has(column)]

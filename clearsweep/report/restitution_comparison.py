@@ -74,7 +74,7 @@ def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, wanted
     if not study.has(joint.column("restitution")):
         return np.nan
     alike = points["wanted"].isna() if np.isnan(wanted) else points["wanted"] == wanted
-    return float(study.cases.loc[(points["law"] == law) & alike, joint.column("restitution")].median())
+    return float(study.cases[joint.column("restitution")][(points["law"] == law) & alike].median())
 
 
 def _table(study: Study, axis: Axis, joint: Joint, rows: list[Returned]) -> Table:

@@ -4,16 +4,18 @@ Intervals take the points as independent; for Sobol points and Latin hypercubes,
 wider than need be.  Nothing here knows how the figures came about.
 """
 
+import functools
 import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ..errors import InputError
 from ..layout import DIFFERENCE
 from ..store import StoredRun
 from ..verdict import EXCEEDED
+from .rows import KEPT
 
 QUANTILES = (0.05, 0.5, 0.95)
 LEVEL = 0.95  # of all confidence intervals
@@ -37,8 +39,27 @@ class Setting(NamedTuple):
 
     point: dict  # dotted path -> value of the other axes, SI; {} where there are none
     case_ids: tuple[str, ...]  # one for each row of the design, in its order
-    figures: dict[str, np.ndarray]  # column of the summary -> (rows,) SI; NaN where a case failed
+    figures: Mapping[str, np.ndarray]  # column of the summary -> (rows,) SI; NaN where a case failed
     failed: tuple[str, ...]  # ids of failed cases, each once
+
+
+class Figures(Mapping[str, np.ndarray]):
+    """The figures of some cases of a run, each read when it is asked for."""
+
+    def __init__(self, names: Sequence[str], read: Callable[[str], np.ndarray], rows: np.ndarray) -> None:
+        """Take the names of all, what reads one of all cases, and the rows of these cases in the order wanted."""
+        self._names, self._read, self._rows = names, read, rows
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        if column not in self._names:
+            raise KeyError(column)
+        return self._read(column)[self._rows]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
 
 
 class Spread(NamedTuple):
@@ -91,35 +112,37 @@ def settings(run: StoredRun) -> list[Setting]:
     sample = run.grid.get("sample")
     if not sample:
         return []
-    summary = run.summary
     paths = list(sample["drawn"])
     others = [path for path in run.grid.get("units", {}) if path not in paths]
     rows = list(zip(*sample["drawn"].values(), strict=True))
     places: dict = {}
-    keys = [_key(summary, others), _key(summary, paths)]
+    keys = [_key(run, others), _key(run, paths)]
     for place, (point, drawn) in enumerate(zip(*keys, strict=True)):
         places.setdefault(point, {})[drawn] = place
-    columns = [name for name in summary.columns[summary.columns.get_loc("message") + 1 :] if name != EXCEEDED]
-    values = summary[columns].astype("float64").where(summary["status"] == "ok").to_numpy()
+    ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
+    names = [name for name in run.columns[run.columns.index("message") + 1 :] if name != EXCEEDED]
+
+    @functools.lru_cache(KEPT)
+    def read(column: str) -> np.ndarray:
+        return np.where(failed, np.nan, run.column(column).to_numpy(float, na_value=np.nan))
+
     samples = []
     for point, where in sorted(places.items(), key=lambda item: _order(item[0])):
         if any(row not in where for row in rows):
             lost = sum(row not in where for row in rows)
             raise InputError(f"{lost} of the sample's {len(rows)} cases are not there; run the grid again to the end")
         chosen = np.array([where[row] for row in rows])
-        ids = summary["case_id"].to_numpy()[chosen]
-        bad = (summary["status"] != "ok").to_numpy()[chosen]
-        figures = dict(zip(columns, values[chosen].T, strict=True))
-        samples.append(
-            Setting(dict(zip(others, point, strict=True)), tuple(ids), figures, tuple(dict.fromkeys(ids[bad])))
-        )
+        drawn, figures = ids[chosen], Figures(names, read, chosen)
+        bad = tuple(dict.fromkeys(drawn[failed[chosen]]))
+        samples.append(Setting(dict(zip(others, point, strict=True)), tuple(drawn), figures, bad))
     return samples
 
 
-def _key(summary: pd.DataFrame, paths: list[str]) -> list[tuple]:
+def _key(run: StoredRun, paths: list[str]) -> list[tuple]:
     """Return the values of these columns in every row; a value that is not in use is None."""
-    lists = [summary[path].astype(object).where(summary[path].notna(), None).tolist() for path in paths]
-    return list(zip(*lists, strict=True)) if paths else [()] * len(summary)
+    columns = [run.column(path) for path in paths or ["case_id"]]
+    lists = [column.astype(object).where(column.notna(), None).tolist() for column in columns]
+    return list(zip(*lists, strict=True)) if paths else [()] * len(columns[0])
 
 
 def _order(point: tuple) -> tuple:

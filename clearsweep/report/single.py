@@ -27,7 +27,7 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
         raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
     durable.check_regular(out)
     study = prepare(run)
-    if case_id not in study.cases.index and case_id not in study.failed.index:
+    if max(study.cases.place(case_id), study.failed.place(case_id)) < 0:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
     result = simulation.solve(to_draw(study, case_id))
     pictures = drawn(study, case_id, result)

@@ -1,5 +1,6 @@
 """A run prepared for reading: its axes in units for people, its finished and failed cases, its joints."""
 
+import functools
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -15,6 +16,7 @@ from ..results import ELASTIC_ONSET
 from ..store import StoredRun
 from ..verdict import EXCEEDED
 from ..wording import Scale
+from .rows import Rows
 
 BASE = ("mechanism", "drive", "loads", "joints", "simulate", "save")  # where run.json keeps the values that make a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
@@ -23,6 +25,7 @@ WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
 ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)
 
+AT_ONCE = 65_536  # values whose places are looked for
 DIGITS = 4  # of a swept value, where these tell its values apart
 FEW_NUMBERS, FEW_NAMES = 6, 16  # values of an axis that a sentence names one by one
 MANY = 30  # different values of an axis in step above which they are scattered, not levels to compare
@@ -104,16 +107,15 @@ P99, PEAK = Lead("force_p99", "force p99", "p99"), Lead("force_peak", "force pea
 class Study(NamedTuple):
     """A run prepared for reading.
 
-    `cases` holds the finished cases (index: case_id; figures as float64, NaN where nothing was computed), `failed` the
-    others. `base` is the resolved case in SI before the sweep's values.
+    `cases` holds the finished cases, `failed` the others. `base` is the resolved case in SI before the sweep's values.
     """
 
     run: StoredRun
     axes: tuple[Axis, ...]
     joints: tuple[Joint, ...]
     mechanism: str
-    cases: pd.DataFrame
-    failed: pd.DataFrame
+    cases: Rows
+    failed: Rows
     units: dict[str, str]  # SI, by column of the summary and by dotted path of the grid
     base: dict
     typical: bool = False  # maps show the median over the axes that they leave out, not the worst
@@ -143,23 +145,19 @@ class Study(NamedTuple):
 
     def setting(self, case_id: str, without: Axis | None = None) -> str:
         """Return the swept values of a case in words, all but those of one axis; '' without sweep."""
-        row = self._row(case_id)
-        return ", ".join(
-            f"{axis.name} {axis.text(row[axis.path])}"
-            for axis in self.swept()
-            if axis is not without and not pd.isna(row[axis.path])
-        )
+        values = {axis: self._at(case_id, axis.path) for axis in self.swept() if axis is not without}
+        return ", ".join(f"{axis.name} {axis.text(value)}" for axis, value in values.items() if not pd.isna(value))
 
     def value(self, case_id: str, path: str) -> float | str | None:
         """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
         if any(axis.path == path for axis in self.axes):
-            value = self._row(case_id)[path]
+            value = self._at(case_id, path)
             return None if pd.isna(value) else value
         return dig(self.base, path)
 
     def hardest_joint(self) -> Joint:
         """Return the joint with the largest leading figure of all finished cases."""
-        return max(self.joints, key=lambda joint: _peak(self.cases, joint.column(self.lead.figure)))
+        return max(self.joints, key=lambda joint: np.nan_to_num(self.cases.largest(joint.column(self.lead.figure))))
 
     def where(self, joint: Joint, form: str) -> str:
         """Return `form`, such as ' in joint {}', with a joint's name in it; '' where there is but one joint."""
@@ -169,6 +167,10 @@ class Study(NamedTuple):
         """Return the summary column of a figure of the mechanism, '' where its cases have none."""
         columns = (column.name for column in self.run.layout.columns if column.figure == figure and not column.joint)
         return next(columns, "")
+
+    def places(self, axis: Axis) -> np.ndarray:
+        """Return the `position` of every finished case on an axis."""
+        return self.cases.once(("places", axis.path), lambda: position(axis, self.cases[axis.path]))
 
     def unit(self, name: str) -> str:
         """Return the SI unit of a column or of a dotted path, '1' where there is none."""
@@ -185,45 +187,60 @@ class Study(NamedTuple):
 
     def has(self, column: str) -> bool:
         """Return whether any finished case has this figure."""
-        return column in self.cases and bool(self.cases[column].notna().any())
+        return not np.isnan(self.cases.largest(column))
 
-    def _row(self, case_id: str) -> pd.Series:
-        return (self.cases if case_id in self.cases.index else self.failed).loc[case_id]
+    def _at(self, case_id: str, path: str) -> float | str:
+        return (self.failed if self.cases.place(case_id) < 0 else self.cases).at[case_id, path]
 
 
 def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     """Return a run (of the store) prepared for reading; `typical` as in Study."""
-    summary, layout, record = run.summary, run.layout, run.grid
-    units = grid.key_units(record, simulation.catalogue()) | summary.attrs.get("units", {})
+    layout, record = run.layout, run.grid
+    units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in BASE if key in record}
     axes = _axes(record, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
-    summary = summary.set_index("case_id")
-    finished = (summary["status"] == "ok").to_numpy(dtype=bool)
+    finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
     texts = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
-    figures = [column for column in summary.columns if column not in texts]
-    cases = summary.copy(deep=False) if finished.all() else summary[finished].copy()  # of a million, a copy counts
-    for column in figures:
-        if cases[column].dtype != np.float64:
-            cases[column] = cases[column].astype("float64")
-    for joint in joints:
-        if joint.column("force_peak_ideal") in cases:
-            ideal = cases[joint.column("force_peak_ideal")]
-            cases[joint.column(RATIO)] = cases[joint.column("force_p99")] / ideal.where(ideal > 0.0)
-            units[joint.column(RATIO)] = "1"
-        if joint.wears and joint.column("wear_rate_max") in cases:
-            cases[joint.column(PER_HOURS)] = 3.6e6 * cases[joint.column("wear_rate_max")]
-            units[joint.column(PER_HOURS)] = "m"
-            if "drive" in base:
-                cases[joint.column(PER_STROKES)] = 1e6 * cases[joint.column("wear_depth_max")] / _turns(cases, base)
-                units[joint.column(PER_STROKES)] = "m"
-    return Study(run, axes, joints, layout.mechanism, cases, summary[~finished], units, base, typical)
+    derived = {
+        joint.column(figure): (unit, functools.partial(make, joint))
+        for joint in joints
+        for figure, unit, needs, make in _MADE
+        if joint.column(needs) in run.columns and (figure == RATIO or joint.wears)
+        if figure != PER_STROKES or "drive" in base
+    }
+    units |= {column: unit for column, (unit, _) in derived.items()}
+    making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
+    ids = run.column("case_id")
+    cases, failed = Rows(run, ids, finished, texts, making), Rows(run, ids, ~finished, texts)
+    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical)
 
 
-def _turns(cases: pd.DataFrame, base: Mapping) -> pd.Series:
+def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+    """Return the force p99 of a joint over the peak of the ideal one."""
+    ideal = cases[joint.column("force_peak_ideal")]
+    return cases[joint.column("force_p99")] / ideal.where(ideal > 0.0)
+
+
+def _per_hours(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+    return 3.6e6 * cases[joint.column("wear_rate_max")]
+
+
+def _per_strokes(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+    return 1e6 * cases[joint.column("wear_depth_max")] / _turns(cases, base)
+
+
+#: Of the figures that are computed here: name, unit, the column that they need, what makes them.
+_MADE = (
+    (RATIO, "1", "force_peak_ideal", _over_ideal),
+    (PER_HOURS, "m", "wear_rate_max", _per_hours),
+    (PER_STROKES, "m", "wear_rate_max", _per_strokes),
+)
+
+
+def _turns(cases: Rows, base: Mapping) -> pd.Series:
     """Return how many turns of the crank the window of each finished case has; NaN where that is not known."""
-    asked = cases.get("simulate.revolutions", dig(base, "simulate.revolutions"))
-    before = cases.get("simulate.discard", dig(base, "simulate.discard"))
+    asked, before = (cases.get(path, dig(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
     if before is None:  # it follows from the revolutions, which vary
         before = 2.0 * (asked > 2.0)
     turns = pd.Series(cases.get("revolutions_run", asked), cases.index, dtype="float64") - before
@@ -248,13 +265,16 @@ def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
 def position(axis: Axis, values: pd.Series) -> np.ndarray:
     """Return the place of each value on its axis (0, 1, ...), -1 where it is not on it."""
     if not axis.numeric:
-        return values.map({value: place for place, value in enumerate(axis.values)}).fillna(-1).to_numpy(int)
+        return values.map({value: place for place, value in enumerate(axis.values)}).fillna(-1).to_numpy(np.int32)
     known, given = np.asarray(axis.values, float), values.to_numpy(float)
-    order = np.argsort(known)
-    above = np.searchsorted(known[order], given).clip(1, max(len(known) - 1, 1))
-    beside = order[np.stack([above - 1, above.clip(max=len(known) - 1)])]
-    nearest = beside[np.abs(known[beside] - given).argmin(axis=0), np.arange(len(given))]
-    return np.where(np.isclose(known[nearest], given, rtol=1e-9, atol=0.0), nearest, -1)
+    order, places = np.argsort(known), np.empty(len(given), np.int32)
+    for start in range(0, len(given), AT_ONCE):
+        here = given[start : start + AT_ONCE]
+        above = np.searchsorted(known[order], here).clip(1, max(len(known) - 1, 1))
+        beside = order[np.stack([above - 1, above.clip(max=len(known) - 1)])]
+        nearest = beside[np.abs(known[beside] - here).argmin(axis=0), np.arange(len(here))]
+        places[start : start + AT_ONCE] = np.where(np.isclose(known[nearest], here, rtol=1e-9, atol=0.0), nearest, -1)
+    return places
 
 
 def grouped(places: np.ndarray, count: int) -> list[np.ndarray]:
@@ -281,7 +301,7 @@ def over_other_axes(
 def cells(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.ndarray]:
     """Return the places of the finished cases that have a value, cell by cell, those along the first axis together."""
     across, up = axes
-    row, column = position(up, study.cases[up.path]), position(across, study.cases[across.path])
+    row, column = study.places(up), study.places(across)
     known = np.isfinite(values) & (row >= 0) & (column >= 0)
     return grouped(np.where(known, row * len(across.values) + column, -1), len(up.values) * len(across.values))
 
@@ -342,7 +362,3 @@ def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
     while digits < 16 and len({scale.given_number(value, digits) for value in numbers}) < len(set(numbers)):
         digits += 1
     return Axis(path, wording.axis_name(path, joints), scale, values, digits)
-
-
-def _peak(cases: pd.DataFrame, column: str) -> float:
-    return float(cases[column].max()) if len(cases) and cases[column].notna().any() else 0.0

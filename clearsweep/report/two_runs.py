@@ -155,8 +155,7 @@ def _setup(pairs: Pairs) -> list[tuple[str, str]]:
 def _columns(pairs: Pairs) -> list[str]:
     """Return the figures that both have, timings aside."""
     known = {column.name for column in pairs.first.run.layout.columns if column.kind != "text"} - TIMINGS
-    both = (pairs.first.cases.columns.intersection(pairs.second.cases.columns, sort=False)).tolist()
-    return [name for name in both if name in known]
+    return [name for name in pairs.first.cases.columns if name in pairs.second.cases and name in known]
 
 
 def _lead(pairs: Pairs) -> str:

@@ -246,9 +246,6 @@ def cloud(
     """Draw one point per case (SI, scaled); `colour` gives each the place of its value on an axis."""
     x, y = x / scales[0].factor, y / scales[1].factor
     wide = [_spread(values) for values in (x, y)]
-    if len(x) > POINTS_DRAWN:
-        seen = _seen(*(np.log(values) if apart else values for values, apart in zip((x, y), wide, strict=True)))
-        x, y, colour = x[seen], y[seen], colour and (colour[0][seen], colour[1])
     style: dict[str, Any] = {
         "s": 16 if len(x) <= POINTS_VECTOR else 6,
         "linewidths": 0,
@@ -269,6 +266,16 @@ def cloud(
     plain_axes(ax)
 
 
+def uncovered(
+    x: np.ndarray, y: np.ndarray, colour: tuple[np.ndarray, Axis] | None
+) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, Axis] | None]:
+    """Return the points of a `cloud` without those that others cover, where they are many."""
+    if len(x) <= POINTS_DRAWN:
+        return x, y, colour
+    seen = _seen(*(np.log(values) if _spread(values) else values for values in (x, y)))
+    return x[seen], y[seen], colour and (colour[0][seen], colour[1])
+
+
 def _spread(values: np.ndarray) -> bool:
     """Return whether values are so far apart that they are drawn on a logarithmic scale."""
     known = values[np.isfinite(values)]
@@ -278,10 +285,10 @@ def _spread(values: np.ndarray) -> bool:
 def _seen(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the indices of the points that later ones do not cover: the last one in every small cell of the plane."""
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    cells = np.zeros(len(known), int)
+    cells = np.zeros(len(known), np.int32)
     for values in (x[known], y[known]):
         low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
-        cells = cells * CELLS_SEEN + (CELLS_SEEN * (values - low) / (high - low or 1.0)).astype(int).clip(
+        cells = cells * CELLS_SEEN + (CELLS_SEEN * (values - low) / (high - low or 1.0)).astype(np.int32).clip(
             max=CELLS_SEEN - 1
         )
     _, last = np.unique(cells[::-1], return_index=True)

@@ -13,6 +13,12 @@ TITLES = {
     2: "The motion of the hardest and the mildest loaded case",
     3: "The motion of the hardest, the median and the mildest loaded case",
 }
+WHY = (
+    (),
+    ("The case",),
+    ("Hardest loaded case", "Mildest loaded case"),
+    ("Hardest loaded case", "Median case", "Mildest loaded case"),
+)
 NOT_SAVED = Markup(
     "This run saved no time histories (<code>save: {orbits: none}</code>). <code>clearsweep show DIR CASE_ID</code> "
     "simulates one case again and draws it."
@@ -29,21 +35,14 @@ def sections(study: Study) -> list[Section]:
 
 def _details(study: Study) -> list[Detail]:
     column = study.hardest_joint().column(study.lead.figure)
-    ids = study.cases[column].dropna().sort_values(ascending=False, kind="stable").index
-    places = {"Hardest loaded": 0, "Median": len(ids) // 2, "Mildest loaded": len(ids) - 1}
-    if len(ids) < 3:
-        del places["Median"]
-    if len(ids) < 2:
-        del places["Mildest loaded"]
+    ids = study.cases.ranked(column)
     details = []
-    for why, place in places.items() if len(ids) else ():
-        case_id = ids[place]
+    for why, case_id in zip(WHY[len(ids)], ids, strict=True):
         path = history(study.run, case_id)
         if path is not None:
             drawn = pictures(study, case_id, path) + onsets(study, case_id, study.run.events(case_id), path)
-            title = f"{why} case" if len(ids) > 1 else "The case"
             moving = player.of(study, case_id, path)
-            details.append(Detail(title, case_id, study.setting(case_id), _figures(study, case_id), drawn, moving))
+            details.append(Detail(why, case_id, study.setting(case_id), _figures(study, case_id), drawn, moving))
     return details
 
 

@@ -3,10 +3,10 @@
 from markupsafe import Markup
 
 from ...wording import TIMES
-from ..case_table import axis_columns
+from ..case_table import CaseRows, axis_columns
 from ..section import Section, Sentences
 from ..study import Study
-from ..table import Column, Table, missing
+from ..table import Column, Table
 
 
 def sections(study: Study) -> list[Section]:
@@ -26,13 +26,5 @@ def _reasons(study: Study) -> str:
 
 def _table(study: Study) -> Table:
     columns = (Column("case_id"), *axis_columns(study, study.swept()), Column("status"), Column("reason"))
-    rows = [
-        (
-            case_id,
-            *(row[axis.path] for axis in study.swept()),
-            str(row["status"]),
-            "" if missing(row["message"]) else str(row["message"]),
-        )
-        for case_id, row in study.failed.iterrows()
-    ]
-    return Table("failed", "Failed cases", "", columns, rows)
+    shown = [*(axis.path for axis in study.swept()), "status", "message"]
+    return Table("failed", "Failed cases", "", columns, CaseRows(study.failed, shown))

@@ -6,10 +6,10 @@ import numpy as np
 from markupsafe import Markup
 
 from ... import validity, wording
-from ..case_table import axis_columns
+from ..case_table import AT_ONCE, axis_columns
 from ..main_effects import MainEffect, main_effects
 from ..section import Points, Section, filled
-from ..study import RATIO, Joint, Study, position
+from ..study import RATIO, Joint, Study, grouped
 from ..table import Column, Table
 
 
@@ -154,7 +154,7 @@ def _repeating(study: Study, joint: Joint) -> list[str]:
     if "period" not in study.cases:
         return []
     periods, count = study.cases["period"], len(study.cases)
-    found, points = periods.dropna(), []
+    found, points = periods.to_numpy()[periods.notna()], []
     if len(found):
         cases = "All motions" if len(found) == count else f"{len(found)} of {wording.count(count, 'motion')}"
         shares = Counter(int(period) for period in found)
@@ -184,8 +184,9 @@ def _beside_median(study: Study, joint: Joint) -> str:
     median = joint.column("force_peak_median")
     if not study.has(median):
         return ""
-    irregular = study.cases[study.cases["period"].isna()]
-    ratio = irregular[joint.column("force_peak")] / irregular[median].where(irregular[median] > 0.0)
+    irregular = study.cases["period"].isna().to_numpy()
+    peaks, medians = (study.cases[name].to_numpy()[irregular] for name in (joint.column("force_peak"), median))
+    ratio = peaks / np.where(medians > 0.0, medians, np.nan)
     ratio = ratio[np.isfinite(ratio)]
     span = " to ".join(dict.fromkeys((wording.plain(ratio.min(), 2), wording.plain(ratio.max(), 2))))
     return f" (the largest peak is {span} times that median)" if len(ratio) else ""
@@ -194,8 +195,10 @@ def _beside_median(study: Study, joint: Joint) -> str:
 def limits(study: Study) -> list[str]:
     """Return where the cases leave what their laws are made for, as the run's closing words say it."""
     remarks = validity.Remarks(joint.name for joint in study.joints)
-    cases = study.cases.reset_index()
-    remarks.add({column: cases[column].to_numpy() for column in validity.columns(remarks.joints)})
+    cases = {"case_id": study.cases.index}
+    cases |= {name: study.cases[name] for name in validity.columns(remarks.joints) if name != "case_id"}
+    for start in range(0, len(study.cases), AT_ONCE):
+        remarks.add({name: values[start : start + AT_ONCE].to_numpy() for name, values in cases.items()})
     return remarks.sentences()
 
 
@@ -210,14 +213,17 @@ def _best_by_speed(study: Study) -> Table:
     error = study.column("error_max")
     of_output = [(error, f"{study.run.layout.output} error")] if error else []
     figures = ((p99, "force p99"), (joint.column(RATIO), "p99 / ideal"), *of_output)
-    places, rows = position(speed, study.cases[speed.path]), []
-    for place, value in enumerate(speed.values):
-        forces = study.cases[places == place][p99].dropna()
-        ends = {"least": forces.idxmin(), "most": forces.idxmax()} if len(forces) else {}
-        for load, case_id in ends.items():
-            row = study.cases.loc[case_id]
-            settings, values = (row[axis.path] for axis in others), (row.get(column, np.nan) for column, _ in figures)
-            rows.append((value, load, *settings, *values, case_id))
+    forces, ends = study.cases[p99].to_numpy(), []
+    known = np.where(np.isfinite(forces), study.places(speed), -1)
+    for value, cases in zip(speed.values, grouped(known, len(speed.values)), strict=True):
+        if len(cases):
+            ends += [(value, "least", cases[forces[cases].argmin()]), (value, "most", cases[forces[cases].argmax()])]
+    places = [place for *_, place in ends]
+    shown = [study.cases.index[places], *(study.cases[axis.path].iloc[places] for axis in others)]
+    for column, _ in figures:
+        shown.append(study.cases[column].iloc[places] if column in study.cases else np.full(len(places), np.nan))
+    found = zip(ends, zip(*shown, strict=True), strict=True)
+    rows = [(value, load, *values, case_id) for (value, load, _), (case_id, *values) in found]
     columns = (
         *axis_columns(study, [speed]),
         Column("load"),

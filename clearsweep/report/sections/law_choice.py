@@ -68,12 +68,13 @@ def _forces(study: Study, beside: Matched, joint: Joint) -> Table:
     ratios = {column: _ratios(study, beside, column) for column, _ in figures}
     rows = []
     for law in axis.values:
-        alike = study.cases[study.cases[axis.path] == law]
-        if len(alike) and figures:
+        alike = (study.cases[axis.path] == law).to_numpy()
+        if alike.any() and figures:
             cells: list[Quantity | float] = []
             for column, _ in figures:
-                cells += [*_ends(alike[column], study.unit(column)), float(ratios[column].get(law, np.nan))]
-            rows.append((law, counted(len(alike)), *cells))
+                ends = _ends(study.cases[column][alike], study.unit(column))
+                cells += [*ends, float(ratios[column].get(law, np.nan))]
+            rows.append((law, counted(int(alike.sum())), *cells))
     note = (
         "Median (smallest to largest) of all finished cases with the law. Beside other laws: the figure over the "
         "median of all laws at otherwise equal values; the median of these ratios."
@@ -159,7 +160,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
 
 def _strip(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Picture:
     """Return the drawing of one point per case, law by law."""
-    values = {law: study.cases.loc[study.cases[axis.path] == law, column].dropna().to_numpy() for law in axis.values}
+    values = {law: study.cases[column][study.cases[axis.path] == law].dropna().to_numpy() for law in axis.values}
     groups = [(law, points) for law, points in values.items() if len(points)]
     groups.sort(key=lambda group: np.median(group[1]))
     scale = study.scale(column)

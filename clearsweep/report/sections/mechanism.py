@@ -8,9 +8,9 @@ from ..study import Study, resolved
 
 def sections(study: Study) -> list[Section]:
     """Return the section; [] where the mechanism has no picture, or is not known here."""
-    cases = [*study.cases.index, *study.failed.index]
+    first = [*study.cases.index[:1], *study.failed.index[:1]][:1]
     try:
-        drawn = mechanism.picture(resolved(study, cases[:1])[0]) if cases else None
+        drawn = mechanism.picture(resolved(study, first)[0]) if first else None
     except InputError:  # of another version
         return []
     return [Section("mechanism", "", filled([Gallery("", [drawn] if drawn else [])]))]

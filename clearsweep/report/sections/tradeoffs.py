@@ -8,7 +8,7 @@ from ..draw import comparison
 from ..main_effects import main_effects
 from ..picture import Picture
 from ..section import Gallery, Section, filled
-from ..study import ELASTIC_TEXT, Axis, Study, position
+from ..study import ELASTIC_TEXT, Axis, Study
 
 
 class Cloud(NamedTuple):
@@ -52,9 +52,10 @@ def _picture(study: Study, axis: Axis | None, cloud: Cloud) -> Picture:
     """Return a cloud, coloured by the values of an axis where there is one."""
     colour = None
     if axis is not None:
-        places = position(axis, study.cases[axis.path])
+        places = study.places(axis)
         colour = (np.where(places < 0, np.nan, places), axis)
     x, y = (study.cases[column].to_numpy(float) for column in (cloud.x, cloud.y))
+    x, y, colour = comparison.uncovered(x, y, colour)
     names, scales = (cloud.x_name, cloud.y_name), (study.scale(cloud.x), study.scale(cloud.y))
     return Picture(
         cloud.title,

@@ -43,13 +43,13 @@ def ratios(study: Study) -> list[str]:
 
 def _motion(study: Study, joint: Joint, case_id: str) -> str:
     """Return what the largest peak of a case is: of every revolution, of every period, or of one revolution."""
-    row, median = study.cases.loc[case_id], joint.column("force_peak_median")
-    period = row.get("period", np.nan)
+    median = joint.column("force_peak_median")
+    period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
         return "its motion repeats itself every revolution, and so does this peak"
     if period > 1.0:
         return f"its motion repeats itself every {period:.0f} revolutions, and so does this peak"
-    if not study.has(median) or np.isnan(row[median]):
+    if not study.has(median) or np.isnan(study.cases.at[case_id, median]):
         return "its motion was not seen to repeat itself"
     usual = study.text(case_id, median)
     return f"its motion was not seen to repeat itself: half of its revolutions have a force peak of {usual} or more"
@@ -67,10 +67,11 @@ def _kept(study: Study) -> list[str]:
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()
-        which = f" ({', '.join(exceeded[worst].split(','))})" if exceeded[worst] else ""
-        sentences.append(f"Smallest margin: {_margin(margins[worst])}{_at(study, worst)}{which}.")
+        which = study.cases.at[worst, verdict.EXCEEDED]
+        named = f" ({', '.join(which.split(','))})" if which else ""
+        sentences.append(f"Smallest margin: {_margin(margins.min())}{_at(study, worst)}{named}.")
         if best != worst:
-            sentences.append(f"Largest margin: {_margin(margins[best])}{_at(study, best)}.")
+            sentences.append(f"Largest margin: {_margin(margins.max())}{_at(study, best)}.")
     return sentences
 
 
@@ -94,8 +95,8 @@ def _table(study: Study) -> Table:
         Column("case_id"),
     )
     rows = []
-    known = {name: study.cases[name].to_numpy(float) for name in study.cases if study.cases[name].dtype == float}
     for limit in verdict.limits_of(study.run.grid.get("limits") or {}):
+        known = {name: study.cases[name].to_numpy() for name in (limit.column, limit.times) if name}
         margins, beyond = limit.margin(known), limit.short_by(known) < 0.0
         if np.isfinite(margins).any():
             place = int(np.nanargmin(margins))

@@ -63,10 +63,10 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
     column = joint.column("wear_depth_max")
     if not study.has(column):
         return []
-    ids = study.cases[column].dropna().sort_values(ascending=False, kind="stable").index
+    ids = study.cases.ranked(column)
     pictures = [_picture(study, joint, "Deepest", ids[0])]
     if len(ids) > 2:
-        pictures.append(_picture(study, joint, "Median", ids[len(ids) // 2]))
+        pictures.append(_picture(study, joint, "Median", ids[1]))
     return pictures
 
 

@@ -1,0 +1,23 @@
+"""What a made-up run reads of its summary, a frame, as the store reads it column by column."""
+
+
+class OfFrame:
+    """The reading side of a store whose summary is the frame `summary`, its units in `attrs`."""
+
+    @property
+    def columns(self):
+        """Return the names of the columns."""
+        return list(self.summary.columns)
+
+    @property
+    def units(self):
+        """Return the unit of every column that has one."""
+        return self.summary.attrs["units"]
+
+    def blocks(self, columns):
+        """Yield all rows at once."""
+        yield {name: self.summary[name].to_numpy() for name in columns}
+
+    def column(self, name):
+        """Return one column."""
+        return self.summary[name]
