@@ -144,14 +144,14 @@ _PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (f
 _COMPILED = {}  # (function, kinds of the scene) -> C function
 
 
-def _kinds(value):
+def kinds(value):
     """Return the types in nested tuples; numba's own type of them takes a hundred times longer to look up."""
-    return (type(value), *map(_kinds, value)) if isinstance(value, tuple) else type(value)
+    return (type(value), *map(kinds, value)) if isinstance(value, tuple) else type(value)
 
 
 def _compiled(function, scene, arrays):
     """Return `function` compiled for scenes of the type of `scene`: a C function of pointers and one integer."""
-    key = function, _kinds(scene)
+    key = function, kinds(scene)
     if key not in _COMPILED:
         pointers = (types.CPointer(item) for item in (numba.typeof(scene), *arrays))
         _COMPILED[key] = cfunc(types.void(*pointers, types.int64), cache=True, **ARITHMETIC)(function)

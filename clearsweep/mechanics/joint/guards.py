@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, kernel, map_joints, shaped
+from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, kernel, kinds, map_joints, shaped
 from ..observe.observables import observed_in
 from ..solver.dop853 import END, ROWS
 from .contract import every_guard, every_part, guard_values, guards, latched, parts
@@ -210,21 +210,33 @@ def latch_entry(scene, y, latched, o, event, row):
 
 def guards_of(scene, parameters) -> Guards:
     """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave."""
-    number, joints = types.float64, scene.joints
+    number, key = types.float64, kinds(scene.joints)
+    if key not in _LISTED:
+        _LISTED[key] = _listed(scene.joints)
+    listed, latching = _LISTED[key]
+    count = listed["contact"].size
+    return Guards(
+        evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if count else NO_ENTRY,
+        latch=entry(latch_entry, scene, (number, number, number, types.int64), parameters) if latching else NO_ENTRY,
+        value=np.zeros((2, count)),
+        passed=np.zeros(count, dtype=np.bool_),
+        event=np.zeros(2, dtype=np.int64),
+        **listed,
+    )
+
+
+_LISTED: dict[object, tuple[dict[str, np.ndarray], bool]] = {}  # kinds of joints -> what `_listed` returns
+
+
+def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
+    """Return what Guards says of each guard, and whether a law keeps anything: the types of the laws decide that."""
     listed = every_guard(joints)
     each = [guard for _, guard in listed]
-    latching = any(type(law) in latched.members for _, law in every_part(joints))
-    return Guards(
-        evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if each else NO_ENTRY,
-        latch=entry(latch_entry, scene, (number, number, number, types.int64), parameters) if latching else NO_ENTRY,
-        contact=np.array([contact for contact, _ in listed], dtype=np.int64),
-        modes=np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),
-        leads_to=np.array([guard.leads_to for guard in each], dtype=np.int64),
-        at_stages=np.array([guard.at_stages for guard in each], dtype=np.bool_),
-        at_start=np.array([guard.at_start for guard in each], dtype=np.bool_),
-        of_state=np.array([guard.of_state for guard in each], dtype=np.bool_),
-        counted=np.array([guard.counted for guard in each], dtype=np.bool_),
-        value=np.zeros((2, len(each))),
-        passed=np.zeros(len(each), dtype=np.bool_),
-        event=np.zeros(2, dtype=np.int64),
-    )
+    flags = ("at_stages", "at_start", "of_state", "counted")
+    arrays = {
+        "contact": np.array([contact for contact, _ in listed], dtype=np.int64),
+        "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),
+        "leads_to": np.array([guard.leads_to for guard in each], dtype=np.int64),
+    }
+    arrays |= {name: np.array([getattr(guard, name) for guard in each], dtype=np.bool_) for name in flags}
+    return arrays, any(type(law) in latched.members for _, law in every_part(joints))
