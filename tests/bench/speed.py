@@ -24,8 +24,11 @@ from clearsweep.verify import accuracy
 from clearsweep.verify.accuracy import FLAGSHIP, ROUNDS, TOLERANCE, Method, row_of, time_at_error
 from clearsweep.verify.problems import problems, scene_of
 
+from . import parts
+
 NAMES = (FLAGSHIP, "b_grav_fric", "ab_base")
 ERROR = 2.5e-8  # at which times are compared
+ERRORS = tuple(10.0 ** (-6.0 - 0.5 * k) for k in range(9))  # at which their ratio is averaged
 OURS, SCIPY, SODA = "clearsweep", "scipy DOP853", "numbalsoda DOP853"
 ASKED = {SODA: 1.0 / 0.3, SCIPY: 200.0}  # how many times slower they are to be at equal error
 #: ms per revolution of numbalsoda's DOP853 on the flagship at ERROR over that of scipy's at 1e-9, when both were first
@@ -81,6 +84,7 @@ def measure(rounds: int, note) -> dict:
             found["problems"].append(accuracy.measure_one(problem, able, rounds, math.inf, time.process_time))
             if problem.name == FLAGSHIP:
                 found["work"] = work_counts(scene_of(problem, TOLERANCE))
+    found["parts"] = parts.measure(rounds, note)
     found["ratios"] = [ratio for entry in found["problems"] for ratio in ratios(entry)]
     found["fair"] = fairness(found["problems"])
     return found
@@ -176,7 +180,21 @@ def text(results: dict) -> str:
             f"numbalsoda's driver takes {results['fair']:.2f} of the time, in units of scipy's, that it took "
             f"when first measured: {verdict} (at most {SLACK})",
         ]
-    return "\n".join([*lines, "", *_work(results["work"])])
+    lines += ["", *(_mean(entry) for entry in results["problems"])]
+    return "\n".join([*lines, "", *_work(results["work"]), "", *parts.lines(results["parts"])])
+
+
+def _mean(entry: dict) -> str:
+    """Return the mean of a rival's times over ours at several errors: a single one may hang on one lucky tolerance."""
+    pairs = [(time_of(entry, OURS, error), time_of(entry, SODA, error)) for error in ERRORS]
+    shares = [ours / theirs for ours, theirs in pairs if ours and theirs]
+    if not shares:
+        return f"  {entry['name']:<12} {SODA}: no time at any of these errors"
+    mean = float(np.exp(np.mean(np.log(shares))))
+    return (
+        f"  {entry['name']:<12} over {SODA}, geometric mean over {len(shares)} errors from {ERRORS[0]:g} to "
+        f"{ERRORS[-1]:g}: {mean:.3f}"
+    )
 
 
 def _row(entry: dict, row: dict) -> str:

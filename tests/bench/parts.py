@@ -1,0 +1,80 @@
+"""What parts of a case cost, beside the case without them: onset rates that end, wear, machines of any topology."""
+
+import copy
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+import clearsweep
+from clearsweep.mechanics.solver import event
+from clearsweep.simulation.run import Run, control_of, period
+from clearsweep.verify.accuracy import FLAGSHIP
+from clearsweep.verify.problems import problems
+
+WEAR = {"JOINTS.length": 0.02, "JOINTS.wear": {"law": "archard", "coefficient": 2e-14}}
+
+
+class Pair(NamedTuple):
+    """A problem changed in one thing, beside the problem as it is."""
+
+    name: str
+    problem: str
+    changes: dict  # dotted path below the grid, `JOINTS` for every joint -> value
+    each: bool  # compared by evaluation, not by case
+
+
+PAIRS = (
+    Pair("onset renewed over first", FLAGSHIP, {"JOINTS.contact.onset": "renewed"}, each=True),
+    Pair("bodies of any topology over own equations", FLAGSHIP, {"mechanism.slider.offset": 0.0}, each=True),
+    Pair("the same, two joints", "ab_base", {"mechanism.slider.offset": 0.0}, each=True),
+    Pair("wear in 360 bins over none", FLAGSHIP, WEAR | {"JOINTS.wear.bins": 360}, each=False),
+    Pair("wear in 100,000 bins over none", FLAGSHIP, WEAR | {"JOINTS.wear.bins": 100_000}, each=False),
+)
+
+
+def measure(rounds: int, note) -> list[dict]:
+    """Return name, ns of an evaluation or ms of a revolution with and without, and their ratio, of all PAIRS."""
+    known, rows = {problem.name: problem for problem in problems()}, []
+    for pair in PAIRS:
+        note(f"parts: {pair.name}")
+        grid = known[pair.problem].grid
+        scenes = [clearsweep.load_case(changed(grid, changes)) for changes in (pair.changes, {})]
+        times = [[spent(scene, each=pair.each) for scene in scenes] for _ in range(rounds)]
+        with_it, without = np.min(times, axis=0).tolist()
+        rows.append({"name": pair.name, "each": pair.each, "with": with_it, "without": without})
+    return rows
+
+
+def changed(grid: dict, changes: dict) -> dict:
+    """Return a grid with values put at dotted paths."""
+    made = copy.deepcopy(grid)
+    made["joints"] = {name: copy.deepcopy(joint) for name, joint in made["joints"].items()}
+    for path, value in changes.items():
+        first, *middle, last = path.split(".")
+        for section in made["joints"].values() if first == "JOINTS" else [made[first]]:
+            here = section
+            for key in middle:
+                here = here[key]
+            here[last] = copy.deepcopy(value)
+    return made
+
+
+def spent(scene, *, each: bool) -> float:
+    """Return the processor time (s) of an integration, of one evaluation of it where `each`."""
+    run, end = Run(scene, np.empty(0)), scene.case.simulate.revolutions * period(scene)
+    control = control_of(scene, end, keep_events=False)
+    began = time.process_time()
+    run.go(control)
+    took = time.process_time() - began
+    return took / run.work.counts[event.EVALUATIONS] if each else took / scene.case.simulate.revolutions
+
+
+def lines(rows: list[dict]) -> list[str]:
+    """Return the table."""
+    text = ["What parts of a case cost, integrating:", f"  {'':<44}{'with':>12}{'without':>12}{'ratio':>8}"]
+    for row in rows:
+        scale, unit = (1e9, "ns/rhs") if row["each"] else (1e3, "ms/rev")
+        cells = "".join(f"{f'{scale * row[key]:.3g} {unit}':>14}" for key in ("with", "without"))
+        text.append(f"  {row['name']:<42}{cells}{row['with'] / row['without']:>8.2f}")
+    return text
