@@ -90,7 +90,7 @@ class _Reader:
             return written
         if set(written.value) != {"fit"}:
             raise _WrongFitError(written, f"found {shown(written.value)}; expected {{fit: H7/f7}}")
-        return _like(written, self._fit(written.value["fit"], radii).mean)
+        return _like(written, _metres(self._fit(written.value["fit"], radii).mean))
 
     def _spread(self, written: WrittenValue) -> Any:
         """Return the distribution of a fit, as a grid may have it."""
@@ -135,9 +135,14 @@ def _like(written: WrittenValue, value: Any) -> WrittenValue:
 
 
 def _placed(value: Any, written: WrittenValue) -> Any:
-    """Return dicts and lists of numbers with the place of `written` at each number."""
+    """Return dicts and lists of numbers as lengths with the place of `written` at each of them."""
     if isinstance(value, dict):
         return {key: _like(written, _placed(item, written)) for key, item in value.items()}
     if isinstance(value, list):
         return [_like(written, _placed(item, written)) for item in value]
-    return value
+    return _metres(value)
+
+
+def _metres(length: float) -> str:
+    """Return a length as a user would write it: bare numbers do not stand beside quantities with a unit."""
+    return f"{length!r} m"
