@@ -148,7 +148,11 @@ def _activate(draft: Draft, whole: Shape) -> None:
             there = parent in draft.sections
         elif isinstance(node, Number) and path in draft.sections:  # there is a section in its place
             there = False
-        if there and path not in draft.broken and (not parent or parent in draft.shape or parent in draft.sections):
+        if (
+            there
+            and path not in draft.broken
+            and (not parent or parent in draft.shape or isinstance(whole.get(parent), Number))
+        ):
             draft.shape[path] = node
             if isinstance(node, Section):
                 draft.sections.setdefault(path, draft.sections[parent])
