@@ -32,7 +32,7 @@ from .sought import Seek
 from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 5 us each, 100 s
 
 _NAME = re.compile(r"\w[\w .+-]{0,99}")

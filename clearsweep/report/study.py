@@ -145,8 +145,8 @@ class Study(NamedTuple):
 
     def setting(self, case_id: str, without: Axis | None = None) -> str:
         """Return the swept values of a case in words, all but those of one axis; '' without sweep."""
-        values = {axis: self._at(case_id, axis.path) for axis in self.swept() if axis is not without}
-        return ", ".join(f"{axis.name} {axis.text(value)}" for axis, value in values.items() if not pd.isna(value))
+        values = [(axis, self._at(case_id, axis.path)) for axis in self.swept() if axis is not without]
+        return ", ".join(f"{axis.name} {axis.text(value)}" for axis, value in values if not pd.isna(value))
 
     def value(self, case_id: str, path: str) -> float | str | None:
         """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
