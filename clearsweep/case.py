@@ -177,6 +177,12 @@ class Joint(NamedTuple):
     height: float | None = None  # m, of a guide's block
     roughness: Roughness | None = None
     film: Film | None = None
+    flange: bool | None = None  # of a spatial joint: its journal is held between flanges; None: it is none
+    axial_clearance: float | None = None  # m, at each flange
+    journal_length: float | None = None  # m
+    tilt: tuple[float, ...] = ()  # rad, rotation vector of the bearing, about x and y of its body
+    offset: tuple[float, ...] = ()  # m, of the bearing's middle, along the axes of its body
+    axial: Contact | None = None  # at a flange; None: as `contact`
 
     @property
     def elastic_name(self) -> str:
@@ -194,6 +200,11 @@ class Joint(NamedTuple):
     def is_dry(self) -> bool:
         """Return whether its surfaces can touch: else nothing but a film acts."""
         return self.contact.law != NO_CONTACT.law
+
+    @property
+    def is_spatial(self) -> bool:
+        """Return whether its journal may tilt and shift along its axis."""
+        return self.flange is not None
 
     @property
     def column(self) -> str:

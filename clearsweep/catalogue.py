@@ -99,7 +99,8 @@ class JointSite(NamedTuple):
     name: str  # as in the grid: 'rod-slider'
     proximal: str  # the body towards the drive
     distal: str
-    kind: str = "revolute"  # 'guide': prismatic; or 'line': a gap with two ends, which is always there
+    kind: str = "revolute"  # 'guide': prismatic; 'spatial', with flanges, or 'through', without; or 'line': a gap with
+    # two ends, which is always there
     journal: str = ""  # the body it sits on unless the grid says otherwise; left out: the distal one
 
     @property
@@ -136,12 +137,14 @@ class Keys(NamedTuple):
     words: tuple[Choice, ...] = ()  # named '0', '1' where a list of words is written
     tables: tuple[Columns, ...] = ()
     family: str = ""  # of the laws among which a key `law` chooses
+    flags: tuple[tuple[str, str], ...] = ()  # name and text of keys that are true, or left out
+    alone: tuple[int, ...] = ()  # of a list: by what a single quantity in its place is multiplied for each item
 
     @property
-    def pair(self) -> bool:
-        """Return whether it is written as a list of two."""
+    def items(self) -> int:
+        """Return of how many items the list is in which it is written; 0: it is no list."""
         names = (*(field.name for field in self.fields), *(choice.name for choice in self.words))
-        return "0" in names
+        return len(names) if "0" in names else 0
 
 
 class Output(NamedTuple):
@@ -184,6 +187,7 @@ class Mechanism(NamedTuple):
     machine: Callable | None = None  # case.Case -> machine.Machine, of which it is built where `build` is None
     refusal: Callable | None = None  # (Mechanism, Case) -> path below `mechanism` and sentence, None: nothing is wrong
     free: bool = False  # its crank is free
+    spatial: bool = False  # its bodies move in space
 
     @property
     def law(self) -> Law:
@@ -247,6 +251,8 @@ class Catalogue(NamedTuple):
     figures: tuple[Figure, ...] = ()  # in the order of the columns
     joint_channels: tuple[Channel, ...] = ()
     film_channels: tuple[Channel, ...] = ()  # of joints with a film, behind those
+    spatial_channels: tuple[Channel, ...] = ()  # the same of a joint in space, those of its contact points behind them
+    point_channels: tuple[Channel, ...] = ()  # of each of these; '{}' stands for its number
 
     def mechanism(self, name: str) -> Mechanism | None:
         """Return the mechanism called `name`, or None."""

@@ -1,10 +1,10 @@
 """What a case of a grid gives: its columns and time histories, with names, units and meaning, worked out once."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from .case import Case, column_name
-from .catalogue import Catalogue, Figure, Mechanism
+from .case import Case, Joint, column_name
+from .catalogue import Catalogue, Channel, Figure, Mechanism
 from .outline import Outline
 
 DIFFERENCE = "_difference"  # what the name of a figure's error check ends in
@@ -12,6 +12,7 @@ CORNERS = 4  # of a guide's block
 MOST_REVOLUTIONS = 1 << 17  # of which peaks and sections are kept, the last ones of a run
 SECTION_COUNT = "poincare/revolution"  # turns of the crank at which a section is
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint that are kept at crank angle 0
+WALLS, FLANGES, TELLING = 2, 2, 2  # contacts of a spatial joint, in this order
 TIME = "t"  # the channel that all others are over
 
 
@@ -32,17 +33,20 @@ class JointLayout(NamedTuple):
     name: str  # 'rod_slider': the name of the joint in columns and channels
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
     film: bool = False  # oil between its surfaces
-    corners: int = 0  # that touch by themselves, of a guide's block; 0: the joint is one contact
+    corners: int = 0  # points that touch by themselves, of a guide's block or a spatial joint; 0: it is one contact
+    telling: int = 0  # contacts behind these that only tell, of a spatial joint
 
     @property
     def has(self) -> set[str]:
         """Return what it has besides contact, as figures need it."""
-        return {name for name, there in (("wear", self.wear_bins), ("film", self.film)) if there}
+        flanged = self.telling and self.corners > WALLS
+        parts = {"wear": self.wear_bins, "film": self.film, "spatial": self.telling, "axial": flanged}
+        return {name for name, there in parts.items() if there}
 
     @property
     def contacts(self) -> tuple[str, ...]:
         """Return the names that its contacts have in the list of events."""
-        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners)) or (self.name,)
+        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.telling)) or (self.name,)
 
 
 class Parts(NamedTuple):
@@ -60,13 +64,18 @@ def parts_of(case: Case) -> Parts:
     """Return what of a case decides its layout."""
     simulate = case.simulate
     joints = tuple(
-        JointLayout(
-            joint.column, joint.wear.bins if joint.wear else 0, joint.film is not None, CORNERS if joint.is_guide else 0
-        )
+        JointLayout(joint.column, joint.wear.bins if joint.wear else 0, joint.film is not None, *_points(joint))
         for joint in case.joints
     )
     until = simulate.until.figure if simulate.until else ""
     return Parts(case.mechanism.type, case.outline, joints, simulate.horizon, simulate.error_check, until)
+
+
+def _points(joint: Joint) -> tuple[int, int]:
+    """Return how many points of a joint touch by themselves, and how many contacts only tell."""
+    if joint.is_spatial:
+        return (WALLS + FLANGES if joint.flange else WALLS), TELLING
+    return (CORNERS if joint.is_guide else 0), 0
 
 
 class Layout(NamedTuple):
@@ -189,14 +198,24 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[Joint
     inside = (
         channel._replace(name=f"joints/{joint.name}/{channel.name}")
         for joint in joints
-        for channel in (*catalogue.joint_channels, *(catalogue.film_channels if joint.film else ()))
+        for channel in _inside(catalogue, joint)
     )
     return (Column(TIME, "s", "time"), *(Column(*channel) for channel in (*mechanism.channels, *inside)))
 
 
+def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
+    """Yield the time histories of a joint."""
+    yield from catalogue.spatial_channels if joint.telling else catalogue.joint_channels
+    yield from catalogue.film_channels if joint.film else ()
+    for k in range(joint.corners if joint.telling else 0):
+        for name, unit, text in catalogue.point_channels:
+            yield Channel(name.format(k + 1), unit, text.format(k + 1))
+
+
 def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
     """Return the columns that settle as a run grows longer, or those that do not, with everything in every joint."""
-    parts = {column_name(site.name): set() if site.kind == "guide" else {"wear", "film"} for site in mechanism.joints}
+    kinds: dict[str, set] = {"guide": set(), "spatial": {"spatial", "axial"}, "through": {"spatial"}}
+    parts = {column_name(site.name): kinds.get(site.kind, {"wear", "film"}) for site in mechanism.joints}
     named = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in named)
 
@@ -221,6 +240,8 @@ _WHERE = {
     "rests": "nothing turns",
     "wear": "the joint wears",
     "film": "the joint has a film",
+    "spatial": "the joint is spatial",
+    "axial": "it has flanges",
     "horizon": "`simulate.horizon`",
     "until": "`simulate.until`",
 }

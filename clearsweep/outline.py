@@ -50,6 +50,8 @@ class Outline(NamedTuple):
     turning: bool = False  # the output of a `planar` mechanism is an angle
     clearances: frozenset[str] = frozenset()  # joints with clearance
     written: frozenset[str] = frozenset()  # keys that are there, of those that change the equations, see GENERAL
+    spatial: bool = False  # its bodies move in space
+    axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
 
     @property
     def general(self) -> bool:
@@ -64,6 +66,9 @@ class Outline(NamedTuple):
 
 #: Keys that a slider-crank's own equations do not know: one of them, and it is built as any planar machine is.
 GENERAL = ("mechanism.slider.offset", "drive.start_angle", "joints.slider-ground")
+
+#: An outline of a mechanism in space, for lists of keys.
+IN_SPACE = Outline(spatial=True, axial=frozenset((ANY,)))
 
 #: An outline with everything that a grid may name, for lists of keys.
 EVERYTHING = Outline(

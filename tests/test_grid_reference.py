@@ -45,7 +45,12 @@ def body(mechanism, path):
 
 @pytest.mark.parametrize(
     ("branch", "mechanism"),
-    [("else else else", "slider-crank"), ("else else then", "four-bar"), ("then", "impact-pair")],
+    [
+        ("else else else else", "slider-crank"),
+        ("else else else then", "slider-crank, spatial"),
+        ("else else then", "four-bar"),
+        ("then", "impact-pair"),
+    ],
 )
 def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
     schema = functools.reduce(dict.__getitem__, branch.split(), grid.schema(catalogue()))

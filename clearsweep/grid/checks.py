@@ -7,7 +7,8 @@ from ..catalogue import Catalogue, Law
 from ..errors import nearest
 from . import film_checks, machine_checks
 from .draft import Draft
-from .key_table import DIMENSIONLESS, moduli
+from .joint_keys import moduli
+from .key_table import DIMENSIONLESS
 from .keys import Number, Section, value_key, word_key
 from .values import exponent_values
 from .wear_unit import COEFFICIENTS

@@ -345,8 +345,8 @@ class Grid:
 
     @cached_property
     def _pairs(self) -> tuple[str, ...]:
-        """Return the paths of sections that are written as lists of two."""
-        return tuple(path for path, node in self._shape.items() if isinstance(node, Section) and node.pair)
+        """Return the paths of sections that are written as lists."""
+        return tuple(path for path, node in self._shape.items() if isinstance(node, Section) and node.items)
 
 
 def identity(case: Mapping[str, Any]) -> str:

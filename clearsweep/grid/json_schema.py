@@ -7,8 +7,8 @@ from ..catalogue import Catalogue
 from ..outline import ANY
 from ..verdict import KINDS
 from .fits import SPREADS
-from .key_table import full_shape
-from .keys import Flag, Number, Section, Shape, Table, Word
+from .forms import forms
+from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
 from .sought import ENDS, FOR
 
@@ -39,9 +39,8 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         }
 
     schemas = []
-    for mechanism in catalogue.mechanisms:
-        tree = full_shape(mechanism, catalogue)
-        top = _object(tree, "")
+    for form in forms(catalogue):
+        top = _object(form.keys, "")
         top["properties"] |= {
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
             "sweep": axes("each by each: the cases are the product"),
@@ -63,11 +62,14 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             },
             "seek": _seek(),
         }
-        top["properties"]["mechanism"]["properties"]["type"] = {"const": mechanism.name}
-        schemas.append(top)
-    chosen = schemas[0]  # what an editor offers before a type is written
-    for mechanism, top in zip(catalogue.mechanisms[1:], schemas[1:], strict=True):
-        kind = {"required": ["type"], "properties": {"type": {"const": mechanism.name}}}
+        chosen_by = {"type": form.mechanism} | ({"spatial": True} if form.spatial else {})
+        for key, value in chosen_by.items():
+            top["properties"]["mechanism"]["properties"][key] = {"const": value}
+        schemas.append((top, chosen_by))
+    chosen = schemas[0][0]  # what an editor offers before a type is written
+    for top, chosen_by in schemas[1:]:
+        named = {key: {"const": value} for key, value in chosen_by.items()}
+        kind = {"required": [*named], "properties": named}
         chosen = {"if": {"required": ["mechanism"], "properties": {"mechanism": kind}}, "then": top, "else": chosen}
     quantities = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
     spaced = {"type": "array", "minItems": 3, "maxItems": 4}
@@ -157,7 +159,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         if parent != path:
             continue
         if isinstance(node, Section):
-            properties[key] = _pair(tree, inner, node) if node.pair else _section(tree, inner, node)
+            properties[key] = _items(tree, inner, node) if node.items else _section(tree, inner, node)
         elif isinstance(node, Word):
             named = any(ANY in option for option in node.options)  # a user chooses what it may be
             properties[key] = {"description": node.text} | (
@@ -167,7 +169,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         elif isinstance(node, Table):
             properties[key] = _table(node)
         elif isinstance(node, Flag):
-            properties[key] = {"description": node.text, "type": "boolean", "default": False}
+            properties[key] = {"description": node.text, "type": "boolean", "default": bool(node.default)}
         else:
             forms = [{"$ref": "#/$defs/quantity"}, *(_object(tree, each) for each in (inner,) if _holds(tree, each))]
             forms += [_FIT] if any(use.field.fit for use in node.uses) else []
@@ -193,14 +195,20 @@ def _section(tree: Shape, path: str, node: Section) -> dict[str, Any]:
     return {"description": node.text, **_object(tree, path)}
 
 
-def _pair(tree: Shape, path: str, node: Section) -> dict[str, Any]:
-    """Return the schema of a list of two quantities or names."""
-    first = tree[f"{path}.0"]
+def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
+    """Return the schema of a list of quantities or names, or of a single quantity where one may stand for it."""
+    first, count = tree[f"{path}.0"], node.items
+    number = ITEMS[count]
+    size = {"type": "array", "minItems": count, "maxItems": count}
     if isinstance(first, Word):
-        items = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
-        return {"description": f"{node.text}: two names"} | items
+        return {"description": f"{node.text}: {number} names", "items": {"type": "string"}} | size
     assert isinstance(first, Number)
-    return {"description": f"{node.text}: two quantities ({first.uses[0].field.unit})", "$ref": "#/$defs/pair"}
+    described = {"description": f"{node.text}: {number} quantities ({first.uses[0].field.unit})"}
+    if count == 2:
+        return described | {"$ref": "#/$defs/pair"}
+    quantity_of = {"$ref": "#/$defs/quantity"}
+    listed = size | {"prefixItems": [quantity_of] * count}
+    return described | ({"anyOf": [quantity_of, listed]} if node.alone else listed)
 
 
 def _table(node: Table) -> dict[str, Any]:

@@ -58,9 +58,10 @@ class Word(NamedTuple):
 
 
 class Flag(NamedTuple):
-    """A key that asks for something if it is true; written false it is as if left out."""
+    """A key that asks for something if it is true; written false it is as if left out, unless it has a default."""
 
     text: str
+    default: bool | None = None  # it is entered, true or false, where there is one
 
     @property
     def sweep(self) -> bool:
@@ -103,11 +104,13 @@ class Section(NamedTuple):
 
     text: str
     need: str = "required"  # 'required', 'optional', or 'implied': there even if it is not written
-    pair: bool = False  # written as a list of two
+    items: int = 0  # of the list in which it is written; 0: it is no list
+    alone: tuple[int, ...] = ()  # of a list: by what a single quantity in its place is multiplied for each item
     unless: str = ""  # a section beside it that does in its place
     needs: str = ""  # a section beside the one it stands in, without which it is not there
 
 
+ITEMS = {2: "two", 3: "three"}  # of a list, in words
 Shape = dict[str, Section | Word | Number | Flag | Table]
 
 

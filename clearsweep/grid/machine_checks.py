@@ -22,6 +22,9 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
             draft.problems.add(draft.place(path), path, sentence)
         if load.form == "friction":
             _rubbing(draft, path, load.on)
+    for site in draft.mechanism.joints:
+        if site.kind == "spatial" and f"joints.{site.name}" in draft.shape:
+            _flanges(draft, f"joints.{site.name}")
     _guides(draft, {law.name for law in catalogue.of("friction") if law.sticks})
 
 
@@ -88,6 +91,19 @@ def _rubbing(draft: Draft, path: str, joint: str) -> None:
         draft.problems.add(
             draft.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
         )
+
+
+def _flanges(draft: Draft, joint: str) -> None:
+    """Check that a journal finds room between its flanges."""
+    longest, lengths = draft.reached(f"{joint}.journal_length"), draft.reached(f"{joint}.length")
+    play = draft.reached(f"{joint}.axial_clearance")
+    if not (longest and lengths and play) or max(longest) < min(lengths) + 2.0 * min(play):
+        return
+    sentence = (
+        f"found {max(longest):.15g}; allowed: below {min(lengths) + 2.0 * min(play):.15g}, the length of the bearing "
+        "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
+    )
+    draft.problems.add(draft.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
 
 
 def _guides(draft: Draft, sticking: set[str]) -> None:

@@ -54,6 +54,8 @@ def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
         turning="point" not in output,
         clearances=frozenset(_section(tree.get("joints"))),
         written=frozenset(path for path in GENERAL if path in paths),
+        spatial=mechanism.get("spatial") is True,
+        axial=frozenset(_flanged(_section(tree.get("joints")))) if mechanism.get("spatial") is True else frozenset(),
     )
 
 
@@ -136,6 +138,11 @@ def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:
     journal = section.get("journal")
     kind = "prismatic" if section.get("type") == "prismatic" else "revolute"
     return JointOutline(name, kind, *ends, journal if isinstance(journal, str) else "")
+
+
+def _flanged(joints: Mapping[str, Any]) -> Iterable[str]:
+    """Yield the joints that are not said to be without flanges."""
+    return (name for name, content in joints.items() if _section(content).get("flange") is not False)
 
 
 def _pair(value: Any) -> tuple[str, str]:

@@ -50,6 +50,10 @@ def following(paths: Collection[str]) -> Iterator[Slot]:
     for path in paths:
         if path.endswith(".center"):
             yield Slot(path, f"{path.removesuffix('center')}length", _half)
+        if path.endswith(".center.0"):  # of a body with pins, in space
+            yield Slot(path, f"{path.removesuffix('center.0')}length", _half)
+        if path.endswith(".journal_length"):
+            yield Slot(path, f"{path.removesuffix('journal_length')}length", _same)
     yield Slot("simulate.discard", "simulate.revolutions", _discard)
     yield Slot("save.revolutions", "simulate.revolutions", _saved)
     for path in paths:

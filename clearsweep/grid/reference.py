@@ -7,10 +7,10 @@ from ..catalogue import Catalogue, Field
 from ..outline import ANY
 from .axes import FORMS
 from .fits import FORM
+from .forms import forms
 from .json_schema import schema
 from .judged import SECTIONS
-from .key_table import full_shape
-from .keys import Flag, Number, Section, Shape, Table, Word
+from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
 
 _NEED = {"required": "required", "optional": "may be left out", "implied": "may be left out where all has a default"}
@@ -46,20 +46,22 @@ def markdown(catalogue: Catalogue) -> str:
     """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown."""
     parts = [_HEAD]
     written: dict[tuple[_Row, ...], tuple[str, str]] = {}
-    for mechanism in catalogue.mechanisms:
-        parts.append(f"## {mechanism.name}\n")
-        for title, section, rows in _blocks(full_shape(mechanism, catalogue)):
+    for form in forms(catalogue):
+        name = f"{form.mechanism}, spatial" if form.spatial else form.mechanism
+        parts.append(f"## {name}\n")
+        for title, section, rows in _blocks(form.keys):
             parts.append(f"### {title}\n\n{_sentence(section)}\n")
-            where = written.setdefault(rows, (mechanism.name, title))
+            where = written.setdefault(rows, (name, title))
             same = f"The same keys as in {where[1].partition(',')[0]} of {where[0]}.\n"
-            parts.append(same if where != (mechanism.name, title) else "\n".join((_TABLE, *map(str, rows))) + "\n")
+            parts.append(same if where != (name, title) else "\n".join((_TABLE, *map(str, rows))) + "\n")
     return "\n".join([*parts, _cases(catalogue)])
 
 
 def _sentence(section: Section) -> str:
     """Return what a section is, and whether it is needed."""
     need = "" if "left out" in section.text else f"; {_NEED[section.need]}"
-    form = "; a list of two" if section.pair else ""
+    form = f"; a list of {ITEMS[section.items]}" if section.items else ""
+    form += " or one quantity" if section.alone else ""
     return f"{section.text[0].upper()}{section.text[1:]}{form}{need}."
 
 
@@ -108,7 +110,8 @@ def _rows(tree: Shape, path: str) -> Iterator[_Row]:
             columns = "; ".join(f"`{field.name}` ({field.unit})" for field in node.columns[2] + node.columns[3])
             yield _Row(key, "", f"a .csv file with columns of {columns}", "-", f"{node.columns.text}; cannot be swept")
         elif isinstance(node, Flag):
-            yield _Row(key, "", "`true`, `false`", "`false`", f"{node.text}; cannot be swept")
+            default = "`true`" if node.default else "`false`"
+            yield _Row(key, "", "`true`, `false`", default, f"{node.text}; cannot be swept")
         elif isinstance(node, Word):
             default = f"`{node.default}`" if node.default else "required"
             named = any(ANY in option for option in node.options)

@@ -70,13 +70,18 @@ def _joint(name: str, section: Tree) -> Joint:
     sections: dict[str, Any] = {"contact": _contact(section["contact"]) if "contact" in section else NO_CONTACT}
     if "roughness" in section:
         sections["roughness"] = _roughness(section["roughness"])
+    if "axial" in section:
+        sections["axial"] = _contact(section["axial"])
+    for listed in ("tilt", "offset"):
+        if listed in section:
+            sections[listed] = tuple(section[listed])
     if "friction" in section:
         sections["friction"] = Friction(*_taken(section["friction"], "law"))
     if "wear" in section:
         sections["wear"] = _wear(section["wear"])
     if "film" in section:
         sections["film"] = _film(section["film"])
-    return Joint(name=name, **(dict(section) | sections))
+    return Joint(name=name, **(_taken(section, "type")[1] | sections))
 
 
 def _wear(section: Tree) -> Wear:

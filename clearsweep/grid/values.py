@@ -7,8 +7,8 @@ from ..case import column_name
 from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
-from . import fits, judged, sought, table_key, variations, wear_unit
-from .axes import Reading, half_bare
+from . import fits, judged, list_key, sought, table_key, variations, wear_unit
+from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
 from .key_table import shape
@@ -71,6 +71,9 @@ def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[s
         column_name(joint): {part for other, *rest in inside if other == joint for part in rest[:1]}
         for joint, *_ in inside
     }
+    for joint in mechanism.joints:
+        if column_name(joint.name) in parts and mechanism.spatial:
+            parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
     until = str(draft.values.get("simulate.until.figure", ""))
     asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in draft.values}
     columns = columns_of(catalogue, mechanism, parts, asked | ({"until"} if until else set()), until)
@@ -85,18 +88,10 @@ def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
     draft.sections[path] = written
     content = written.value
     section = whole.get(path)
-    if isinstance(section, Section) and section.pair:
-        if isinstance(content, dict):  # an override of one of the two
-            content = list(content.values())
-        if not isinstance(content, list) or len(content) != 2:
-            words = isinstance(whole.get(f"{path}.0"), Word)
-            example = "names, such as [ground, crank]" if words else "quantities, such as [0.2 kg, 0.2 kg]"
-            draft.problems.add(written, path, f"found {shown(content)}; expected a list of two {example}")
-            draft.broken.add(path)
+    if isinstance(section, Section) and section.items:
+        content = list_key.items(draft, written, path, whole)
+        if content is None:
             return
-        first = whole.get(f"{path}.0")
-        half_bare(draft.problems, path, content, first.uses[0].field.unit if isinstance(first, Number) else "")
-        content = {str(k): item for k, item in enumerate(content)}
     if content is None and isinstance(section, Section) and section.need == "implied":
         content = {}
     if not isinstance(content, dict):
@@ -148,11 +143,8 @@ def _activate(draft: Draft, whole: Shape) -> None:
             there = parent in draft.sections
         elif isinstance(node, Number) and path in draft.sections:  # there is a section in its place
             there = False
-        if (
-            there
-            and path not in draft.broken
-            and (not parent or parent in draft.shape or isinstance(whole.get(parent), Number))
-        ):
+        held = not parent or parent in draft.shape or isinstance(whole.get(parent), Number)
+        if there and held and draft.broken.isdisjoint((path, parent)):
             draft.shape[path] = node
             if isinstance(node, Section):
                 draft.sections.setdefault(path, draft.sections[parent])
@@ -233,12 +225,13 @@ def _table(draft: Draft, path: str, node: Table) -> None:
 
 def _flag(draft: Draft, path: str) -> None:
     """Read one flag; nothing is entered where it is false, as where it is left out."""
-    written = draft.written.get(path)
-    if written is None or written.value is False:
-        return
-    if written.value is not True:
+    node, written = draft.shape[path], draft.written.get(path)
+    assert isinstance(node, Flag), path
+    if written is not None and not isinstance(written.value, bool):
         draft.problems.add(written, path, f"found {shown(written.value)}; expected true or false")
-    draft.values[path] = True
+    value = node.default if written is None else bool(written.value)
+    if value or node.default is not None:
+        draft.values[path] = value
 
 
 def _number(draft: Draft, path: str, node: Number) -> None:

@@ -19,10 +19,19 @@ from numba import types
 from ..catalogue import Channel
 from .compiled.dual import Seeded, as_dual, slope
 from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
-from .joint.contract import Present, channels_beside, power_lost, seen_beside, touches
+from .joint import spatial
+from .joint.contract import Present, channels_beside, gap_histories, load_histories, power_lost, seen_beside, touches
 from .joint.impact_mass import joints_now
 from .joint.loads import loads_of, put_internal_rates
-from .joint.places import after_joint, after_number, channels_beside_those, extent, first_place, observed_columns
+from .joint.places import (
+    after_joint,
+    after_number,
+    channels_beside_those,
+    extent,
+    first_place,
+    histories_of,
+    observed_columns,
+)
 from .joint.sticking import with_sticking_forces
 from .mechanism.contract import accelerate, crank_rate, describe, energy, gaps, load_power, output_error, place
 from .observe.observables import (
@@ -286,6 +295,8 @@ JOINT_CHANNELS = (
 )
 #: Those of a joint with a film, behind these.
 FILM_CHANNELS = (Channel("force_dry", "N", "dry share of the normal force"),)
+#: Those of a joint, of a joint in space, and of each of the contact points of the latter, the same for all joints.
+CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, spatial.CHANNELS, spatial.POINT_CHANNELS)
 
 
 class _Samples(NamedTuple):
@@ -298,16 +309,16 @@ class _Samples(NamedTuple):
 @kernel
 def _after_samples(samples, joint):
     return _Samples(
-        after_joint(samples.place, joint), samples.column + len(JOINT_CHANNELS) + channels_beside_those(joint)
+        after_joint(samples.place, joint), samples.column + histories_of(joint) + channels_beside_those(joint)
     )
 
 
 @inlined
 def _put_gap(joint, gap, samples, into):
-    (out, side), column = into, samples.column
-    sign = side[samples.place.contact]
-    out[column], out[column + 1] = sign * gap.x, sign * gap.y
-    out[column + 2], out[column + 3] = sign * gap.vx, sign * gap.vy
+    out, side = into
+    values = gap_histories(joint, gap, side[samples.place.contact])
+    for i in range(len(values)):
+        out[samples.column + i] = values[i]
 
 
 @kernel
@@ -320,13 +331,12 @@ _put_channels = map_joints(_put_channel, after_number)
 
 @inlined
 def _put_force(joint, load, samples, into):
-    contact = load.contacts[0]
-    for i in range(1, len(load.contacts)):
-        if load.contacts[i].normal > contact.normal:
-            contact = load.contacts[i]
-    into[0][samples.column + 4], into[0][samples.column + 5] = contact.normal, contact.tangential
-    more = channels_beside(contact)
-    _put_channels(more, more, samples.column + len(JOINT_CHANNELS), into[0])
+    values = load_histories(joint, load)
+    first = samples.column + histories_of(joint) - len(values)
+    for i in range(len(values)):
+        into[0][first + i] = values[i]
+    more = channels_beside(load.contacts[0])
+    _put_channels(more, more, samples.column + histories_of(joint), into[0])
 
 
 _put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_force, _after_samples)

@@ -4,13 +4,13 @@ What sweeps and reports ask of mechanics is here, function by function.
 """
 
 from ..case import Case
-from ..mechanics.joint.registry import elastic_choices, elastic_forces, penetration_limit, restitution
+from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
 from ..mechanics.joint.registry import text as laws_text
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from ..results import Trajectory
 from .advice import advice_text
-from .ideal import ideal_motion, ideal_peaks
+from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .trajectory import compile_for, simulate
@@ -31,9 +31,11 @@ __all__ = [
     "elastic_forces",
     "ideal_motion",
     "ideal_peaks",
+    "jam_angle",
     "laws_text",
     "load",
     "load_case",
+    "mechanism_of",
     "penetration_limit",
     "restitution",
     "signature",

@@ -13,6 +13,7 @@ from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
 from . import film_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
+from .spatial_figures import SPATIAL
 from .sums import ForceExceeded, Mean, PerRevolution, RootMean
 from .window import Window
 
@@ -155,6 +156,7 @@ JOINT = (
     ),
     *film_figures.FILM,
     *PEAKS,
+    *SPATIAL,
     *wear_figures.WEAR,
     Figure(
         "restitution",

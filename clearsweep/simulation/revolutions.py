@@ -9,6 +9,7 @@ from ..layout import MOST_REVOLUTIONS
 from ..mechanics.observe.turns import Turns
 from .scene import Scene
 from .spread import Spread, quantile
+from .window import bearing_of
 
 LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be repeated
 RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
@@ -78,7 +79,8 @@ def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
 def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
     """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints).
 
-    Of a joint with several contacts it is that of the one that bears most, as its largest force is.
+    Of a joint with several contacts it is that of the one that bears most, as its largest force is; of a joint in space
+    that of its walls together.
     """
     passed = int(turns.passed[0])
     window = marks.window[marks.window < passed]
@@ -88,10 +90,10 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
     peaks: np.ndarray = turns.peaks[first:last]
     if len(peaks) != len(window) - 1:
         peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
-    counts = [len(joint.contacts) for joint in scene.layout.joints]
-    if max(counts) > 1:
-        peaks = np.maximum.reduceat(peaks, np.cumsum([0, *counts[:-1]]), axis=1)
-    return peaks
+    bearing = bearing_of(scene.layout)
+    if len(bearing) == peaks.shape[1]:
+        return peaks
+    return np.stack([peaks[:, row].max(axis=1) for row in bearing], axis=1)
 
 
 def period_in(scene: Scene, marks: Marks, turns: Any, unit: np.ndarray) -> int | None:

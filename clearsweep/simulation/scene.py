@@ -20,6 +20,7 @@ from ..mechanics.joint.contract import every_contact, every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built
+from ..mechanics.mechanism.spatial.build import deepest
 from ..verdict import NO_VERDICT, Verdict
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
@@ -47,9 +48,7 @@ class Scene:
 
 def catalogue() -> Catalogue:
     """Return all that a grid can name, and all that its cases can give."""
-    return Catalogue(
-        registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, rates.JOINT_CHANNELS, rates.FILM_CHANNELS
-    )
+    return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS)
 
 
 def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -87,6 +86,8 @@ def build(case: Case) -> Scene:
         assert ideal is not None  # the grid knows `start` for mechanisms that have one
         offsets, roots = _seated(ideal.reactions, joints)
     built = _built(case, mechanism, machine, joints, offsets)
+    if mechanism.spatial:
+        _check_apart(built, joints)
     sigma = math.sqrt(min(term.clearance for term in terms))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.concatenate([built.start, roots, [began for _, _, began in every_internal_state(terms)]])
@@ -113,6 +114,16 @@ def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: di
     except planar.MobilityError as error:
         raise InputError(f"mechanism: {error}") from error
     return built
+
+
+def _check_apart(built: Built, joints: Mapping[str, Any]) -> None:
+    """Raise InputError where a journal in space stands in its bearing's wall or flange at the start."""
+    for name, depth in deepest(built, joints).items():
+        if depth > 0.0:
+            raise InputError(
+                f"joints.{name}: the journal penetrates its bearing by {1e6 * depth:.6g} um at the start; reduce tilt "
+                "or offset, or widen the clearances"
+            )
 
 
 def _seated(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:

@@ -7,23 +7,31 @@ from scipy.interpolate import PchipInterpolator
 
 from ..case import Case
 from ..catalogue import Mechanism
-from ..layout import Layout
+from ..layout import WALLS, JointLayout, Layout
 from ..mechanics.joint import dry
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.observe.tally import (
     APPROACH,
     BEYOND_TIME,
+    CLIPS,
     CONTACT_TIME,
     DEPTH_MAX,
     FORCE_MAX,
+    FORCE_SQUARE,
+    FORCE_TIME,
+    JOINT,
     LOAD_MAX,
     ONSET_MAX,
+    ONSETS,
     PEAK,
     Tally,
 )
 from .spread import Spread
 
 LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # of Tally.joint
+#: Columns behind those of Tally.joint, of a joint in space: largest force (N) at a flange and onsets there; N s, of the
+#: difference between the walls; rad.
+AXIAL_FORCE_MAX, AXIAL_ONSETS, UNEVEN_TIME, TILT_MAX, WIDTH = range(JOINT, JOINT + 5)
 FEW = 4  # bins taken from beyond the seam, where a turn begins anew
 
 
@@ -48,17 +56,45 @@ class Window(NamedTuple):
 def by_joint(tally: Tally, layout: Layout) -> Tally:
     """Return what was summed up contact by contact as joint by joint: of a guide what its corners come to together.
 
-    Counts, squares and histograms are added; of what is largest, and of times in contact, the largest counts.
+    Counts, squares and histograms are added; of what is largest, and of times in contact, the largest counts.  Of a
+    joint in space these are its walls, but forces are those of the sum of the walls.
     """
     if not any(joint.corners for joint in layout.joints):
         return tally
-    ends = np.cumsum([len(joint.contacts) for joint in layout.joints])
-    rows = [slice(end - len(joint.contacts), end) for end, joint in zip(ends, layout.joints, strict=True)]
-    joints = np.array([tally.joint[row].sum(axis=0) for row in rows])
-    for column in LARGEST:
-        joints[:, column] = [tally.joint[row, column].max() for row in rows]
-    time, ramp = (np.array([part[row].sum(axis=0) for row in rows]) for part in (tally.time, tally.ramp))
+    rows, bearing = rows_of(layout), bearing_of(layout)
+    joints = np.array([_together(tally.joint[row], joint) for row, joint in zip(rows, layout.joints, strict=True)])
+    time, ramp = (np.array([part[row].sum(axis=0) for row in bearing]) for part in (tally.time, tally.ramp))
     return tally._replace(joint=joints, time=time, ramp=ramp)
+
+
+def rows_of(layout: Layout) -> list[slice]:
+    """Return the contacts of each joint, in the row of all."""
+    ends = np.cumsum([len(joint.contacts) for joint in layout.joints])
+    return [slice(end - len(joint.contacts), end) for end, joint in zip(ends, layout.joints, strict=True)]
+
+
+def bearing_of(layout: Layout) -> list[slice]:
+    """Return those of them whose normal forces are those of the joint: of one in space the sum of its walls."""
+    pairs = zip(rows_of(layout), layout.joints, strict=True)
+    return [slice(row.start + joint.corners, row.stop - 1) if joint.telling else row for row, joint in pairs]
+
+
+def _together(contacts: np.ndarray, joint: JointLayout) -> np.ndarray:
+    """Return the sums of a joint, (WIDTH,), from those of its contacts, (contacts, JOINT)."""
+    found = np.zeros(WIDTH)
+    touching = contacts[:WALLS] if joint.telling else contacts
+    found[:JOINT] = touching.sum(axis=0)
+    for column in LARGEST:
+        found[column] = touching[:, column].max()
+    if joint.telling:
+        points, flanges, (whole, uneven) = contacts[: joint.corners], contacts[WALLS : joint.corners], contacts[-2:]
+        for column in (FORCE_SQUARE, FORCE_MAX, LOAD_MAX):
+            found[column] = whole[column]
+        found[CLIPS] = points[:, CLIPS].sum()
+        found[AXIAL_FORCE_MAX] = flanges[:, FORCE_MAX].max(initial=0.0)
+        found[AXIAL_ONSETS] = flanges[:, ONSETS].sum()
+        found[UNEVEN_TIME], found[TILT_MAX] = uneven[FORCE_TIME], uneven[DEPTH_MAX]
+    return found
 
 
 def finer(depths: np.ndarray, bins: int) -> np.ndarray:

@@ -195,6 +195,40 @@ def _no_more_channels(contact):
     return ()
 
 
+@family
+def histories(joint):
+    """Return how many time histories a joint has, by its type alone."""
+
+
+@family
+def gap_histories(joint, gap, side):
+    """Return the values of the first of them, which follow from its gap; side : as in Work."""
+
+
+@family
+def load_histories(joint, load):
+    """Return the values of the others, which follow from its load."""
+
+
+@histories.member(None)
+def _six(joint):
+    return 6
+
+
+@gap_histories.member(None)
+def _journal_in_plane(joint, gap, side):
+    return side * gap.x, side * gap.y, side * gap.vx, side * gap.vy
+
+
+@load_histories.member(None)
+def _of_what_bears_most(joint, load):
+    contact = load.contacts[0]
+    for i in range(1, len(load.contacts)):
+        if load.contacts[i].normal > contact.normal:
+            contact = load.contacts[i]
+    return contact.normal, contact.tangential
+
+
 # ---------------------------------------------------------------------------------------------- of a law
 
 

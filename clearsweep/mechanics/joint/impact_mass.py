@@ -5,7 +5,7 @@ from numba.extending import overload
 from ..compiled.dual import as_type_of
 from ..compiled.family import OPTIONS, family, inlined, map_joints
 from ..mechanism.contract import gaps, impact_masses, place
-from .contract import touches
+from .contract import every_part, touches
 from .dry import Joint
 from .loss.contract import awaits_mass, with_mass
 from .lubricated import Lubricated
@@ -115,7 +115,8 @@ def _joints_at_event(scene, y):
 
 def joints_now(scene, pose, relative, present):
     """Return the joints of a scene; laws that need it in the Present, its pose and Gaps, are told their mass."""
-    return _joints_now(scene, pose, relative, present)
+    asked = any(type(law) in with_mass.members for _, law in every_part(scene.joints))
+    return _joints_now(scene, pose, relative, present) if asked else scene.joints
 
 
 def joints_at_event(scene, y):

@@ -8,7 +8,7 @@ from numba.extending import overload
 
 from ..compiled.family import OPTIONS, kernel, map_joints
 from ..observe.observables import FILM_WIDTH, columns
-from .contract import Place, beside, contact_modes, guards, integrated, parts
+from .contract import Place, beside, contact_modes, guards, histories, integrated, parts
 
 
 class _Fields:
@@ -90,6 +90,17 @@ def extent(joints):
 def _extent(joints):
     contacts, internal, latching, guarded = room_of_all(joints)
     return lambda joints: Place(contacts, internal, latching, guarded)
+
+
+def histories_of(joint):
+    """Return how many time histories a joint, or the compiler's type of one, has."""
+    return histories.body_for(form_of(joint))(None)
+
+
+@overload(histories_of, strict=False, jit_options=dict(OPTIONS))
+def _histories_of(joint):
+    count = histories_of(joint)
+    return lambda joint: count
 
 
 @kernel

@@ -6,9 +6,12 @@ import below.
 
 import math
 
+import numpy as np
+
 from ...case import Joint
 from ...catalogue import Law
-from . import dry, guide, lubricated
+from ..compiled.vector import Vector
+from . import dry, guide, lubricated, spatial
 from .describe import text
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
@@ -44,6 +47,7 @@ __all__ = [
     "elastic_forces",
     "film_terms",
     "friction_term",
+    "jam_angle",
     "joint_term",
     "penetration_limit",
     "pulls",
@@ -64,7 +68,7 @@ def _elastic(joint: Joint) -> Recipe | None:
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
 
-def joint_term(joint: Joint, distal: str) -> dry.Joint | guide.Guide | lubricated.Film | lubricated.Lubricated:
+def joint_term(joint: Joint, distal: str) -> tuple:
     """Return the compiled form of a joint, `distal` being its body away from the drive; here its kind is chosen."""
     side = 1.0 if joint.journal in (None, distal) else -1.0
     radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
@@ -83,6 +87,8 @@ def joint_term(joint: Joint, distal: str) -> dry.Joint | guide.Guide | lubricate
     law, elastic = contact_terms(joint)
     if joint.is_guide:
         return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, friction_term(joint))
+    if joint.is_spatial:
+        return _spatial_term(joint)
     pressed = dry.Joint(
         clearance=joint.clearance,
         bearing_radius=radius,
@@ -106,6 +112,40 @@ def film_terms(joint: Joint) -> tuple:
     assert joint.film is not None  # asked of joints with one
     drag = BY_LAW[joint.film.law] if joint.film.friction == "by-law" else joint.film.friction
     return compiled_term("film", joint.film.law, joint), compiled_term("film-friction", drag, joint)
+
+
+def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
+    """Return the compiled form of a spatial joint; its journal is on the rod."""
+    law, elastic = contact_terms(joint)
+    assert None not in (joint.bearing_radius, joint.length, joint.journal_length)  # the grid knows that they are there
+    beyond = joint.journal_length > joint.length and not joint.flange
+    about = np.array([*joint.tilt, 0.0])
+    angle = float(np.linalg.norm(about))
+    share = math.sin(angle) / angle if angle else 1.0
+    sleeve = spatial.Through(
+        clearance=joint.clearance,
+        side=1.0,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.bearing_radius - joint.clearance,
+        half_length=0.5 * joint.length,
+        half_journal=0.5 * joint.journal_length,
+        offset=Vector(*joint.offset),
+        axis=Vector(share * joint.tilt[1], -share * joint.tilt[0], math.cos(angle)),
+        ends=spatial.AtEdges() if beyond else spatial.InBore(),
+        law=law,
+        elastic=elastic,
+        friction=friction_term(joint),
+        wear=wear_term(joint),
+    )
+    if not joint.flange:
+        return sleeve
+    axial = contact_terms(joint._replace(contact=joint.axial)) if joint.axial else (law, elastic)
+    return spatial.Flanged(*sleeve, joint.axial_clearance, *axial)
+
+
+def jam_angle(joint: Joint) -> float:
+    """Return the tilt (rad) at which the journal of a spatial joint jams, inf where nothing stops it."""
+    return spatial.jam_angle(_spatial_term(joint))
 
 
 def contact_terms(joint: Joint) -> tuple:

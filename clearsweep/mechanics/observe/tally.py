@@ -71,6 +71,7 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
     RESTITUTION,
     REBOUNDS,
     BEYOND_TIME,
+    FORCE_TIME,
     FILM_TIME,
     DRY_TIME,
     HELD_TIME,
@@ -82,7 +83,7 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
     PEAK,
     APPROACH,
     JOINT,
-) = range(22)
+) = range(23)
 
 
 class Tally(NamedTuple):
@@ -123,6 +124,7 @@ def add_powers(at, h, windowed):
                 whole[ENERGY_RUBBED] -= share * (seen.tangential * seen.slip)
                 if windowed:
                     tally.joint[j, FORCE_SQUARE] += share * seen.normal**2
+                    tally.joint[j, FORCE_TIME] += share * seen.normal
                     if work.film[j, 1] < math.inf:
                         tally.joint[j, HEAT] += share * (seen.lost - seen.tangential * seen.slip)
                         tally.joint[j, DRAINED_ENERGY] += share * o[row, film_column(work.mode.size, j, DRAINED)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....catalogue import Channel, Field, JointSite, Keys, Mechanism, Order, Output
 from ....outline import Outline
-from .. import described
+from .. import described, spatial
 from ..contract import Built, Ideal, IdealMotion, Open
 from . import general, masses, motion  # noqa: F401 - enter the equations of motion
 from .ideal import reactions, slider
@@ -66,7 +66,12 @@ _KEYS = (
     Keys("mechanism.crank", "the crank", _CRANK),
     Keys("mechanism.rod", "the rod", _ROD),
     Keys("mechanism.slider", "the slider", _SLIDER),
-    Keys("mechanism", "", (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),)),
+    Keys(
+        "mechanism",
+        "",
+        (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),),
+        flags=(spatial.FLAG,),
+    ),
 )
 
 
@@ -110,6 +115,8 @@ def ideal(bodies, drive, angles) -> IdealMotion:
 
 def outlined(outline: Outline) -> Mechanism:
     """Return the slider-crank with the drive and the loads of a grid; without any, with its own equations."""
+    if outline.spatial:
+        return spatial.mechanism(outline, MECHANISM)
     joints = tuple(site.name for site in (*_SITES, _GUIDE))
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints)
     mechanism = MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free)

@@ -1,0 +1,32 @@
+"""Every key that any grid may contain, mechanism by mechanism: what lists of keys are made of."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from ..catalogue import Catalogue, Mechanism
+from ..outline import EVERYTHING, IN_SPACE
+from .key_table import shape
+from .keys import Shape
+
+
+def full_shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
+    """Return every dotted path that any grid of this mechanism may contain, NAME standing for what it names."""
+    everything = mechanism.outlined(EVERYTHING)._replace(free=True) if mechanism.outlined else mechanism
+    return shape(everything, catalogue)
+
+
+class Form(NamedTuple):
+    """All that a grid of a mechanism may contain, in the plane or in space."""
+
+    mechanism: str  # its name
+    keys: Shape
+    spatial: bool = False
+
+
+def forms(catalogue: Catalogue) -> Iterator[Form]:
+    """Yield the forms of all mechanisms, NAME standing for what a grid names."""
+    for mechanism in catalogue.mechanisms:
+        yield Form(mechanism.name, keys=full_shape(mechanism, catalogue))
+        found = mechanism.outlined(IN_SPACE) if mechanism.outlined else mechanism
+        if found.spatial:
+            yield Form(mechanism.name, keys=shape(found, catalogue), spatial=True)

@@ -1,0 +1,88 @@
+"""The keys that joints of several kinds have: their contact, their friction, the laws of both."""
+
+from ..case import Materials
+from ..catalogue import Catalogue, Field, Law
+from .keys import Condition, Number, Section, Shape, Table, Use, Word, word_key
+
+_MATERIAL = (
+    Field("young", "Pa", "Young's modulus"),
+    Field("poisson", "1", "Poisson's ratio", -1.0, 0.5, high_open=False),
+)
+
+_ONSET = Word(
+    ("first", "renewed"),
+    "how long the rate counts at which a contact began: as long as it lasts, or until it has proved lasting",
+    "renewed",
+    sweep=True,
+    idle=True,
+)
+
+
+def enter_numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
+    """Enter keys that are in use whatever laws are chosen."""
+    for field in fields:
+        tree[f"{path}.{field.name}"] = Number((Use(field),), sweep)
+
+
+def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter the friction of a joint."""
+    tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
+    tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
+    enter_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
+
+
+def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
+    """Enter the normal force of a joint, or that at `contact`: its law, its elastic part, and the keys of both."""
+    contact = contact or f"{path}.contact"
+    elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
+    tree[contact] = Section("the normal force")
+    tree[f"{contact}.law"] = Word(catalogue.names("law"), "the law of the normal force", sweep=True, noun="law")
+    tree[f"{contact}.elastic"] = Word(
+        catalogue.names("elastic"), "the stiffness law", "power", sweep=True, noun="law", when=elastic
+    )
+    onset = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
+    tree[f"{contact}.onset"] = _ONSET._replace(when=onset)
+    enter_laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
+    enter_laws(tree, contact, "law", catalogue.of("law"))
+    material = f"{contact}.material"
+    tree[material] = Section("the material of both bodies; gives the stiffness where none is written", "optional")
+    for field in _MATERIAL:
+        both = field._replace(text=f"{field.text} of both bodies; required unless each has its own", optional=True)
+        tree[f"{material}.{field.name}"] = Number((Use(both, elastic),))
+    for body in Materials._fields:
+        tree[f"{material}.{body}"] = Section(f"the {body}'s own material; write both bodies', or neither", "optional")
+        for field in _MATERIAL:
+            own = field._replace(text=f"{field.text} of the {body}")
+            tree[f"{material}.{body}.{field.name}"] = Number((Use(own, elastic),))
+
+
+def enter_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
+    """Enter the keys of laws among which `key` chooses; a key that several have means what the chosen one says."""
+    for law in laws:
+        for field in law.fields:
+            use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
+            known = tree.get(f"{path}.{field.name}")
+            uses = known.uses if isinstance(known, Number) else ()
+            if not uses or any(other.when for other in uses):
+                tree[f"{path}.{field.name}"] = Number((*uses, use))
+    tables = {
+        columns: frozenset(law.name for law in laws if columns in law.tables) for law in laws for columns in law.tables
+    }
+    for columns, names in tables.items():
+        tree[f"{path}.{columns.name}"] = Table(columns, (*when, (f"{path}.{key}", names)), optional=True)
+
+
+def moduli(joint: str) -> tuple[str, ...]:
+    """Return the paths of a joint that give the modulus of its wear's pressure."""
+    return f"{joint}.contact.material", f"{joint}.wear.pressure_modulus"
+
+
+def pointed(catalogue: Catalogue) -> tuple[Law, ...]:
+    """Return the laws that a point without a radius can have."""
+    return tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)
+
+
+def first_onset(tree: Shape, contact: str) -> Word:
+    """Return the key `onset` where the mass that takes part in an impact is not known."""
+    text = "how long the rate counts at which a contact began: as long as it lasts"
+    return word_key(tree, f"{contact}.onset")._replace(options=("first",), default="first", text=text)

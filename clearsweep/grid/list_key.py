@@ -1,0 +1,47 @@
+"""Reads a section that is written as a list: of two or three quantities or names, or one quantity for all."""
+
+from ..errors import shown
+from .axes import half_bare
+from .document import WrittenValue
+from .draft import Draft
+from .keys import ITEMS, Number, Section, Shape, Word
+
+
+def items(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> dict[str, WrittenValue] | None:
+    """Return the items of the list at `path` by their places, None and a problem where they cannot be read."""
+    section, content = whole[path], written.value
+    assert isinstance(section, Section), path
+    if isinstance(content, dict):  # an override of one of them
+        content = list(content.values())
+    if section.alone and isinstance(content, (str, int, float)):
+        return {str(k): _scaled(written, factor) for k, factor in enumerate(section.alone)}
+    if isinstance(content, list) and len(content) == section.items:
+        first = whole.get(f"{path}.0")
+        half_bare(draft.problems, path, content, first.uses[0].field.unit if isinstance(first, Number) else "")
+        return {str(k): item for k, item in enumerate(content)}
+    draft.problems.add(written, path, f"found {shown(content)}; expected {_listed(whole, path, section)}")
+    draft.broken.add(path)
+    return None
+
+
+def _listed(whole: Shape, path: str, section: Section) -> str:
+    """Return, in words, the list that is expected at `path`."""
+    first, count = whole.get(f"{path}.0"), ITEMS[section.items]
+    if isinstance(first, Word):
+        return f"a list of {count} names, such as [ground, crank]"
+    if section.items == 2:
+        return "a list of two quantities, such as [0.2 kg, 0.2 kg]"
+    assert isinstance(first, Number)
+    unit = first.uses[0].field.unit
+    either = "one quantity, or " if section.alone else ""
+    return f"{either}a list of {count} quantities ({unit}), along x, y and z"
+
+
+def _scaled(written: WrittenValue, factor: int) -> WrittenValue:
+    """Return a quantity as it is written, times 1, 0 or -1."""
+    value = written.value
+    if factor == 0:
+        value = 0
+    elif factor < 0:
+        value = -value if not isinstance(value, str) else value[1:] if value.startswith("-") else f"-{value}"
+    return WrittenValue(value, written.origin, written.line, written.column)

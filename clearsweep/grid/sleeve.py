@@ -1,0 +1,58 @@
+"""The keys of a revolute joint in space."""
+
+import math
+
+from ..catalogue import Catalogue, Field, JointSite
+from .joint_keys import enter_contact, enter_friction, enter_numbers, first_onset, pointed
+from .keys import Flag, Section, Shape, Word
+
+_SLEEVE = (
+    Field("clearance", "m", "radial clearance"),
+    Field("bearing_radius", "m", "radius of the bearing; the journal's is smaller by the clearance"),
+    Field("length", "m", "length of the bearing along its axis"),
+    Field("journal_length", "m", "length of the journal; default: that of the bearing", optional=True),
+)
+_AXIAL = Field(
+    "axial_clearance", "m", "between the ends of bearing and journal, where it is in the middle, on each side"
+)
+_MISALIGNED = (
+    ("tilt", "rotation of the bearing in its body, a rotation vector about the body's x and y", "rad", 2),
+    ("offset", "of the bearing's middle in its body, along the body's axes", "m", 3),
+)
+
+
+def flanged(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter a revolute joint in space, with flanges."""
+    through(tree, path, site, catalogue)
+    enter_numbers(tree, path, (_AXIAL,))
+    axial = f"{path}.axial"
+    _pointed_contact(tree, axial, catalogue._replace(laws=pointed(catalogue)))
+    for inner in [inner for inner in tree if inner.startswith(f"{axial}.material")]:
+        del tree[inner]
+    tree[axial] = Section("the normal force at a flange; left out: as `contact`", "optional")
+
+
+def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter a revolute joint in space, without flanges."""
+    tree[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
+    tree[f"{path}.type"] = Word(("spatial",), "the kind of the joint")
+    enter_numbers(tree, path, _SLEEVE)
+    tree[f"{path}.flange"] = Flag(
+        "the journal is held between flanges, `axial_clearance` away on each side", default=True
+    )
+    for name, text, unit, count in _MISALIGNED:
+        tree[f"{path}.{name}"] = Section(text, "implied", count)
+        axes = (
+            Field(str(k), unit, f"about {axis}" if unit == "rad" else f"along {axis}", -math.inf, default=0.0)
+            for k, axis in enumerate("xyz"[:count])
+        )
+        enter_numbers(tree, f"{path}.{name}", tuple(axes))
+    _pointed_contact(tree, f"{path}.contact", catalogue)
+    laws = tuple(law for law in catalogue.laws if not (law.remembers or law.sticks))
+    enter_friction(tree, path, catalogue._replace(laws=laws))
+
+
+def _pointed_contact(tree: Shape, contact: str, catalogue: Catalogue) -> None:
+    """Enter the normal force of contacts at points, whose mass in an impact is not known."""
+    enter_contact(tree, contact.rpartition(".")[0], catalogue, contact)
+    tree[f"{contact}.onset"] = first_onset(tree, contact)

@@ -1,0 +1,98 @@
+"""How a body stands in space: four coordinates, a quaternion of any length.
+
+The rotation is that of the quaternion over its length, so that rounding and errors of integration cannot deform a body.
+The length has no meaning and a motion of its own, which brings it back to 1 (critically damped): where
+
+    dq/dt = q (0, omega) / 2 + sigma q,    sigma = q . dq/dt / q^2,
+
+omega being in the frame of the body, the rates of q are those of this rotation exactly, whatever sigma is, if
+
+    d2q/dt2 = q (0, alpha) / 2 - omega^2 q / 4 + sigma q (0, omega) + (sigma^2 + dsigma/dt) q,
+
+and dsigma/dt = -2 beta sigma - beta^2 (q^2 - 1) / 2 is free to choose.
+"""
+
+from typing import NamedTuple
+
+from .family import inlined
+from .vector import Vector, dot
+
+
+class Frame(NamedTuple):
+    """A body's frame: the axes of the fixed frame, each in the frame of the body; the rows of its rotation matrix."""
+
+    x: Vector
+    y: Vector
+    z: Vector
+
+
+@inlined
+def in_body(frame, a):
+    """Return a vector of the fixed frame in the frame of the body."""
+    x, y, z = frame
+    return Vector(
+        a.x * x.x + a.y * y.x + a.z * z.x,
+        a.x * x.y + a.y * y.y + a.z * z.y,
+        a.x * x.z + a.y * y.z + a.z * z.z,
+    )
+
+
+@inlined
+def in_fixed(frame, a):
+    """Return a vector of the body's frame in the fixed frame."""
+    return Vector(dot(frame.x, a), dot(frame.y, a), dot(frame.z, a))
+
+
+@inlined
+def frame_of(w, x, y, z):
+    """Return the Frame that a quaternion of any length stands for."""
+    share = 2.0 / (w * w + x * x + y * y + z * z)
+    return Frame(
+        Vector(1.0 - share * (y * y + z * z), share * (x * y - w * z), share * (x * z + w * y)),
+        Vector(share * (x * y + w * z), 1.0 - share * (x * x + z * z), share * (y * z - w * x)),
+        Vector(share * (x * z - w * y), share * (y * z + w * x), 1.0 - share * (x * x + y * y)),
+    )
+
+
+class Turning(NamedTuple):
+    """A quaternion and its rates."""
+
+    w: float
+    x: float
+    y: float
+    z: float
+    dw: float  # 1/s
+    dx: float
+    dy: float
+    dz: float
+
+
+@inlined
+def spin_of(q):
+    """Return the angular velocity (rad/s) of a Turning body in its own frame."""
+    share = 2.0 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)
+    return Vector(
+        share * (q.w * q.dx - q.x * q.dw - q.y * q.dz + q.z * q.dy),
+        share * (q.w * q.dy - q.y * q.dw - q.z * q.dx + q.x * q.dz),
+        share * (q.w * q.dz - q.z * q.dw - q.x * q.dy + q.y * q.dx),
+    )
+
+
+@inlined
+def accelerated(q, spin, alpha, pace):
+    """Return the accelerations (1/s^2) of the quaternion of a Turning body with angular acceleration `alpha`, rad/s^2.
+
+    spin, alpha : in the frame of the body; pace : 1/s, with which the length of the quaternion comes back to 1.
+    """
+    square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
+    sigma = (q.w * q.dw + q.x * q.dx + q.y * q.dy + q.z * q.dz) / square
+    own = sigma * sigma - 2.0 * pace * sigma - 0.5 * pace * pace * (square - 1.0) - 0.25 * dot(spin, spin)
+    ax = 0.5 * alpha.x + sigma * spin.x
+    ay = 0.5 * alpha.y + sigma * spin.y
+    az = 0.5 * alpha.z + sigma * spin.z
+    return (
+        own * q.w - q.x * ax - q.y * ay - q.z * az,
+        own * q.x + q.w * ax + q.y * az - q.z * ay,
+        own * q.y + q.w * ay + q.z * ax - q.x * az,
+        own * q.z + q.w * az + q.x * ay - q.y * ax,
+    )

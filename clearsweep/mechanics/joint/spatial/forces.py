@@ -1,0 +1,215 @@
+"""What the contacts of a spatial joint do to its bodies, and the time histories of it."""
+
+from typing import NamedTuple
+
+from ....catalogue import Channel
+from ...compiled import calculus as math
+from ...compiled.attitude import in_fixed
+from ...compiled.dual import as_type_of
+from ...compiled.family import kernel
+from ...compiled.vector import Vector, along, cross, dot, minus, plus, times
+from ..contract import CLIPPED, FREE, Contact, Place, gap_histories, histories, load, load_histories
+from ..friction.contract import friction_force
+from ..loss.contract import contact_force, lowest_force, sign_beyond
+from ..places import after_law, as_it_is
+from .form import Flanged, SpatialGap, SpatialLoad, Through
+from .points import flange_point, tilt_of, wall_point
+
+SHARE = 0.5  # of the stiffness, at each wall
+
+
+class Touch(NamedTuple):
+    """What a contact does."""
+
+    normal: Vector  # N, normal force on the journal
+    force: Vector  # N, with friction
+    on_journal: Vector  # N m, about the journal's middle
+    on_bearing: Vector  # N m, on the bearing about its middle
+    contact: Contact
+
+
+class _Laws(NamedTuple):
+    """The laws of a contact, as they are."""
+
+    law: tuple
+    elastic: tuple
+    friction: tuple
+    share: float
+
+
+class _Now(NamedTuple):
+    """What a contact does now."""
+
+    mode: int
+    root: float  # m^0.5, of penetration
+    onset_rate: float  # m/s
+
+
+@kernel
+def _touch(point, gap, laws, now):
+    at, normal, depth = point
+    arm, base = minus(at, gap.middle), along(at, -depth, normal)
+    moving = minus(plus(gap.velocity, cross(gap.on_journal, arm)), cross(gap.on_bearing, base))
+    rate = dot(moving, normal)
+    if now.mode == FREE:
+        zero = as_type_of(0.0, depth)
+        nothing = Vector(zero, zero, zero)
+        slip = math.sqrt(dot(moving, moving))
+        apart = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
+        return Touch(nothing, nothing, nothing, nothing, apart)
+    pen = now.root * abs(now.root)
+    force, elastic = contact_force(laws.law, laws.elastic, abs(pen), rate, now.onset_rate)
+    force, elastic = laws.share * force, laws.share * elastic
+    lowest = lowest_force(laws.law)
+    raw = force - lowest
+    if pen < 0.0:
+        sign = sign_beyond(laws.law, laws.elastic)
+        force, elastic = sign * force, sign * elastic
+    pressing = force if now.mode != CLIPPED else as_type_of(0.0, force)
+    rubbing = pressing if lowest == 0.0 else max(pressing, 0.0)
+    sliding = along(moving, -rate, normal)
+    square = dot(sliding, sliding)
+    slip = math.sqrt(square) if square > 0.0 else as_type_of(0.0, square)
+    tangential = as_type_of(friction_force(laws.friction, rubbing, slip), slip)
+    held = tangential / slip if slip > 0.0 else as_type_of(0.0, slip)
+    pushed = times(-pressing, normal)
+    whole = along(pushed, held, sliding)
+    contact = Contact(
+        normal=pressing, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw
+    )
+    return Touch(pushed, whole, cross(arm, whole), cross(whole, base), contact)
+
+
+class _Course(NamedTuple):
+    """What all contacts of a joint share."""
+
+    joint: tuple
+    gap: SpatialGap
+    place: Place  # of the joint
+    present: tuple  # Present
+
+
+@kernel
+def _now(course, number):
+    """Return what contact `number` does now."""
+    present, c = course.present, course.place.contact + number
+    return _Now(present.mode[c], present.y[present.roots + c], present.latched[c])
+
+
+@kernel
+def _laws_at(course, law, elastic, share, here):
+    """Return the laws, which have the Place `here`, with their internal state."""
+    present, friction = course.present, course.joint.friction
+    return _Laws(
+        as_it_is(law, present.y, present.latched, here),
+        elastic,
+        as_it_is(friction, present.y, present.latched, after_law(here, law)),
+        share,
+    )
+
+
+@kernel
+def _wall(course, number, end, here):
+    joint, gap = course.joint, course.gap
+    laws = _laws_at(course, joint.law, joint.elastic, SHARE, here)
+    return _touch(wall_point(joint.ends, joint, gap, end), gap, laws, _now(course, number))
+
+
+@kernel
+def _flange(course, number, end, here):
+    joint, gap = course.joint, course.gap
+    laws = _laws_at(course, joint.axial_law, joint.axial_elastic, 1.0, here)
+    return _touch(flange_point(joint, gap, end), gap, laws, _now(course, number))
+
+
+@kernel
+def _telling(gap, a, b):
+    """Return the Contacts that only tell, from the Touches of both walls."""
+    force, whole = plus(a.normal, b.normal), plus(a.force, b.force)
+    square = dot(force, force)
+    zero = as_type_of(0.0, square)
+    resultant = math.sqrt(square) if square > 0.0 else zero
+    rest = dot(whole, whole) - square  # what friction adds to the square of the resultant
+    rubbing = math.sqrt(rest) if rest > 0.0 else zero
+    difference = abs(a.contact.normal - b.contact.normal)
+    depth = max(a.contact.depth, b.contact.depth)
+    _, tilt = tilt_of(gap.axis)
+    return (
+        Contact(normal=resultant, tangential=rubbing, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero),
+        Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=tilt, elastic=zero, raw=zero),
+    )
+
+
+@load.member(Through)
+def _load_at_the_walls(joint, gap, place, present):
+    course = _Course(joint, gap, place, present)
+    second = after_law(after_law(place, joint.law), joint.friction)
+    a, b = _wall(course, 0, 1.0, place), _wall(course, 1, -1.0, second)
+    told = _telling(gap, a, b)
+    return SpatialLoad(
+        force=plus(a.force, b.force),
+        on_journal=plus(a.on_journal, b.on_journal),
+        on_bearing=plus(a.on_bearing, b.on_bearing),
+        contacts=(a.contact, b.contact, told[0], told[1]),
+    )
+
+
+@load.member(Flanged)
+def _load_at_walls_and_flanges(joint, gap, place, present):
+    course = _Course(joint, gap, place, present)
+    second = after_law(after_law(place, joint.law), joint.friction)
+    third = after_law(after_law(second, joint.law), joint.friction)
+    fourth = after_law(after_law(third, joint.axial_law), joint.friction)
+    a, b = _wall(course, 0, 1.0, place), _wall(course, 1, -1.0, second)
+    c, d = _flange(course, 2, 1.0, third), _flange(course, 3, -1.0, fourth)
+    told = _telling(gap, a, b)
+    return SpatialLoad(
+        force=plus(plus(a.force, b.force), plus(c.force, d.force)),
+        on_journal=plus(plus(a.on_journal, b.on_journal), plus(c.on_journal, d.on_journal)),
+        on_bearing=plus(plus(a.on_bearing, b.on_bearing), plus(c.on_bearing, d.on_bearing)),
+        contacts=(a.contact, b.contact, c.contact, d.contact, told[0], told[1]),
+    )
+
+
+#: The time histories of a spatial joint.
+CHANNELS = (
+    *(Channel(axis, "m", f"journal's middle relative to the bearing's, fixed frame, {axis}") for axis in "xyz"),
+    *(Channel(f"v{axis}", "m/s", f"its rate, {axis}") for axis in "xyz"),
+    Channel("tilt", "rad", "angle between the axes of bearing and journal"),
+    Channel("force_normal", "N", "sum of the normal forces at the walls, as vectors"),
+)
+#: Behind them, of each contact point: 1 and 2 at the walls, 3 and 4 at the flanges.
+POINT_CHANNELS = (
+    Channel("force_normal_{}", "N", "normal force at contact point {}"),
+    Channel("force_friction_{}", "N", "friction at contact point {}, its size"),
+)
+
+
+@histories.member(Through)
+def _of_two_points(joint):
+    return 12
+
+
+@histories.member(Flanged)
+def _of_four_points(joint):
+    return 16
+
+
+@gap_histories.member(Through)
+@gap_histories.member(Flanged)
+def _journal_in_space(joint, gap, side):
+    at, moving = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
+    return at.x, at.y, at.z, moving.x, moving.y, moving.z, tilt_of(gap.axis)[1]
+
+
+@load_histories.member(Through)
+def _forces_at_two_points(joint, load):
+    a, b, whole, _ = load.contacts
+    return whole.normal, a.normal, abs(a.tangential), b.normal, abs(b.tangential)
+
+
+@load_histories.member(Flanged)
+def _forces_at_four_points(joint, load):
+    a, b, c, d, whole, _ = load.contacts
+    walls = (whole.normal, a.normal, abs(a.tangential), b.normal, abs(b.tangential))
+    return (*walls, c.normal, abs(c.tangential), d.normal, abs(d.tangential))

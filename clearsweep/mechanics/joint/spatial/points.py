@@ -1,0 +1,141 @@
+"""Where the surfaces of a spatial joint come deepest, and how far its journal may tilt."""
+
+import math as std
+from typing import NamedTuple
+
+from ...compiled import calculus as math
+from ...compiled.dual import as_type_of
+from ...compiled.family import family, kernel
+from ...compiled.vector import Vector, along, dot, times
+from .form import AtEdges, Flanged, InBore
+
+ENDS = (1.0, -1.0)  # of the journal, along its z
+CLOSE = 1e-8  # of the distance: the step of Newton's method that is the last one, as its error is the square of that
+MOST_STEPS = 60
+
+
+class Point(NamedTuple):
+    """Where surfaces come deepest."""
+
+    at: Vector  # m, on the journal, from the middle of the bearing
+    normal: Vector  # unit vector, from the journal into the bearing
+    depth: float  # m
+
+
+@kernel
+def farthest(px, py, kx, ky, radius):
+    """Return the unit vector d that maximises p . d - radius (k . d)^2 / 2.
+
+    A circle of this radius about p, seen along an axis that leans by k against its own, is an ellipse: d is where it
+    is farthest from the axis, or for a negative radius where it is nearest to the point -p.  From
+
+        lambda d = p - radius k (k . d)
+
+    d follows once lambda is known, the largest root of |p - radius k (k . p) / (lambda + radius k^2)| = lambda.
+    """
+    lean = radius * (kx * kx + ky * ky)
+    product = kx * px + ky * py
+    distance = math.sqrt(px * px + py * py)
+    low, high = max(-lean, 0.0 * lean), distance + max(-lean, 0.0 * lean)
+    root = high
+    for _ in range(MOST_STEPS):
+        inverse = 1.0 / (root + lean) if root + lean > 0.0 else as_type_of(0.0, root)
+        pull = radius * product * inverse
+        vx, vy = px - pull * kx, py - pull * ky
+        long = math.sqrt(vx * vx + vy * vy)
+        if long <= 0.0:
+            break
+        excess = long - root
+        if excess > 0.0:
+            low = root
+        else:
+            high = root
+        fall = 1.0 - pull * product * root * inverse * inverse / long
+        better = root + excess / fall if fall > 0.0 else 0.5 * (low + high)
+        if not low <= better <= high:
+            better = 0.5 * (low + high)
+        step, root = abs(better - root), better
+        if step <= CLOSE * root:
+            break
+    inverse = 1.0 / (root + lean) if root + lean > 0.0 else as_type_of(0.0, root)
+    pull = radius * product * inverse
+    vx, vy = px - pull * kx, py - pull * ky
+    long = math.sqrt(vx * vx + vy * vy)
+    if long <= 0.0:
+        return as_type_of(1.0, px), as_type_of(0.0, px)
+    return vx / long, vy / long
+
+
+@family
+def wall_point(ends, joint, gap, end):
+    """Return the Point of the wall contact at one of the ENDS."""
+
+
+@wall_point.member(InBore)
+def _end_circle_in_bore(ends, joint, gap, end):
+    axis, middle = gap.axis, gap.middle
+    center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
+    across = along(center, -dot(center, axis), axis)
+    dx, dy = farthest(across.x, across.y, axis.x, axis.y, joint.journal_radius)
+    at = Vector(center.x + joint.journal_radius * dx, center.y + joint.journal_radius * dy, center.z)
+    outward = along(at, -dot(at, axis), axis)
+    distance = math.sqrt(dot(outward, outward))
+    inverse = 1.0 / distance
+    return Point(at, times(inverse, outward), distance - joint.bearing_radius)
+
+
+@wall_point.member(AtEdges)
+def _edge_of_bore_on_journal(ends, joint, gap, end):
+    axis, radius = times(math.copysign(1.0, gap.axis.z), gap.axis), joint.bearing_radius
+    share = 1.0 / (1.0 + axis.z)
+    first = Vector(1.0 - axis.x * axis.x * share, -axis.x * axis.y * share, -axis.x)
+    second = Vector(-axis.x * axis.y * share, 1.0 - axis.y * axis.y * share, -axis.y)
+    center = times(end * joint.half_length, axis)
+    ox, oy = gap.middle.x - center.x, gap.middle.y - center.y
+    dx, dy = farthest(ox * first.x + oy * first.y, ox * second.x + oy * second.y, first.z, second.z, -radius)
+    edge = along(along(center, radius * dx, first), radius * dy, second)
+    hx, hy = edge.x - gap.middle.x, edge.y - gap.middle.y
+    distance = math.sqrt(hx * hx + hy * hy)
+    inverse = 1.0 / distance
+    normal = Vector(hx * inverse, hy * inverse, as_type_of(0.0, hx))
+    depth = joint.journal_radius - distance
+    return Point(along(edge, depth, normal), normal, depth)
+
+
+@kernel
+def flange_point(joint, gap, end):
+    """Return the Point of the flange contact at one of the ENDS: of a parallel journal the middle of its face."""
+    axis, middle = gap.axis, gap.middle
+    facing = end * math.copysign(1.0, axis.z)
+    lean = axis.x * axis.x + axis.y * axis.y
+    reach = facing * joint.journal_radius / math.sqrt(lean) if lean > 0.0 else as_type_of(0.0, lean)
+    at = Vector(middle.x + reach * axis.x, middle.y + reach * axis.y, middle.z + end * joint.half_journal)
+    normal = times(facing, axis)
+    return Point(at, normal, dot(at, normal) - joint.half_length - joint.axial_clearance)
+
+
+@kernel
+def tilt_of(axis):
+    """Return the sine of the angle (rad) between bearing and journal, and the angle; axis : as in SpatialGap."""
+    lean = axis.x * axis.x + axis.y * axis.y
+    sine = math.sqrt(lean) if lean > 0.0 else as_type_of(0.0, lean)
+    return sine, math.atan(sine / abs(axis.z))
+
+
+def deepest_of(joint, gap) -> float:
+    """Return the largest depth (m) of a joint's contact points, below 0 where all are apart."""
+    points = [wall_point(joint.ends, joint, gap, end) for end in ENDS]
+    if isinstance(joint, Flanged):
+        points += [flange_point(joint, gap, end) for end in ENDS]
+    return max(point.depth for point in points)
+
+
+def jam_angle(joint) -> float:
+    """Return the tilt (rad) at which a journal in the middle touches both walls, inf where it can turn right over."""
+    if isinstance(joint.ends, AtEdges):  # bearing_radius cos - half_length sin = journal_radius
+        long = std.hypot(joint.bearing_radius, joint.half_length)
+        return std.acos(joint.journal_radius / long) - std.atan2(joint.half_length, joint.bearing_radius)
+    long = std.hypot(joint.half_journal, joint.journal_radius)  # half_journal sin + journal_radius cos = bearing_radius
+    if long < joint.bearing_radius:
+        return std.inf
+    return std.asin(joint.bearing_radius / long) - std.atan2(joint.journal_radius, joint.half_journal)

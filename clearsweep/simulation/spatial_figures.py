@@ -1,0 +1,71 @@
+"""The figures of joints in space: tilt, what it does to the load, and what happens at the flanges."""
+
+import math
+
+from ..catalogue import Figure, Shown
+from ..mechanics.joint.spatial import jam_angle
+from ..mechanics.observe.tally import FORCE_TIME
+from .sums import PerRevolution
+from .window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
+
+
+def tilt_limit(window: Window, place: int) -> float | None:
+    """Return the tilt (rad) at which the journal jams between the walls, None where nothing stops it."""
+    angle = jam_angle(window.joints[place])
+    return angle if math.isfinite(angle) else None
+
+
+def edge_load_share(window: Window, place: int) -> float:
+    """Return how unevenly the walls bear: the difference of their normal forces over their sum, both over time."""
+    joint = window.tally.joint[place]
+    return float(joint[UNEVEN_TIME] / joint[FORCE_TIME]) if joint[FORCE_TIME] else 0.0
+
+
+SPATIAL = (
+    Figure(
+        "tilt_max",
+        "rad",
+        "largest angle between the axes of bearing and journal",
+        of="joint",
+        needs=("spatial",),
+        value=lambda window, place: window.tally.joint[place, TILT_MAX],
+        shown=(Shown("forces", "tilt", 20),),
+    ),
+    Figure(
+        "tilt_limit",
+        "rad",
+        "tilt at which the journal jams between the walls; null: none stops it",
+        of="joint",
+        needs=("spatial",),
+        value=tilt_limit,
+        differs=False,
+        shown=(Shown("forces", "tilt that jams", 21),),
+    ),
+    Figure(
+        "edge_load_share",
+        "1",
+        "difference of the walls' normal forces over their sum, both over time; 0: even, 1: one edge bears all",
+        of="joint",
+        needs=("spatial",),
+        value=edge_load_share,
+        shown=(Shown("forces", "edge load share", 22),),
+    ),
+    Figure(
+        "axial_force_peak",
+        "N",
+        "largest normal force at a flange, located",
+        of="joint",
+        needs=("spatial", "axial"),
+        value=lambda window, place: window.tally.joint[place, AXIAL_FORCE_MAX],
+        shown=(Shown("forces", "axial force peak", 23),),
+    ),
+    Figure(
+        "axial_impacts_per_rev",
+        "1",
+        "contact onsets at the flanges in the window per revolution",
+        of="joint",
+        needs=("spatial", "axial"),
+        sums=PerRevolution(AXIAL_ONSETS),
+        shown=(Shown("forces", "axial impacts{per_rev}", 24),),
+    ),
+)

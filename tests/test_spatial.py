@@ -1,0 +1,453 @@
+"""Joints in space, and the slider-crank whose rod moves in it."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mechanism_cases import changed
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj
+from spatial_cases import JOINT, planar, spatial
+from spatial_oracle import Oracle
+
+import clearsweep
+from clearsweep import grid, simulation
+from clearsweep.errors import InputError
+from clearsweep.mechanics.compiled.attitude import Frame, frame_of, in_body, in_fixed
+from clearsweep.mechanics.compiled.vector import Vector
+from clearsweep.mechanics.joint import spatial as joints
+from clearsweep.mechanics.joint.contract import ACTS, FREE, PRESSED, Place, Present, load
+from clearsweep.mechanics.joint.spatial.points import farthest
+from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, place
+
+FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
+EDGES = {"flange": False, "axial_clearance": None, "journal_length": 0.03}
+OPENINGS = {
+    "ball on the slider": (("crank-rod",), {"tilt": [0.005, 0.003], "offset": [1e-5, 2e-5, 6e-5]}),
+    "ball on the crank": (("rod-slider",), {"tilt": [0.004, -0.006], "offset": [2e-5, 0.0, -5e-5]}),
+    "both open": (("crank-rod", "rod-slider"), {"tilt": [0.002, 0.001]}),
+    "sleeve on the slider": (("crank-rod",), {"ideal": "cylindrical", "tilt": [0.006, 0.0]}),
+    "sleeve on the crank": (("rod-slider",), {"ideal": "cylindrical", "tilt": [0.0, 0.005]}),
+    "edges": (("crank-rod",), EDGES | {"tilt": [0.005, 0.003]}),
+}
+
+
+def reference():
+    """Return the trajectory that was integrated in quadruple precision."""
+    file = Path(clearsweep.__file__).parent / "verify" / "references" / "spatial.json"
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
+def built(name):
+    """Return a scene of OPENINGS, with gravity and friction."""
+    opened, keys = OPENINGS[name]
+    case = spatial(*opened, friction=FRICTION, **keys)
+    case["mechanism"]["gravity"] = [1.0, -9.81, 3.0]
+    return clearsweep.load_case(case)
+
+
+def stirred(scene, seed=3):
+    """Return the state of a scene in a pose that it never takes by itself, all of it moving."""
+    random = np.random.default_rng(seed)
+    n = len(scene.built.lengths)
+    state = scene.start.copy()
+    state[:n] += 2e-5 * random.standard_normal(n) / scene.built.lengths
+    state[n : 2 * n] += 0.5 * random.standard_normal(n) / scene.built.lengths
+    return state
+
+
+def pressed(scene, state):
+    """Return the Present of a state in which all contact points press that are deep, and the state with its roots."""
+    value, place_of = scene.value, 2 * len(scene.value.coordinates) + 1
+    pose = place(value.mechanism, state)
+    modes, rates = [], []
+    for joint, gap in zip(value.joints, gaps(value.mechanism, pose), strict=True):
+        for point in points(joint, gap):
+            c = len(modes)
+            modes.append(PRESSED if point.depth > 0.0 else FREE)
+            state[place_of + c] = math.copysign(math.sqrt(abs(point.depth)), point.depth)
+        modes += [ACTS, ACTS]
+    rates = np.full(len(modes), 0.1)
+    return Present(state, np.array(modes), rates, place_of), state
+
+
+def points(joint, gap):
+    """Return the Points of a joint."""
+    flanges = joints.ENDS if isinstance(joint, joints.Flanged) else ()
+    walls = [joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS]
+    return walls + [joints.flange_point(joint, gap, end) for end in flanges]
+
+
+def loads_of(scene, present):
+    """Return pose and loads of a scene whose joints stand one behind the other in the state."""
+    pose, first, found = place(scene.value.mechanism, present.y), 0, []
+    for joint, gap in zip(scene.value.joints, gaps(scene.value.mechanism, pose), strict=True):
+        found.append(load(joint, gap, Place(first, 0, 0, 0), present))
+        first += len(found[-1].contacts)
+    return pose, tuple(found)
+
+
+# ---------------------------------------------------------------------------------------------- geometry
+
+
+@pytest.mark.parametrize("radius", [9.5e-3, -10e-3])
+@pytest.mark.parametrize("lean", [0.0, 1e-3, 0.05, 0.4])
+def test_the_farthest_point_of_a_leaning_circle_is_where_a_search_finds_it(radius, lean):
+    random, angles = np.random.default_rng(7), np.linspace(0.0, 2.0 * np.pi, 200_001)
+    d = np.array([np.cos(angles), np.sin(angles)])
+    for _ in range(5):
+        p, k = 2e-4 * random.standard_normal(2), lean * random.standard_normal(2) / math.sqrt(2.0)
+        values = p @ d - 0.5 * radius * (k @ d) ** 2
+        found = np.array(farthest(*p, *k, radius))
+        assert found @ found == pytest.approx(1.0, rel=1e-14, abs=0.0)
+        assert p @ found - 0.5 * radius * (k @ found) ** 2 >= values.max() * (1.0 - 1e-9) - 1e-18
+
+
+def test_a_journal_jams_at_the_tilt_that_its_sizes_give():
+    sizes = {"bearing_radius": 0.01, "clearance": 0.5e-3, "length": 0.02}
+    (joint,) = clearsweep.load_case(spatial(**sizes)).value.joints
+    assert math.degrees(joints.jam_angle(joint)) == pytest.approx(2.93760, rel=2e-6, abs=0.0)
+    (short,) = clearsweep.load_case(spatial(**sizes | {"length": 0.004})).value.joints
+    assert joints.jam_angle(short) == math.inf
+
+
+@pytest.mark.parametrize("ends", [{}, EDGES])
+def test_at_the_tilt_that_jams_both_walls_just_touch(ends):
+    (joint,) = clearsweep.load_case(spatial(**ends)).value.joints
+    angle = joints.jam_angle(joint)
+    axis = Vector(math.sin(angle) * 0.6, math.sin(angle) * 0.8, math.cos(angle))
+    still = Vector(0.0, 0.0, 0.0)
+    gap = joints.SpatialGap(still, still, axis, still, still, None)
+    for end in joints.ENDS:
+        assert abs(joints.wall_point(joint.ends, joint, gap, end).depth) < 1e-16
+
+
+@pytest.mark.parametrize("name", OPENINGS)
+def test_rates_of_depth_are_the_slopes_of_depth(name):
+    scene = built(name)
+    state, n, h = stirred(scene), len(scene.built.lengths), 3e-9
+    roots = 2 * n + 1
+    present = Present(state, np.full(12, FREE), np.full(12, 1e-3), roots)
+    _, found = loads_of(scene, present)
+    ends = []
+    for sign in (-1.0, 1.0):
+        moved = state.copy()
+        moved[:n] += sign * h * state[n : 2 * n]
+        moved[2 * n] += sign * h
+        relative = gaps(scene.value.mechanism, place(scene.value.mechanism, moved))
+        ends.append([points(*pair) for pair in zip(scene.value.joints, relative, strict=True)])
+    for told, before, after in zip(found, *ends, strict=True):
+        for contact, a, b in zip(told.contacts, before, after, strict=False):
+            assert contact.rate == pytest.approx((b.depth - a.depth) / (2.0 * h), rel=1e-6, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", OPENINGS)
+def test_the_powers_of_all_forces_make_the_kinetic_energy(name):
+    scene = built(name)
+    state, n, h = stirred(scene, 5), len(scene.built.lengths), 1e-6
+    state[0] += 3.2e-4  # deep in the walls
+    present, state = pressed(scene, state)
+    assert np.count_nonzero(present.mode == PRESSED) >= 1
+    pose, found = loads_of(scene, present)
+    motion = accelerate(scene.value.mechanism, pose, found)
+    power = motion.torque * scene.built.rate + energy(scene.value.mechanism, pose)[1]
+    for told in found:
+        for contact in told.contacts:
+            power += contact.tangential * contact.slip - contact.normal * contact.rate
+    ends = []
+    for sign in (-1.0, 1.0):
+        moved = state[: 2 * n + 1].copy()
+        v, a = state[n : 2 * n], np.array(motion.accelerations)
+        moved[:n] += sign * h * v + 0.5 * h * h * a
+        moved[n : 2 * n] += sign * h * a
+        moved[2 * n] += sign * h
+        ends.append(energy(scene.value.mechanism, place(scene.value.mechanism, moved))[0])
+    assert (ends[1] - ends[0]) / (2.0 * h) == pytest.approx(
+        power, rel=1e-6, abs=1e-6 * abs(motion.torque * scene.built.rate)
+    )
+
+
+# ---------------------------------------------------------------------------------------------- what does not change
+
+
+def seen(turn, bearing, journal, middle):
+    """Return the load of a joint in the fixed frame, all of it turned by `turn`; the rest as rotation matrices."""
+    (joint,) = clearsweep.load_case(spatial(friction=FRICTION)).value.joints
+    frame = Frame(*(Vector(*row) for row in turn @ journal))
+    at, axis = turn @ middle, turn @ bearing[:, 2]
+    moving, spin, other = turn @ [0.02, 0.1, -0.3], turn @ [1.0, 5.0, -40.0], turn @ [0.0, 0.0, 100.0]
+    gap = joints.SpatialGap(*(in_body(frame, Vector(*v)) for v in (at, moving, axis, other, spin)), frame)
+    y = np.zeros(12)
+    for c, point in enumerate(points(joint, gap)):
+        y[c] = math.copysign(math.sqrt(abs(point.depth)), point.depth)
+    mode = np.array([PRESSED if root > 0.0 else FREE for root in y[:4]] + [ACTS] * 2)
+    told = load(joint, gap, Place(0, 0, 0, 0), Present(y, mode, np.full(6, 0.1), 0))
+    sides = (told.force, told.on_journal, told.on_bearing)
+    return mode, np.array([np.array(in_fixed(frame, side)) @ turn for side in sides]), told.contacts
+
+
+def turned(*vector):
+    """Return the rotation matrix of a rotation vector."""
+    angle = np.linalg.norm(vector)
+    half = math.sin(0.5 * angle) / angle
+    return np.array(frame_of(math.cos(0.5 * angle), *(half * x for x in vector)))
+
+
+STANDS = (turned(0.004, 0.003, 0.0), turned(-0.006, 0.002, 0.7), np.array([1.9e-4, 0.8e-4, 1.8e-4]))
+
+
+@pytest.mark.parametrize("about", [(0.3, -0.2, 1.1), (0.0, 0.0, 2.0), (3.0, 0.5, -0.2)])
+def test_nothing_changes_when_the_whole_assembly_is_turned(about):
+    mode, before, _ = seen(np.eye(3), *STANDS)
+    _, after, _ = seen(turned(*about), *STANDS)
+    assert np.count_nonzero(mode == PRESSED) >= 2
+    assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
+
+
+def test_nothing_changes_when_the_journal_is_turned_about_its_own_axis():
+    bearing, journal, middle = STANDS
+    _, before, _ = seen(np.eye(3), *STANDS)
+    _, after, _ = seen(np.eye(3), bearing, journal @ turned(0.0, 0.0, 0.9), middle)
+    assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
+
+
+@pytest.mark.parametrize("ends", [0, 1])
+def test_nothing_changes_when_the_axis_of_a_body_is_turned_round(ends):
+    bearing, journal, middle = STANDS
+    round_ = turned(math.pi, 0.0, 0.0)
+    sides = (bearing @ round_, journal) if ends == 0 else (bearing, journal @ round_)
+    _, before, contacts = seen(np.eye(3), *STANDS)
+    _, after, others = seen(np.eye(3), *sides, middle)
+    assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
+    order = (0, 1, 2, 3) if ends == 0 else (1, 0, 3, 2)  # contacts are numbered by the ends of the journal
+    for k, other in enumerate(order):
+        assert others[other].normal == pytest.approx(contacts[k].normal, rel=1e-9, abs=1e-9)
+
+
+def test_a_free_body_turns_as_the_elliptic_functions_say():
+    inertia, spin = (1.2e-4, 2.0e-4, 2.7e-4), (40.0, 0.0, 60.0)
+    case = spatial("crank-rod", "rod-slider")
+    case["mechanism"]["rod"]["inertia"] = list(inertia)
+    scene = clearsweep.load_case(case)
+    mechanism, n = scene.value.mechanism, len(scene.built.lengths)
+    zero = Vector(0.0, 0.0, 0.0)
+    nothing = joints.SpatialLoad(zero, zero, zero, ())
+
+    def rates(t, y):
+        pose = place(mechanism, np.append(y, t))
+        return np.concatenate([y[n:], accelerate(mechanism, pose, (nothing, nothing)).accelerations])
+
+    start = scene.start[: 2 * n].copy()
+    long = 1.3  # of a quaternion whose length has no meaning
+    start[1:5] = [long, 0.0, 0.0, 0.0]
+    start[n + 1 : n + 5] = [0.0, *(0.5 * long * w for w in spin)]
+    times = np.linspace(0.0, 0.4, 41)
+    path = solve_ivp(rates, (0.0, 0.4), start, "DOP853", times, rtol=1e-12, atol=1e-13).y.T
+    a, b, c = inertia
+    twice, square = (
+        sum(i * w * w for i, w in zip(inertia, spin, strict=True)),
+        sum((i * w) ** 2 for i, w in zip(inertia, spin, strict=True)),
+    )
+    pace = math.sqrt((c - b) * (square - twice * a) / (a * b * c))
+    sn, cn, dn, _ = ellipj(times * pace, (b - a) * (twice * c - square) / ((c - b) * (square - twice * a)))
+    known = np.array(
+        [
+            math.sqrt((twice * c - square) / (a * (c - a))) * cn,
+            math.sqrt((twice * c - square) / (b * (c - b))) * sn,
+            math.sqrt((square - twice * a) / (c * (c - a))) * dn,
+        ]
+    ).T
+    poses = [place(mechanism, np.append(y, 0.0)) for y in path]
+    found = np.array([pose.spin for pose in poses])
+    assert found == pytest.approx(known, rel=1e-9, abs=1e-9 * 60.0)
+    momentum = np.array([in_fixed(pose.frame, Vector(*(inertia * np.array(pose.spin)))) for pose in poses])
+    assert momentum == pytest.approx(np.tile(momentum[0], (41, 1)), rel=1e-9, abs=1e-9 * np.linalg.norm(momentum[0]))
+    assert np.linalg.norm(path[:, 1:5], axis=1)[-1] == pytest.approx(1.0, rel=1e-9, abs=0.0)
+
+
+# ---------------------------------------------------------------------------------------------- whole motions
+
+
+def compared(found, known):
+    """Assert that events and time histories are those of the reference, as far as `found` goes."""
+    samples, count = known["samples"], len(found.t)
+    for kind, name in (("com", "rod/{}"), ("velocity", "rod/v{}"), ("omega", "rod/w{}")):
+        there = np.array(samples[f"rod/{kind}"])[:count]
+        here = np.array([found[name.format(axis)] for axis in "xyz"]).T
+        assert here == pytest.approx(there, rel=1e-6, abs=1e-6 * np.abs(there).max()), kind
+    turns = np.array(
+        [np.ravel(np.array(frame_of(*q)).T) for q in zip(*(found[f"rod/q{k}"] for k in "wxyz"), strict=True)]
+    )
+    assert turns == pytest.approx(np.array(samples["rod/R_columns"])[:count], rel=0.0, abs=1e-9)
+    for name, key in (("slider/x", "slider/x"), ("slider/a", "slider/a"), ("crank/torque", "crank/torque")):
+        there = np.array(samples[key])[:count]
+        assert found[name] == pytest.approx(there, rel=1e-6, abs=1e-6 * np.abs(there).max()), name
+    gap = np.array([found[f"joints/crank_rod/{axis}"] for axis in "xyz"]).T
+    assert gap == pytest.approx(np.array(samples["gap"])[:count], rel=0.0, abs=1e-6 * 2e-4)
+    assert found["joints/crank_rod/tilt"] == pytest.approx(np.array(samples["tilt"])[:count], rel=1e-6, abs=1e-10)
+    for k in range(4):
+        there = np.array(samples["points"][f"crank_rod_{k + 1}"]["force_normal"])[:count]
+        assert found[f"joints/crank_rod/force_normal_{k + 1}"] == pytest.approx(there, rel=1e-6, abs=1e-6 * 900.0)
+    last = found.t[-1] if count else 0.0
+    events = [event for event in known["events"] if event["t"] <= last]
+    assert [(e["joint"], e["kind"]) for e in found.events] == [(e["joint"], e["kind"]) for e in events]
+    for here, there in zip(found.events, events, strict=True):
+        assert here["t"] == pytest.approx(there["t"], rel=0.0, abs=1e-10)
+        assert here["rate"] == pytest.approx(there["rate"], rel=1e-6, abs=1e-8)
+        assert here["force_peak"] == pytest.approx(there["force_peak"], rel=1e-6, abs=0.0)
+
+
+@pytest.mark.heavy
+def test_half_a_revolution_is_that_of_quadruple_precision():
+    known = reference()
+    found = clearsweep.simulate(clearsweep.load_case(known["grid"]), times=known["samples"]["t"])
+    assert found.status == "ok"
+    assert found.summary["energy_residual"] < 1e-12
+    compared(found, known)
+    tilt = np.array(known["samples"]["tilt"]).max()
+    summary = found.summary
+    assert tilt < summary["crank_rod_tilt_max"] < summary["crank_rod_tilt_limit"] + 0.002
+    peaks = [(event["joint"], event["force_peak"]) for event in known["events"]]
+    axial = max(force for joint, force in peaks if joint in ("crank_rod_3", "crank_rod_4"))
+    assert summary["crank_rod_axial_force_peak"] == pytest.approx(axial, rel=1e-6, abs=0.0)
+    onsets = [event["joint"][-1] for event in known["events"] if event["kind"] == "on"]
+    assert summary["crank_rod_impacts_per_rev"] == 2 * sum(end in "12" for end in onsets)
+    assert summary["crank_rod_axial_impacts_per_rev"] == 2 * sum(end in "34" for end in onsets)
+    assert 0.0 < summary["crank_rod_edge_load_share"] < 1.0
+
+
+@pytest.mark.heavy
+def test_a_parallel_journal_moves_as_in_the_plane():
+    contact = JOINT["contact"] | {"restitution": 0.4}
+    times = np.linspace(0.0, 0.03, 31)
+    flat, deep = (
+        clearsweep.simulate(clearsweep.load_case(make(contact=contact)), times=times) for make in (planar, spatial)
+    )
+    for name in ("slider/x", "joints/crank_rod/x", "joints/crank_rod/y"):
+        assert deep[name] == pytest.approx(flat[name], rel=0.0, abs=1e-9 * 2e-4)
+    force = "joints/crank_rod/force_normal"
+    assert deep[force] == pytest.approx(flat[force], rel=1e-9, abs=1e-9 * flat[force].max())
+    assert np.abs(deep["joints/crank_rod/tilt"]).max() < 1e-12
+    assert np.abs(deep["rod/z"]).max() < 1e-15
+    for name in ("force_peak", "force_rms", "penetration_max", "contact_fraction", "force_peak_ideal"):
+        assert deep.summary[f"crank_rod_{name}"] == pytest.approx(flat.summary[f"crank_rod_{name}"], rel=1e-9, abs=0.0)
+    assert deep.summary["slider_error_max"] == pytest.approx(flat.summary["slider_error_max"], rel=1e-9, abs=0.0)
+    twice = [event for event in flat.events["t"] for _ in range(2)]  # both walls meet it together
+    assert deep.events["t"] == pytest.approx(twice, rel=0.0, abs=1e-10)
+    assert deep.summary["crank_rod_edge_load_share"] < 1e-9
+
+
+@pytest.mark.heavy
+def test_nothing_is_lost_where_impacts_give_all_back():
+    case = spatial(contact=JOINT["contact"] | {"restitution": 1.0}, tilt=[0.005, 0.003], offset=[0.0, 0.0, 5e-5])
+    found = clearsweep.simulate(clearsweep.load_case(case), times=[0.03])
+    assert len(found.events) > 20
+    assert found.summary["energy_residual"] < 1e-12
+    sizes = np.linalg.norm([found[f"rod/q{k}"][-1] for k in "wxyz"])
+    assert sizes == pytest.approx(1.0, rel=1e-14, abs=0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("opened", "keys"),
+    [
+        (
+            "crank-rod",
+            {"tilt": [0.005, 0.003], "friction": {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-4, "v1": 1e-2}},
+        ),
+        ("rod-slider", EDGES | {"tilt": [0.004, -0.002], "offset": [2e-5, 1e-5, -1e-4]}),
+        ("crank-rod", {"ideal": "cylindrical", "tilt": [0.006, 0.002], "offset": [0.0, 0.0, 6e-5]}),
+    ],
+    ids=("friction", "edges", "sleeve"),
+)
+def test_absolute_coordinates_with_multipliers_give_the_same_motion(opened, keys):
+    case = spatial(opened, **keys)
+    case["mechanism"]["gravity"] = [1.0, -9.81, 3.0]
+    times = np.linspace(0.0, 0.03, 21)
+    oracle = Oracle(case)
+    states, normals, events = oracle.run(times)
+    found = clearsweep.simulate(clearsweep.load_case(case), times=times)
+    assert found.status == "ok"
+    assert (
+        pytest.approx(states[:, :3], rel=0.0, abs=1e-7 * 2e-4) == np.array([found[f"rod/{axis}"] for axis in "xyz"]).T
+    )
+    assert found["slider/x"] == pytest.approx(states[:, 3], rel=0.0, abs=1e-7 * 2e-4)
+    spins = np.array([found[f"rod/w{axis}"] for axis in "xyz"]).T
+    assert spins == pytest.approx(states[:, 16:], rel=0.0, abs=1e-7 * np.abs(states[:, 16:]).max())
+    column = opened.replace("-", "_")
+    for k in range(oracle.count):
+        here = found[f"joints/{column}/force_normal_{k + 1}"]
+        assert here == pytest.approx(normals[:, k], rel=0.0, abs=1e-7 * normals.max())
+    assert [int(event["joint"][-1]) - 1 for event in found.events] == [k for _, k, _ in events]
+    assert found.events["t"] == pytest.approx([t for t, _, _ in events], rel=0.0, abs=1e-9)
+
+
+# ---------------------------------------------------------------------------------------------- grids
+
+AT = "joints.crank-rod"
+
+
+@pytest.mark.parametrize(
+    ("changes", "path", "words"),
+    [
+        ({f"{AT}.clearance": None}, f"{AT}.clearance", ("is missing", "radial clearance", "0.5 mm")),
+        ({f"{AT}.axial_clearance": None}, f"{AT}.axial_clearance", ("is missing", "on each side")),
+        ({f"{AT}.journal_length": 0.021}, f"{AT}.journal_length", ("below 0.0204", "flange: false")),
+        ({"mechanism.rod.inertia": [1e-5, 1e-4, 2e-4]}, "mechanism.rod.inertia", ("0.0002", "sum of the two others")),
+        ({"mechanism.rod.inertia": 2.5e-4}, "mechanism.rod.inertia", ("a list of three quantities (kg*m^2)",)),
+        ({"mechanism.ideal": None}, "mechanism.ideal", ("two revolute joints forbid", "spherical")),
+        ({"simulate.start": "seated"}, "simulate.start", ("known: centred",)),
+        ({f"{AT}.contact.onset": "renewed"}, f"{AT}.contact.onset", ("known: first",)),
+    ],
+)
+def test_a_mistake_is_told_with_its_place_and_a_remedy(changes, path, words):
+    with pytest.raises(InputError) as caught:
+        clearsweep.load_case(changed(spatial(), changes))
+    (problem,) = caught.value.problems
+    assert problem.startswith(f"{path}: ")
+    assert all(word in problem for word in words), problem
+
+
+@pytest.mark.parametrize("keys", [{"tilt": [0.03, 0.0]}, {"offset": [0.0, 0.0, 1e-3]}])
+def test_a_journal_that_would_start_in_its_bearing_is_refused(keys):
+    with pytest.raises(InputError, match=r"joints\.crank-rod: the journal penetrates its bearing by .* at the start"):
+        clearsweep.load_case(spatial(**keys))
+
+
+def test_one_quantity_stands_for_a_list_as_the_keys_say():
+    case = changed(spatial(), {"mechanism.rod.center": 0.05, "mechanism.gravity": "9.81 m/s^2"})
+    mechanism = clearsweep.load_case(case).value.mechanism
+    assert mechanism.rod.center == (0.05, 0.0, 0.0)
+    assert mechanism.links.gravity == (0.0, -9.81, 0.0)
+    middle = changed(spatial(), {"mechanism.rod.center": None})
+    assert clearsweep.load_case(middle).value.mechanism.rod.center == (0.06, 0.0, 0.0)
+
+
+def test_a_grid_in_space_gives_the_same_cases_again_from_what_a_run_keeps():
+    swept = changed(spatial(**EDGES), {"sweep": {f"{AT}.tilt.0": [0.0, 0.002], "drive.speed": [50.0, 60.0]}})
+    first = grid.load(swept, simulation.catalogue())
+    again = grid.load(first.resolved(), simulation.catalogue())
+    assert [first.case_id(k) for k in range(4)] == [again.case_id(k) for k in range(4)]
+    assert len({*first.identities()}) == 4
+    assert first.case(3).joints[0].tilt == (0.002, 0.0)
+    assert first.case(0).joints[0].flange is False
+
+
+def test_a_grid_in_the_plane_has_no_key_more_than_before():
+    case = grid.load(planar(), simulation.catalogue()).written_case(0)
+    assert set(case["mechanism"]) == {"type", "crank", "rod", "slider", "gravity"}
+    assert set(case["joints"]["crank-rod"]) == {"clearance", "bearing_radius", "length", "journal", "contact"}
+
+
+def test_a_journal_in_space_has_its_points_as_contacts():
+    scene = clearsweep.load_case(spatial("crank-rod", "rod-slider"))
+    names = [name for name in scene.layout.contacts if name.startswith("crank_rod")]
+    assert names[:4] == ["crank_rod_1", "crank_rod_2", "crank_rod_3", "crank_rod_4"]
+    channels = {channel.name for channel in scene.layout.channels}
+    assert {"rod/qw", "rod/wz", "joints/rod_slider/z", "joints/rod_slider/force_normal_4"} <= channels
+    columns = {column.name for column in scene.layout.columns}
+    assert {"crank_rod_tilt_max", "crank_rod_edge_load_share", "crank_rod_axial_force_peak"} <= columns
+    through = clearsweep.load_case(spatial(**EDGES)).layout
+    assert "crank_rod_axial_force_peak" not in {column.name for column in through.columns}
