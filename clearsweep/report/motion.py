@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..layout import TIME, Column
 from ..results import ELASTIC_ONSET
 from ..store import StoredRun
+from . import spatial
 from .draw import motion
 from .picture import Picture, capital
 from .study import Joint, Study, dig, resolved
@@ -218,12 +219,25 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
                 SQUARE,
             )
         )
+    drawn += _in_space(study, case_id, joint, saved)
     angle, levels = saved.angle, _levels(study, case_id, joint)
     over, paint = "time", saved.painter(force, "N", "normal force")
     if angle is not None:
         over, paint = "crank angle", partial(motion.force, angle=angle, normal=force, levels=levels)
     alt = f"Normal force over {over}, at most {_most(force, 'N')} among the samples."
     return [*drawn, Picture(f"Normal force{where}", "", alt, paint, FLAT)]
+
+
+def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+    """Return the pictures of a spatial joint: the axis of its journal, its tilt."""
+    if saved.angle is None or not spatial.has(saved.channels, joint.name):
+        return []
+    try:
+        case = resolved(study, [case_id])[0]
+    except InputError:  # mechanism or laws of another version
+        return []
+    found = next(each for each in case.joints if each.name == joint.title)
+    return spatial.pictures(case, found, saved.values, saved.angle)
 
 
 def _straight(study: Study, joint: Joint) -> bool:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -35,6 +36,9 @@ STYLE: dict[Any, Any] = {
 }
 
 
+PLAYED = 8  # s, that dots take for their way
+
+
 class Spot(NamedTuple):
     """A place of a picture that says what is there, and leads to its case; in the picture's own units."""
 
@@ -42,6 +46,13 @@ class Spot(NamedTuple):
     high: tuple[float, float]
     text: str
     case_id: str = ""  # '': several cases, or none
+
+
+class Dot(NamedTuple):
+    """A dot that moves over a picture once it is clicked, evenly from place to place; in the picture's own units."""
+
+    course: np.ndarray  # (n, 2)
+    colour: str
 
 
 class Picture(NamedTuple):
@@ -52,8 +63,9 @@ class Picture(NamedTuple):
     alt: str  # what a reader who cannot see it should know
     paint: Callable[[Any], None]
     size: tuple[float, float] = (4.2, 3.1)  # inches
-    projection: str | None = None  # 'polar'; None: a plane
+    projection: str | None = None  # 'polar', '3d'; None: a plane
     spots: tuple[Spot, ...] = ()
+    dots: tuple[Dot, ...] = ()
 
 
 def svg(picture: Picture, key: str) -> str:
@@ -72,6 +84,8 @@ def svg(picture: Picture, key: str) -> str:
     text = re.sub(r"\s*\n\s*", "\n", text)
     if picture.spots:
         text = text.removesuffix("\n").removesuffix("</svg>") + _places(picture.spots, axes) + "</svg>\n"
+    if picture.dots:
+        text = text.removesuffix("\n").removesuffix("</svg>") + _moving(picture, axes, key) + "</svg>\n"
     return text.replace("<svg ", f'<svg role="img" aria-label="{html.escape(picture.alt)}" ', 1)
 
 
@@ -99,3 +113,22 @@ def capital(name: str) -> str:
 def _rounded(attribute: re.Match[str]) -> str:
     """Return coordinates rounded to a hundredth of a point."""
     return re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), attribute[0])
+
+
+def _moving(picture: Picture, axes: Axes, key: str) -> str:
+    """Return the dots of a picture as SVG: they run once over their places when the picture is clicked."""
+    (width, height), parts = (72.0 * side for side in picture.size), []
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    for dot in picture.dots:
+        at = axes.transData.transform(dot.course) * (72.0 / figure.dpi)
+        courses = {"cx": at[:, 0], "cy": height - at[:, 1]}
+        first = " ".join(f'{name}="{course[0]:.1f}"' for name, course in courses.items())
+        moves = "".join(
+            f'<animate attributeName="{name}" values="{";".join(f"{x:.1f}" for x in course)}" dur="{PLAYED}s" '
+            f'begin="{key}-play.click"/>'
+            for name, course in courses.items()
+        )
+        parts.append(f'<circle {first} r="3.5" fill="{dot.colour}">{moves}</circle>')
+    sheet = f'<rect id="{key}-play" width="{width:g}" height="{height:g}" fill="none" pointer-events="all"/>'
+    return "".join([*parts, sheet])

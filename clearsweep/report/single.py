@@ -75,12 +75,10 @@ def _sheet(pictures: list[Picture], title: str, out: Path) -> Path:
     with rc_context({**STYLE, "svg.hashsalt": "case"}):
         figure = Figure(figsize=(5.2 * COLUMNS, 3.5 * rows + 0.6), dpi=150, layout="constrained")
         figure.suptitle(title, fontsize=10)
-        axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
-        for ax, picture in zip(axes, pictures, strict=False):
+        for place, picture in enumerate(pictures, start=1):
+            ax = figure.add_subplot(rows, COLUMNS, place, projection=picture.projection)
             picture.paint(ax)
             ax.set_title(picture.title, fontsize=9, pad=22)
-        for ax in axes[len(pictures) :]:
-            ax.set_visible(False)
         kind, sheet = out.suffix[1:].lower(), io.BytesIO()
         figure.savefig(sheet, format=kind, metadata={"Date": None} if kind == "svg" else None)
     durable.replace(out, sheet.getvalue())
