@@ -70,7 +70,7 @@ def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
 def test_every_key_of_seek_stands_under_its_heading():
     text = PAGE.partition("\n### `seek`\n")[2].partition("\n### ")[0]
     named = {name for row in re.findall(r"^\| (.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
-    assert named == dict(keys(grid.schema(catalogue())["else"]["else"]["else"]))["seek"]
+    assert named == dict(keys(grid.schema(catalogue())["else"]["else"]["else"]["else"]))["seek"]
 
 
 def test_a_quantity_stands_with_unit_range_default_and_meaning():

@@ -1,0 +1,91 @@
+"""Cases of the stability table with joints in space: a factorial drawn once, by a seed.
+
+Of each form there are FOLD cases; in every factor each level occurs equally often in each of them, in an order drawn at
+random.  Stiffness is chosen as for `machines`; misalignment is a share of the tilt that jams the journal.
+"""
+
+import math
+
+import numpy as np
+
+from .extremes import CYCLES, Extreme, Section, contact, tanh
+
+SEED, FOLD = 20261122, 8
+RADIUS, LENGTH = 0.01, 0.02  # m, of the bearing
+FACTORS = {
+    "speed": (30.0, 300.0, 1500.0, 6000.0),  # rpm
+    "clearance": (3e-6, 3e-5, 2e-4, 1e-3),  # m
+    "axial": (0.3, 1.0, 3.0, 10.0),  # axial clearance over the radial one
+    "restitution": (0.05, 0.5, 0.9, 1.0),
+    "softness": (0.0, 0.33, 0.67, 1.0),  # where the stiffness is, on the logarithmic scale from softest to stiffest
+    "friction": (0.0, 0.0, 0.1, 0.5),
+    "mass": (0.1, 1.0, 1.0, 30.0),  # factor on all masses and inertias
+    "tilt": (0.0, 0.1, 0.3, 0.7),  # share of what the clearances leave
+}
+#: The open joint, what the other one allows, and whether there are flanges.
+FORMS = {
+    "flanges": ("crank-rod", "spherical", True),
+    "edges": ("crank-rod", "spherical", False),
+    "sleeve": ("crank-rod", "cylindrical", True),
+    "slider's pin": ("rod-slider", "spherical", True),
+}
+Levels = dict[str, float]
+
+
+def cases() -> list[Extreme]:
+    """Return all cases."""
+    draw, found = np.random.default_rng(SEED), []
+    for name, (opened, ideal, flange) in FORMS.items():
+        columns = {key: draw.permutation(np.tile(values, FOLD // len(values))) for key, values in FACTORS.items()}
+        for number in range(FOLD):
+            levels = {key: float(column[number]) for key, column in columns.items()}
+            grid = _grid(levels, opened, ideal)
+            grid["joints"][opened] |= _ends(levels, flange=flange)
+            found.append(Extreme(f"in space/{name} {number} {_said(levels)}", grid))
+    return found
+
+
+def _said(levels: Levels) -> str:
+    return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, tilt {levels['tilt']:g}"
+
+
+def _ends(levels: Levels, *, flange: bool) -> Section:
+    """Return flanges, or a journal that goes beyond its bearing, and how the bearing is misaligned."""
+    axial = levels["axial"] * levels["clearance"]
+    room = min(levels["clearance"] / (0.5 * LENGTH), axial / RADIUS if flange else math.inf)
+    tilt = [0.8 * levels["tilt"] * room, 0.6 * levels["tilt"] * room]
+    if flange:
+        return {"flange": True, "axial_clearance": axial, "tilt": tilt}
+    return {"flange": False, "journal_length": 1.5 * LENGTH, "tilt": tilt}
+
+
+def _grid(levels: Levels, opened: str, ideal: str) -> Section:
+    rate, mass = levels["speed"] * math.pi / 30.0, levels["mass"]
+    load = 0.65 * mass * (9.81 + 0.05 * rate**2)
+    softest = max(1e5, load / min(5e-4, levels["clearance"] * 10.0) ** 1.5)
+    stiffest = ((CYCLES * rate) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
+    stiffness = softest * (min(max(stiffest, softest), 1e14) / softest) ** levels["softness"]
+    (other,) = {"crank-rod", "rod-slider"} - {opened}
+    joint = {
+        "type": "spatial",
+        "clearance": levels["clearance"],
+        "bearing_radius": RADIUS,
+        "length": LENGTH,
+        "contact": contact(stiffness, levels["restitution"]) | {"onset": "first"},
+        "friction": tanh(levels["friction"], 1e-2),
+    }
+    return {
+        "mechanism": {
+            "type": "slider-crank",
+            "spatial": True,
+            "crank": {"length": 0.05, "mass": 0.3 * mass, "inertia": 1e-4 * mass},
+            "rod": {"length": 0.12, "mass": 0.21 * mass, "inertia": [2e-5 * mass, 2.5e-4 * mass, 2.5e-4 * mass]},
+            "slider": {"mass": 0.14 * mass},
+            "gravity": [0.0, -9.81, 0.0],
+            "ideal": {other: ideal},
+        },
+        "drive": {"speed": rate},
+        "joints": {opened: joint},
+        "simulate": {"revolutions": 2, "discard": 0},
+        "save": {"orbits": "none"},
+    }
