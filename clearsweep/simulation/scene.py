@@ -79,7 +79,7 @@ def build(case: Case) -> Scene:
     mechanism = mechanism_of(case)
     machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
     joints = {joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal) for joint in case.joints}
-    terms = tuple(joints.values())
+    terms: tuple[Any, ...] = tuple(joints.values())
     offsets, roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms)))
     if case.simulate.start == "seated":
         ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))

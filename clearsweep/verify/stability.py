@@ -67,8 +67,8 @@ ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return what became of every case of the table: `rows`, and their summary.
 
-    `quick` takes some of each group, none of `machines`, `films` and `in_space`, each kind of which compiles a scene; `note`
-    is called with a sentence on what is being done.
+    `quick` takes some of each group, none of `machines`, `films` and `in_space`, each kind of which compiles a scene;
+    `note` is called with a sentence on what is being done.
     """
     rows, begin = [], time.perf_counter()
     whole = (*extremes.cases(), *machines.cases(), *films.cases(), *in_space.cases())
