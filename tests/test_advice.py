@@ -75,6 +75,23 @@ def test_what_a_law_lacks_and_what_it_returns_is_told(grid):
     assert "radial clearance 4.000 um (diametral 8.000 um)" in told.replace("\u00b5", "u").replace("\u00a0", " ")
 
 
+FILM = """
+    film: {law: finite, viscosity: 0.4 Pa*s}
+    roughness: {law: fractal, dimension: 1.5, scale: 0.1 nm, hardness: 2 GPa}
+"""
+
+
+def test_films_are_told_by_the_length_of_the_bearing_and_rough_surfaces_by_their_depth(tmp_path):
+    path = tmp_path / "oiled.yaml"
+    path.write_text(GRID.replace("    contact:", f"{FILM.strip(chr(10))}\n    contact:"), encoding="utf-8")
+    lines = {line.split()[0]: line for line in advice_text(path).splitlines() if line.startswith("  ")}
+    assert "holds" in lines["finite"]  # 20 mm on 20 mm
+    assert "a longer bearing bears less (trusted for slenderness up to 0.5)" in lines["short"]
+    assert "doubtful" in lines["long"]
+    assert "doubtful" in lines["pinkus-sternlicht"]
+    assert "deep under the load" in lines["fractal"]
+
+
 def test_one_law_is_asked_for_by_its_name(grid):
     told = CliRunner().invoke(verbs, ["list", "power", "--for", str(grid)], catch_exceptions=False).stdout
     assert "a stiffness that follows from the material is a ball's" in told

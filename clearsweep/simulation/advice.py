@@ -17,7 +17,14 @@ from .ideal import ideal_peaks
 from .scene import catalogue, static_penetration
 
 WORDS = HOLDS, DOUBTFUL, OUT = "holds", "doubtful", "not here"  # the better the earlier
-KEYS = {"elastic": "contact.elastic", "law": "contact.law", "pressure": "wear.pressure"}
+KEYS = {
+    "elastic": "contact.elastic",
+    "roughness": "roughness.law",
+    "law": "contact.law",
+    "film": "film.law",
+    "pressure": "wear.pressure",
+}
+NOTHING = "nothing speaks against it"
 NEAR = 0.05  # of the restitution asked for: as near a law that suits gives it back
 MOST_CASES = 25  # of a grid that are looked at
 _CAVEAT = (
@@ -91,7 +98,8 @@ def _worst(verdicts: list[Verdict]) -> Verdict:
 
 
 def _of_joint(joint: Joint, load: float | None) -> Advice:
-    verdicts = (*_elastic(joint, load), *_losses(joint), *_pressures(joint, load))
+    dry = (*_elastic(joint, load), *_roughness(joint, load), *_losses(joint)) if joint.is_dry else ()
+    verdicts = (*dry, *_films(joint, load), *_pressures(joint, load))
     return Advice(joint.name, _setting(joint, load), verdicts)
 
 
@@ -122,7 +130,8 @@ def _arc(joint: Joint, load: float | None) -> float | None:
 
 def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     """Return where a law is used outside of what it is trusted for."""
-    measured = {"arc": _arc(joint, load), "length": joint.length}
+    slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
+    measured = {"arc": _arc(joint, load), "length": joint.length, "slenderness": slenderness}
     known = [(limit, measured[limit.path]) for limit in law.trusted]
     outside = [limit for limit, value in known if value is not None and not limit.holds(value)]
     ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in outside]
@@ -139,16 +148,37 @@ def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
             continue
         measured = "stiffness" in chosen.contact.values and any(x.name == "stiffness" for x in laws[name].fields)
         doubts = [] if measured else _doubts(laws[name], joint, load)
-        reason = "its stiffness is written" if measured else "nothing speaks against it"
-        if load is not None:
-            limit, depth = (
-                registry.penetration_limit(chosen),
-                static_penetration(registry.contact_terms(chosen)[1], load),
-            )
-            reason = f"{wording.text(depth, 'm')} deep under the load"
-            if depth > limit:
-                doubts.insert(0, f"{reason}, it holds up to {wording.text(limit, 'm')}")
-        yield Verdict("elastic", name, DOUBTFUL if doubts else HOLDS, "; ".join(doubts) or reason)
+        reason, too_deep = _depth(chosen, load)
+        reason = reason or ("its stiffness is written" if measured else NOTHING)
+        yield Verdict(
+            "elastic", name, DOUBTFUL if doubts or too_deep else HOLDS, "; ".join(too_deep + doubts) or reason
+        )
+
+
+def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
+    """Return how deep a joint is under its load, '' without, and what is to be said where that is too deep."""
+    if load is None:
+        return "", []
+    limit, depth = registry.penetration_limit(joint), static_penetration(registry.contact_terms(joint)[1], load)
+    words = f"{wording.text(depth, 'm')} deep under the load"
+    return words, [f"{words}, it holds up to {wording.text(limit, 'm')}"] if depth > limit else []
+
+
+def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
+    """Yield what is to be said of the laws of rough surfaces, where the joint has them."""
+    rough = joint.roughness
+    if rough is None or not rough.values:
+        return
+    for law in (law for law in registry.described() if law.family == "roughness"):
+        reason, too_deep = _depth(joint._replace(roughness=rough._replace(law=law.name)), load)
+        yield Verdict("roughness", law.name, DOUBTFUL if too_deep else HOLDS, "; ".join(too_deep) or reason or NOTHING)
+
+
+def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
+    """Yield what is to be said of the laws of the film, where the joint has one."""
+    for law in (law for law in registry.described() if law.family == "film" and joint.film):
+        doubts = _doubts(law, joint, load)
+        yield Verdict("film", law.name, DOUBTFUL if doubts else HOLDS, "; ".join(doubts) or NOTHING)
 
 
 def _losses(joint: Joint) -> Iterator[Verdict]:
@@ -179,4 +209,4 @@ def _pressures(joint: Joint, load: float | None) -> Iterator[Verdict]:
             yield Verdict("pressure", law.name, OUT, "needs material or pressure_modulus")
             continue
         doubts = _doubts(law, joint, load)
-        yield Verdict("pressure", law.name, DOUBTFUL if doubts else HOLDS, "; ".join(doubts) or "nothing against it")
+        yield Verdict("pressure", law.name, DOUBTFUL if doubts else HOLDS, "; ".join(doubts) or NOTHING)

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Law
+from ....catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..recipe import enter
@@ -95,7 +95,8 @@ enter(
         "after Butenschoen 1976, Das hydrodynamische, zylindrische Gleitlager endlicher Breite unter instationaerer "
         "Belastung, Karlsruhe; fits as in the public multibody program MBDyn",
         needs=("length",),
-        notes="Within 5 % of solutions of Reynolds' equation for length / diameter 0.25 to 1.  Beyond 1.2 the fit of "
+        trusted=(Range("slenderness", 0.25, 1.0, "1", "its fits hold there within 5 %"),),
+        notes="Beyond length / diameter 1.2 the fit of "
         "the squeeze changes its sign and feeds energy in: such a joint is refused.  It gives no pressure.",
     ),
     (Finite,),

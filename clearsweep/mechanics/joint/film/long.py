@@ -1,13 +1,16 @@
 """Films of a bearing so long that the oil flows round the pin alone."""
 
+from math import inf
 from typing import NamedTuple
 
-from ....catalogue import Law
+from ....catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..recipe import enter
 from .contract import arc_from, film_force, film_pressure, highest
+
+LENGTHY = Range("slenderness", 4.0, inf, "1", "the oil is to flow round the pin; a shorter bearing bears less")
 
 
 class Long(NamedTuple):
@@ -73,7 +76,8 @@ enter(
         "is 0; w = w_j + w_b - 2 gamma'; force in closed form",
         "Sommerfeld 1904's pressure over half the circumference, as Pinkus & Sternlicht 1961 take it; integrated anew",
         needs=("length",),
-        notes="For length / diameter from about 4 on; it overrates what shorter bearings bear.  Pressure counts over "
+        trusted=(LENGTHY,),
+        notes="Pressure counts over "
         "the half circle alone, where near its ends it can be negative while the film opens.",
     ),
     (Long,),
@@ -117,6 +121,7 @@ enter(
         "after Pinkus & Sternlicht 1961, Theory of Hydrodynamic Lubrication, as told by Ravn 1998 and Flores, "
         "Ambrosio, Claro & Lankarani 2006; printed signs and brackets put right so that F is continuous at eps' = 0",
         needs=("length",),
+        trusted=(LENGTHY,),
         notes="Approximates the law `long`: within 11 % while the film closes, off by 8 to 26 % while it opens and "
         "more near eps = 1.  It gives no pressure.",
     ),
