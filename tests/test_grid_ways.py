@@ -310,7 +310,7 @@ MISTAKES = {
     "loguniform from zero": (
         sample({"mechanism.gravity": "{loguniform: [0, 1]}"}),
         "",
-        "grid.yaml:22:35: sample.over.mechanism.gravity: loguniform: found 0; both ends have to be above 0",
+        "grid.yaml:22:35: sample.over.mechanism.gravity: loguniform: found 0 m/s^2; both ends have to be above 0",
     ),
     "no spread": (
         sample({SPEED: "{normal: {mean: 100}}"}),

@@ -164,6 +164,7 @@ def test_surfaces_stick_within_the_band_and_slide_beyond_it():
     assert np.all(power <= limit * normal * 1.001e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_smooth_friction_comes_to_the_same_as_it_gets_steeper():
     plain = {"coefficient": 0.1, "static_coefficient": 0.1, "stribeck_velocity": 1.0, "band": 1e-6}

@@ -25,7 +25,8 @@ def run(**changes):
 
 @pytest.mark.compiled
 def test_a_case_that_would_not_end_is_ended_by_its_time():
-    path = run(simulate__revolutions=1e9, simulate__tolerance=1e-6, simulate__time_budget=1e-3)
+    length = {"simulate__revolutions": 1e9, "simulate__time_budget": 1e-3}
+    path = run(**length, simulate__tolerance=1e-6, simulate__method="explicit")
     assert path.status == "time-budget"
     assert re.match(
         r"took the 0\.001 s of process time that it may, having got to [\d.]+ s of 1\.2e\+07 s", path.message

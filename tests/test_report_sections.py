@@ -23,9 +23,7 @@ BLOCKS = {
     section.Gallery: section.Gallery("How to read it.", [LINE]),
     section.Detail: section.Detail("Longest", "0123", "speed 3", [("p99", "1 N")], [LINE]),
     section.Facts: section.Facts("Given", "Given values", [("path", "value")]),
-    section.Interactive: section.Interactive(
-        "explorer", "given-data", "Given", {"ids": ""}, "Said without scripts."
-    ),
+    section.Interactive: section.Interactive("explorer", "given-data", "Given", {"ids": ""}, "Said without scripts."),
     section.Columns: section.Columns(([section.Note("Left.")], [section.Facts("Right", "Right", [("a", "b")])])),
     Table: LENGTHS,
 }

@@ -8,7 +8,7 @@ import pytest
 
 from clearsweep import simulate, verify
 from clearsweep.mechanics.solver.event import ONSET, SEPARATION
-from clearsweep.verify import accuracy, convergence, text
+from clearsweep.verify import accuracy, convergence, stability, text
 from clearsweep.verify.problems import found_by_simulate, problems, returned, scene_of
 from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp
 
@@ -139,6 +139,7 @@ def results():
         patch.setattr(accuracy, "QUICK_STEPS", (1e-5, 1e-6))
         patch.setattr(accuracy, "QUICK_ROUNDS", 1)
         patch.setattr(convergence, "QUICK_LENGTHS", (10, 20))
+        patch.setattr(stability, "QUICK", 12)
         return verify.measure(quick=True)
 
 

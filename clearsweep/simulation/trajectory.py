@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,27 +14,15 @@ from ..errors import InputError
 from ..grid import check_memory, history_bytes
 from ..layout import DIFFERENCE, SECTION_COUNT, Layout
 from ..mechanics.compiled.announce import announced
-from ..mechanics.joint import registry
 from ..mechanics.observe.record import Record, sample_states
-from ..mechanics.observe.tally import ONSETS, OPENED
+from ..mechanics.observe.tally import OPENED
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
 from ..results import EVENT_DTYPE, Trajectory
-from ..validity import (
-    UNBALANCED,
-    UNCHECKED,
-    Lubricated,
-    Reached,
-    films,
-    imbalance,
-    kept_onsets,
-    message_of,
-    past_limits,
-    too_deep,
-    worn_through,
-)
+from ..validity import UNBALANCED, UNCHECKED, message_of
 from .figures import COST, figures_of
 from .heat import Balance, balanced, has_balance
+from .remarks import remarks
 from .revolutions import begun, marks_of, period_in, spreads_of
 from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, unit_of
 from .scene import Scene, build
@@ -267,21 +255,7 @@ def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
     if failed:
         return Trajectory(status, message, summary, units=scene.layout.units)
     summary |= run.figures
-    limits = past_limits(
-        (
-            joint.name,
-            joint.elastic_name,
-            registry.penetration_limit(joint),
-            float(summary[f"{joint.column}_law_limit_fraction"] or 0.0),
-        )
-        for joint in scene.case.joints
-    )
-    remarks = (
-        kept_onsets(_lasting(scene, window)),
-        *films(_lubricated(scene, summary)),
-        *nonsense(scene, run, summary),
-    )
-    message = message_of(limits, *remarks)
+    message = message_of(*remarks(scene, run, window, summary))
     names = [channel.name for channel in scene.layout.channels]
     histories = (
         dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
@@ -303,46 +277,6 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     found = {channel.name: values[:, place].copy() for place, channel in enumerate(channels)}
     counted = np.round(run.marks.turns[sections] + begun(scene)).astype("i8")
     return {SECTION_COUNT: counted} | {section: found[name] for name, section in scene.layout.sections}
-
-
-def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
-    """Yield joint and onset rate (m/s) of every contact that lasts throughout the window and keeps that rate."""
-    for j, joint in enumerate(scene.case.joints):
-        rate = float(window.onset[j])
-        if joint.contact.onset == "first" and not math.isnan(rate) and window.tally.joint[j, ONSETS] == 0.0:
-            yield joint.name, rate
-
-
-def _lubricated(scene: Scene, summary: Mapping[str, Any]) -> Iterator[Lubricated]:
-    """Yield what became of every film."""
-    for joint in scene.case.joints:
-        if joint.film:
-            yield Lubricated(
-                joint.name,
-                joint.film.limit,
-                summary[f"{joint.column}_film_limit_fraction"],
-                summary[f"{joint.column}_eccentricity_max"] / joint.clearance,
-                joint.is_dry,
-                summary[f"{joint.column}_film_taylor"],
-            )
-
-
-def nonsense(scene: Scene, run: Run, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return remarks on figures of a finished case that cannot be meant, '' for each that can."""
-    joints = [
-        Reached(
-            joint.name,
-            summary[f"{joint.column}_penetration_max"] if joint.is_dry else 0.0,
-            summary.get(f"{joint.column}_wear_depth_max") or 0.0,
-            joint.clearance,
-            joint.bearing_radius,
-        )
-        for joint in scene.case.joints
-    ]
-    onsets = 0.5 * run.work.counts[events.EVENTS]
-    count = onsets + max(scene.case.simulate.revolutions, 1.0)
-    balance = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
-    return too_deep(joints), worn_through(joints), balance
 
 
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:

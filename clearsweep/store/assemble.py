@@ -27,6 +27,7 @@ from .batch import (
     array_of,
     datasets,
     describe,
+    field_of,
     id_texts,
     offsets_of,
     put,
@@ -94,7 +95,8 @@ def _merged(run: RunDirectory, mark: str) -> dict[str, str]:
 
 def _write_summary(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, mark: str) -> None:
     schema = summary_schema(form)
-    whole = with_verdict(form.verdict, schema.empty_table()).schema.with_metadata({"clearsweep": mark})
+    added = [field_of(column) for column in form.verdict.columns]
+    whole = pa.schema([*schema, *added], {"clearsweep": mark})
     with (
         os.fdopen(durable.create(path), "wb") as file,
         pq.ParquetWriter(file, whole, write_page_checksum=True) as writer,
