@@ -139,7 +139,7 @@ def results():
         patch.setattr(accuracy, "QUICK_STEPS", (1e-5, 1e-6))
         patch.setattr(accuracy, "QUICK_ROUNDS", 1)
         patch.setattr(convergence, "QUICK_LENGTHS", (10, 20))
-        patch.setattr(stability, "QUICK", 12)
+        patch.setattr(stability, "QUICK", 4)
         return verify.measure(quick=True)
 
 

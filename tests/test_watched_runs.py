@@ -40,6 +40,7 @@ def run(*settings, **more):
     return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes | more)))
 
 
+@pytest.mark.slow
 def test_a_run_that_tells_how_far_it_is_is_the_same_to_the_last_bit(monkeypatch, capsys):
     monkeypatch.setattr("clearsweep.simulation.telling.FIRST", 0.0)
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN))

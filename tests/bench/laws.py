@@ -1,8 +1,9 @@
-"""What the elastic laws cost, rough surfaces among them: `python tests/bench/laws.py`, `--write` for results/laws.md.
+"""What elastic laws and kinds of joints cost: `python tests/bench/laws.py`, `--write` for results/laws.md.
 
 A slider-crank whose journal is pressed against its bearing, no loss, no friction: nanoseconds of one right-hand side,
-and of the elastic law alone over penetrations from 10 nm to 100 um.  The least of several rounds, each of which
-goes through all laws, so that a machine that grows slower slows all alike.
+and of the elastic law alone over penetrations from 10 nm to 100 um.  Kinds of joints: a right-hand side after a tenth
+of a turn.  The least of several rounds, each of which goes through all, so that a machine that grows slower slows all
+alike.
 """
 
 import argparse
@@ -16,9 +17,12 @@ from numba import njit
 sys.path.insert(0, str(Path(__file__).parents[2]))  # runs from a checkout, installed or not
 
 import clearsweep
+from clearsweep import grid
 from clearsweep.mechanics.compiled.family import invoke
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.simulation.run import Run
+from clearsweep.simulation import catalogue
+from clearsweep.simulation.run import Run, integrated
+from clearsweep.simulation.scene import build
 
 PAGE = Path(__file__).parents[2] / "results" / "laws.md"
 FRACTAL = {"law": "fractal", "dimension": 1.5, "scale": 1e-11, "hardness": 5.5e9}
@@ -26,6 +30,13 @@ LAWS = ("power", "johnson", "persson", "compatible", "compatible-fit")
 ROUGH = ("power", "johnson", "compatible")
 ROUNDS, EVALUATIONS = 15, 20_000
 DEPTHS = np.geomspace(1e-8, 1e-4, 2000)  # m
+STEEL = {"law": "hertz", "material": {"young": 207e9, "poisson": 0.3}}
+OIL = {"viscosity": 0.4}
+KINDS = {  # what a joint has besides its sizes
+    "dry": {"contact": STEEL},
+    **{f"film {law}": {"film": OIL | {"law": law}} for law in ("finite", "short", "long", "pinkus-sternlicht")},
+    "film finite before dry": {"film": OIL | {"law": "finite"}, "contact": STEEL},
+}
 
 
 @njit
@@ -42,12 +53,8 @@ def _forces(elastic, depths):
     return total
 
 
-def scene_of(elastic: str, roughness: dict | None):
-    """Return a scene whose joint is pressed."""
-    contact = {"law": "hertz", "elastic": elastic, "material": {"young": 207e9, "poisson": 0.3}}
-    joint = {"clearance": 1e-4, "bearing_radius": 0.01, "length": 0.02, "contact": contact}
-    if roughness:
-        joint["roughness"] = roughness
+def scene_of(joint: dict, start: str):
+    """Return the scene of a slider-crank whose small end has what `joint` says besides its sizes."""
     return clearsweep.load_case(
         {
             "mechanism": {
@@ -57,11 +64,31 @@ def scene_of(elastic: str, roughness: dict | None):
                 "slider": {"mass": 0.14},
             },
             "drive": {"speed": "3000 rpm"},
-            "joints": {"rod-slider": joint},
-            "simulate": {"revolutions": 1, "discard": 0, "start": "seated"},
+            "joints": {"rod-slider": {"clearance": 1e-4, "bearing_radius": 0.01, "length": 0.02} | joint},
+            "simulate": {"revolutions": 1, "discard": 0, "start": start},
             "save": {"orbits": "none"},
         }
     )
+
+
+def in_space():
+    """Return the scene of the first case of the study in space."""
+    study = Path(__file__).parents[2] / "configs" / "spatial_slider_crank.yaml"
+    return build(grid.load(study, catalogue()).case(0))
+
+
+def kinds(rounds: int = ROUNDS) -> list[tuple[str, float]]:
+    """Return name and time (s) of a right-hand side of every kind of joint."""
+    scenes = {name: scene_of(joint, "centred") for name, joint in KINDS.items()} | {"spatial": in_space()}
+    works, least = {}, dict.fromkeys(scenes, np.inf)
+    for name, scene in scenes.items():
+        print(f"compiling {name}", file=sys.stderr, flush=True)
+        works[name] = integrated(scene, np.empty(0), 0.1 * scene.turning.at(1.0)).work
+        _side(works[name])
+    for _ in range(rounds):
+        for name, work in works.items():
+            least[name] = min(least[name], _side(work))
+    return list(least.items())
 
 
 def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
@@ -69,7 +96,8 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
     joints = {law: (law, None) for law in LAWS} | {f"{law} with fractal": (law, FRACTAL) for law in ROUGH}
     runs, terms, least = {}, {}, {name: [np.inf, np.inf] for name in joints}
     for name, (law, roughness) in joints.items():
-        scene = scene_of(law, roughness)
+        rough = {"roughness": roughness} if roughness else {}
+        scene = scene_of({"contact": STEEL | {"elastic": law}} | rough, "seated")
         runs[name], terms[name] = Run(scene, np.empty(0)), scene.value.joints[0].elastic
         print(f"compiling {name}", file=sys.stderr, flush=True)
         _timed(runs[name].work, terms[name])
@@ -79,22 +107,27 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
     return [(name, *times) for name, times in least.items()]
 
 
+def _side(work) -> float:
+    """Return the time (s) of a right-hand side."""
+    begin = time.perf_counter()
+    arrays = (work.y, work.mode, work.latched, work.k, work.o)
+    _right_hand_sides(work.rates.code, work.rates.parameters, arrays, EVALUATIONS)
+    return (time.perf_counter() - begin) / EVALUATIONS
+
+
 def _timed(work, term) -> tuple[float, float]:
     """Return the time (s) of a right-hand side and of the law."""
-    arrays = (work.y, work.mode, work.latched, work.k, work.o)
-    begin = time.perf_counter()
-    _right_hand_sides(work.rates.code, work.rates.parameters, arrays, EVALUATIONS)
-    middle = time.perf_counter()
+    side, begin = _side(work), time.perf_counter()
     for _ in range(5):
         _forces(term, DEPTHS)
-    return (middle - begin) / EVALUATIONS, (time.perf_counter() - middle) / (5 * len(DEPTHS))
+    return side, (time.perf_counter() - begin) / (5 * len(DEPTHS))
 
 
-def text(rows: list[tuple[str, float, float]]) -> str:
+def text(rows: list[tuple[str, float, float]], joints: list[tuple[str, float]]) -> str:
     """Return the page."""
     whole = {name: side for name, side, _ in rows}
     lines = [
-        "# Cost of the elastic laws",
+        "# Cost of elastic laws and of kinds of joints",
         "",
         f"Written by `python tests/bench/laws.py --write` on {time.strftime('%Y-%m-%d', time.gmtime())}: a pressed",
         f"joint of a slider-crank, the least of {ROUNDS} rounds of {EVALUATIONS:,} evaluations. `power` has Hertz's",
@@ -106,6 +139,15 @@ def text(rows: list[tuple[str, float, float]]) -> str:
     for name, side, law in rows:
         smooth = f"{side / whole[name.partition(' ')[0]]:.2f}" if " " in name else "-"
         lines.append(f"| {name} | {1e9 * side:.0f} | {side / whole['power']:.2f} | {smooth} | {1e9 * law:.1f} |")
+    lines += [
+        "",
+        "A right-hand side after a tenth of a turn; `spatial`: the first case of `configs/spatial_slider_crank.yaml`.",
+        "",
+        "| joint | right-hand side, ns | over `dry` |",
+        "| --- | --- | --- |",
+    ]
+    dry = dict(joints)["dry"]
+    lines += [f"| {name} | {1e9 * side:.0f} | {side / dry:.2f} |" for name, side in joints]
     return "\n".join([*lines, ""])
 
 
@@ -114,7 +156,7 @@ def main() -> None:
     reader = argparse.ArgumentParser(description=__doc__)
     reader.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     asked = reader.parse_args()
-    page = text(measure())
+    page = text(measure(), kinds())
     print(page)
     if asked.write:
         PAGE.write_text(page, encoding="utf-8")
