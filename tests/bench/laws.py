@@ -29,6 +29,7 @@ FRACTAL = {"law": "fractal", "dimension": 1.5, "scale": 1e-11, "hardness": 5.5e9
 LAWS = ("power", "johnson", "persson", "compatible", "compatible-fit")
 ROUGH = ("power", "johnson", "compatible")
 ROUNDS, EVALUATIONS = 15, 20_000
+STAGE = 1  # of a step, as most evaluations are: at its ends more is looked at, such as the largest pressure of a film
 DEPTHS = np.geomspace(1e-8, 1e-4, 2000)  # m
 STEEL = {"law": "hertz", "material": {"young": 207e9, "poisson": 0.3}}
 OIL = {"viscosity": 0.4}
@@ -42,7 +43,7 @@ KINDS = {  # what a joint has besides its sizes
 @njit
 def _right_hand_sides(code, parameters, arrays, times):
     for _ in range(times):
-        invoke(code, parameters, arrays, 0)
+        invoke(code, parameters, arrays, STAGE)
 
 
 @njit
