@@ -121,6 +121,9 @@ class Fake:
     def compile_for(case):
         """Do nothing."""
 
+    compile_together = compile_for
+    solve_each = None  # one after the other, as they are made to fail
+
     @staticmethod
     def derived(case):
         """Return a made-up derived value."""

@@ -228,6 +228,9 @@ class Short:
     def compile_for(self, case):
         """Compile nothing."""
 
+    compile_together = compile_for
+    solve_each = None  # each case is cut short
+
     def solve(self, case):
         """Return the result of a case cut short."""
         limits = case.simulate

@@ -12,17 +12,20 @@ through zero like a straight line, so that entry and separation are ordinary poi
 The relaxation keeps s^2 and the penetration of the coordinates together (Baumgarte 1972, one integration constant).
 """
 
+import math
 from typing import NamedTuple
 
 from numba import types
+from numba.extending import overload
 
 from ..catalogue import Channel
-from .compiled.dual import Seeded, as_dual, slope
-from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
+from .compiled.choosing import either, where
+from .compiled.dual import Seeded, as_dual, as_type_of, slope
+from .compiled.family import OPTIONS, Entry, entry, in_lane, inlined, kernel, map_joints, shaped
 from .joint.contract import Present, touches
 from .joint.impact_mass import joints_now
 from .joint.loads import loads_of, put_internal_rates
-from .joint.places import after_joint, extent, first_place
+from .joint.places import after_joint, extent, first_place, room_of_all
 from .joint.sticking import with_sticking_forces
 from .mechanism.contract import accelerate, crank_rate, describe, energy, gaps, load_power, output_error, place
 from .observe.observables import (
@@ -68,14 +71,18 @@ def clock(scene, y, mode):
     """Return kappa = dt/dtau at the state `y`, s.  A contact that does not touch has no share in 1/kappa."""
     first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
     if contacts == 1:
-        return y[first] / scene.sigma if touches(mode[0]) else 1.0
-    if contacts > len(scene.joints):
-        return clock_of_corners(scene, y, mode)
-    slowness = 0.0
+        return where(touches(mode[0]), y[first] / scene.sigma, 1.0)
+    return _clock_of_several(scene, y, mode)
+
+
+@kernel
+def _clock_of_joints(scene, y, mode):
+    """Return the same where each contact parts by itself."""
+    first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
+    slowness = as_type_of(0.0, y[first])
     for c in range(contacts):
-        if touches(mode[c]):
-            slowness += 1.0 / y[first + c]
-    return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
+        slowness = slowness + 1.0 / where(touches(mode[c]), y[first + c], math.inf)
+    return 1.0 / where(slowness != 0.0, scene.sigma * slowness, 1.0)
 
 
 @kernel
@@ -99,6 +106,17 @@ def clock_of_corners(scene, y, mode):
     return root * share / scene.sigma
 
 
+def _clock_of_several(scene, y, mode):
+    corners = extent(scene.joints).contact > len(scene.joints)
+    return clock_of_corners(scene, y, mode) if corners else _clock_of_joints(scene, y, mode)
+
+
+@overload(_clock_of_several, strict=False, jit_options=dict(OPTIONS))
+def _compiled_clock_of_several(scene, y, mode):
+    joints = scene.types[scene.fields.index("joints")]
+    return clock_of_corners if room_of_all(joints).contact > len(joints) else _clock_of_joints
+
+
 @inlined
 def catching_up(reference_rate, rate, depth, root):
     """Return half of what the square of a root of penetration changes by, m/s: it follows the depth."""
@@ -112,6 +130,14 @@ def root_rate(scene, contact, root, kappa):
     if extent(scene.joints).contact == 1:
         return closing * (1.0 / scene.sigma)
     return closing * (kappa / root)  # kappa / s, also at s = 0
+
+
+@inlined
+def _stays(scene, contact, root, kappa):
+    return as_type_of(0.0, root)
+
+
+_rate_of_root = either(root_rate, _stays)
 
 
 class _Rows(NamedTuple):
@@ -130,10 +156,8 @@ def _put_contacts(joint, load, place, rows):
     present, row = rows.present, rows.row
     for i in range(len(load.contacts)):
         contact, c = load.contacts[i], place.contact + i
-        root, closing = present.y[present.roots + c], 0.0
-        if touches(present.mode[c]):
-            closing = root_rate(rows.scene, contact, root, rows.kappa)
-        rows.k[row, present.roots + c] = closing
+        given = rows.scene, contact, present.y[present.roots + c], rows.kappa
+        rows.k[row, present.roots + c] = _rate_of_root(touches(present.mode[c]), given)
         seen = Observed(
             normal=contact.normal,
             stored=contact.elastic * contact.rate,
@@ -193,11 +217,11 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     contacts, n, latching = size_of(here)
     rates(
         here,
-        shaped(y, (n,)),
-        shaped(mode, (contacts,)),
-        shaped(latched, (latching,)),
-        shaped(k, (ROWS, n)),
-        shaped(o, (ROWS, columns(contacts))),
+        in_lane(y, (n,)),
+        in_lane(mode, (contacts,)),
+        in_lane(latched, (latching,)),
+        in_lane(k, (ROWS, n)),
+        in_lane(o, (ROWS, columns(contacts))),
         row,
     )
 
@@ -251,9 +275,9 @@ def slopes_entry(scene, y, mode, latched, jacobian, place):
     contacts, n, latching = size_of(here)
     differentiate(
         here,
-        shaped(y, (n,)),
-        shaped(mode, (contacts,)),
-        shaped(latched, (latching,)),
+        in_lane(y, (n,)),
+        in_lane(mode, (contacts,)),
+        in_lane(latched, (latching,)),
         shaped(jacobian, (3, n, n)),
         place,
     )
@@ -310,8 +334,8 @@ def sample_entry(scene, y, mode, latched, side, out, channels):
     here = scene[0]
     contacts, n, latching = size_of(here)
     values = shaped(out, (channels,))
-    side, y = shaped(side, (contacts,)), shaped(y, (n,))
-    pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(latched, (latching,)))
+    side, y = shaped(side, (contacts,)), in_lane(y, (n,))
+    pose, relative, loads, motion = look(here, y, in_lane(mode, (contacts,)), in_lane(latched, (latching,)))
     samples = _Samples(first_place(here.joints, 0), describe(here.mechanism, y, pose, motion, values))
     _put_gaps(here.joints, relative, samples, (values, side))
     _put_forces(here.joints, loads, samples, (values, side))

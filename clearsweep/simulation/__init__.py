@@ -10,6 +10,7 @@ from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from ..results import Trajectory
 from .advice import advice_text
+from .ensemble import compile_together, solve_each
 from .ideal import ideal_motion, ideal_peaks
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
@@ -26,6 +27,7 @@ __all__ = [
     "build",
     "catalogue",
     "compile_for",
+    "compile_together",
     "derived",
     "elastic_choices",
     "elastic_forces",
@@ -40,6 +42,7 @@ __all__ = [
     "simulate",
     "sketch",
     "solve",
+    "solve_each",
     "warnings",
 ]
 

@@ -81,7 +81,7 @@ def simulate(
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
-    scene = dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
+    scene = timed(scene)
     if progress and scene.mechanism.turns:
         settings = scene.case.simulate
         most = longest(settings) if scene.layout.until else settings.revolutions
@@ -89,8 +89,18 @@ def simulate(
     trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if scene.layout.error_check:
         trajectory = _error_checked(scene, trajectory)
+    return judged(scene, trajectory)
+
+
+def judged(scene: Scene, trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory with the verdict on its figures in its summary."""
     trajectory.summary.update(scene.verdict.of_case(trajectory.summary, failed=trajectory.status != "ok"))
     return trajectory
+
+
+def timed(scene: Scene) -> Scene:
+    """Return a scene that is given up when its time budget is spent, counted from now."""
+    return dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
@@ -111,13 +121,20 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
         last = integrated(scene, np.empty(0), end)
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
-        check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
-        reported = sampling_times(scene.case, scene.turning.at)
+        reported = own_sampling(scene)
     marked = marks_of(scene, scene.case.simulate.revolutions)
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.turning.free and times is not None and run.status == loop.OK:
         finish_samples(scene, run)
-    return _trajectory(scene, run, end)
+    return trajectory_of(scene, run, end)
+
+
+def own_sampling(scene: Scene) -> np.ndarray:
+    """Return where a case whose duration is known is to be sampled by its own account."""
+    if scene.case.save.orbits == "none":
+        return np.empty(0)
+    check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
+    return sampling_times(scene.case, scene.turning.at)
 
 
 def finish_samples(scene: Scene, run: Run) -> None:
@@ -130,8 +147,9 @@ def finish_samples(scene: Scene, run: Run) -> None:
         raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {last:.6g} s")
     times[:] = np.minimum(times, last)
     run.work.y[:] = run.work.end
-    run.work.ahead[0] = 0.0
-    loop.integrate(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0), run.work)
+    run.work.ahead[loop.NEXT] = 0.0
+    run.go(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
+    run.status = loop.OK
 
 
 def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) -> Trajectory:
@@ -148,7 +166,7 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
     integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
     run.record = Record(np.empty(0), np.empty(0), run.record.along)
     if run.status != loop.OK:
-        return _trajectory(whole, run, end)
+        return trajectory_of(whole, run, end)
     settled = _changed(scene, revolutions=watch.revolutions)
     end = at(watch.revolutions)
     if times is not None or orbits != "none":
@@ -160,7 +178,7 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
             turned=times is None,
         )
         _retrace(settled, run, again, end, watch.starts)
-    trajectory = _trajectory(settled, run, end)
+    trajectory = trajectory_of(settled, run, end)
     trajectory.summary.update(watch.figures())
     return trajectory
 
@@ -217,7 +235,7 @@ def compile_for(case: Case) -> None:
         integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
 
 
-def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
+def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration came to."""
     status, text = _STATUS[run.status]
     whole = f" of {end:.6g} s" if math.isfinite(end) else ""

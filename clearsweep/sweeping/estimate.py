@@ -134,7 +134,7 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[
     with signals.catching():
         workers = executors.Local(1, load=simulator.load)
         try:
-            sweep.warm(workers, grid, pending, simulator)
+            sweep.warm(workers, sweep.kinds(grid, pending, simulator), simulator)
             cases = [grid.case(index) for index in pending[chosen(len(pending))].tolist()]
 
             def timed(case: Case) -> tuple[float, int]:

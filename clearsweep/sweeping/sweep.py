@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -23,6 +24,7 @@ from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Job, Simulator, compile_all
 
+MANY = 64  # cases per kind of scene, for which it is worth compiling what integrates several side by side
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
 MOST_WARNINGS = 5
 LONGEST_FILE = f"parts/{'x' * 60}"  # no name below a run's directory is longer
@@ -195,8 +197,11 @@ class Crew:
         if not len(pending):
             return True
         grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
-        workers = self._hired(grid, pending)
-        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout)
+        listed = kinds(grid, pending, self.simulator)
+        many = not self.options.case_timeout and len(pending) >= MANY * len(listed)
+        together = self.simulator.solve_each is not None and many
+        workers = self._hired(listed, len(pending), together=together)
+        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together)
         batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
         with progress.of(len(pending), wanted=self.options.show_progress) as display:
             most_failures = _most(self.options.max_failures, len(pending))
@@ -217,13 +222,13 @@ class Crew:
         rows = self.directory.rows()
         return store.judge(self.directory, store.Form.of(grid), rows[np.searchsorted(rows["id"], ids[first:])])
 
-    def _hired(self, grid: grids.Grid, pending: np.ndarray) -> executors.Executor:
+    def _hired(self, kinds_of_scenes: list[Case], pending: int, *, together: bool) -> executors.Executor:
         """Return the workers, started and their code compiled."""
         if self.workers is None:
             jobs = self.options.jobs or executors.cores()
-            jobs = min(jobs, len(pending))
+            jobs = min(jobs, pending)
             self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
-            warm(self.workers, grid, pending, self.simulator)
+            warm(self.workers, kinds_of_scenes, self.simulator, together=together)
             self.ready = time.monotonic()
         return self.workers
 
@@ -332,11 +337,10 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
     return list({simulator.signature(case): case for case in cases}.values())
 
 
-def warm(workers: executors.Executor, grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> None:
+def warm(workers: executors.Executor, cases: list[Case], simulator: Simulator, *, together: bool = False) -> None:
     """Compile each kind of scene once, in one worker; what fails there fails again as a case, where it is recorded."""
-    cases = kinds(grid, pending, simulator)
     try:
-        workers.submit(compile_all, simulator, cases).result()
+        workers.submit(partial(compile_all, together=together), simulator, cases).result()
     except BrokenExecutor:
         workers.restart()
     except Exception as error:

@@ -1,4 +1,4 @@
-"""What a worker process does: it computes a batch of cases one by one and commits them; a manifest goes back."""
+"""What a worker process does: it computes a batch of cases and commits them; a manifest goes back."""
 
 import contextlib
 import ctypes
@@ -10,7 +10,7 @@ import platform
 import signal
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -48,8 +48,18 @@ class Simulator(Protocol):
     def compile_for(self, case: Case, /) -> None:
         """Compile the code of a case, or load it from the cache."""
 
+    def compile_together(self, case: Case, /) -> None:
+        """Compile what `solve_each` needs beside it."""
+
     def solve(self, case: Case, /) -> Trajectory:
         """Return the result of a case."""
+
+    @property
+    def solve_each(self) -> Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None:
+        """Return what yields the place of each case and its result, or what went wrong, as they end.
+
+        None where cases are to be solved one after the other.
+        """
 
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
         """Return name -> (value, SI unit) of what follows from other values."""
@@ -81,13 +91,14 @@ class Job:
     grid: Grid
     simulator: Simulator
     case_timeout: float | None  # s
+    together: bool = False  # cases of a batch are computed together, by `solve_each`
 
     def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
         return _unpacked, (self._packed,)
 
     @cached_property
     def _packed(self) -> bytes:
-        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout))
+        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.together))
 
     @cached_property
     def form(self) -> store.Form:
@@ -134,10 +145,12 @@ def enter(parent: int, load: Callable[[], None]) -> None:
         load()
 
 
-def compile_all(simulator: Simulator, cases: list[Case]) -> None:
+def compile_all(simulator: Simulator, cases: list[Case], *, together: bool = False) -> None:
     """Compile what these cases need, so that every other process finds it in the cache."""
     for case in cases:
         simulator.compile_for(case)
+        if together:
+            simulator.compile_together(case)
 
 
 def time_case(simulator: Simulator, case: Case) -> tuple[float, int]:
@@ -163,16 +176,45 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
             f"the worker on {platform.node()} has another version of clearsweep than the program "
             "that sends it work; install the same one everywhere"
         )
-    rows, begin, stop = [], time.perf_counter(), os.fspath(job.stop)
+    rows, begin = [], time.perf_counter()
+    together = job.together and not batch.tried
     with signals.patience(), _noting(job.note(batch)) as note:
-        for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
-            if signals.requested() or os.path.exists(stop):
-                break
-            note.say(index)
-            rows.append(store.Row(task.case_id, point, _solve(job, case, note.handle)))
+        for task, point, trajectory in (_together if together else _one_by_one)(job, batch, note):
+            rows.append(store.Row(task.case_id, point, trajectory))
         seconds = time.perf_counter() - begin
         committed = store.commit(job.directory, job.form, batch.name, rows) if rows else None
     return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+
+
+_Solved = Iterator[tuple[Task, dict[str, Any], Trajectory]]
+
+
+def _one_by_one(job: Job, batch: Batch, note: "_Noting") -> _Solved:
+    """Yield the cases of a batch and their results; asked to stop, end after the case at hand."""
+    stop = os.fspath(job.stop)
+    for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
+        if signals.requested() or os.path.exists(stop):
+            return
+        note.say(index)
+        yield task, point, _solve(job, case, note.handle)
+
+
+def _together(job: Job, batch: Batch, note: "_Noting") -> _Solved:
+    """Yield the same of cases that are computed together; asked to stop, end before the first that is not done.
+
+    Which case a worker dies over is not known then: the first is noted, and all go one by one from there on.
+    """
+    assert job.simulator.solve_each
+    note.say(0)
+    stop, listed, done = os.fspath(job.stop), list(_cases(job.grid, batch)), dict[int, Trajectory]()
+    for index, result in job.simulator.solve_each([case for _, _, case in listed]):
+        done[index] = result if isinstance(result, Trajectory) else _gone_wrong(result)
+        if signals.requested() or os.path.exists(stop):
+            break
+    for index, (task, point, _) in enumerate(listed):
+        if index not in done:
+            return
+        yield task, point, done[index]
 
 
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
@@ -235,13 +277,18 @@ def _solve(job: Job, case: Case, note: int) -> Trajectory:
         faulthandler.dump_traceback_later(job.case_timeout, exit=True, file=note)
     try:
         return job.simulator.solve(case)
-    except InputError as error:
-        return failure("refused", str(error))
     except Exception as error:
-        return failure("crashed", resources.remedy(error) or brief(error))
+        return _gone_wrong(error)
     finally:
         if job.case_timeout:
             faulthandler.cancel_dump_traceback_later()
+
+
+def _gone_wrong(error: Exception) -> Trajectory:
+    """Return the result of a case of which an exception is all that came."""
+    if isinstance(error, InputError):
+        return failure("refused", str(error))
+    return failure("crashed", resources.remedy(error) or brief(error))
 
 
 def failure(status: str, message: str) -> Trajectory:

@@ -19,6 +19,8 @@ from numba.extending import intrinsic, overload, register_jitable
 #: Options of the arithmetic: division by zero gives inf; a product and a sum may be fused and zeros have no sign, so
 #: that each right-hand side, a chain of operations that wait for each other, is shorter.  Nothing is reordered.
 ARITHMETIC = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
+#: How many cases lie side by side in memory, see `rows.Board`: as many numbers as the widest registers hold.
+WIDTH = 8
 #: Options of every compiled function: also no reference counting, which costs twice the arithmetic where arrays travel
 #: in tuples (nothing here keeps an array beyond the call).
 OPTIONS = ARITHMETIC | {"_nrt": False}
@@ -63,6 +65,7 @@ def family(stub):
 
     overload(dispatch, strict=False, jit_options=dict(OPTIONS))(select)
     dispatch.member, dispatch.members, dispatch.body_for = member, members, functools.partial(_body_for, members)
+    dispatch.body_of = functools.partial(_body_of, members)
     return dispatch
 
 
@@ -72,6 +75,11 @@ def _chosen(members, cls, classes):
         if all(_fits(wanted, tuple(classes(field))) for field, wanted in narrowed.items()):
             return body
     return None
+
+
+def _body_of(members, value):
+    """Return the body for a value, or None."""
+    return _chosen(members, type(value), lambda field: map(type, getattr(value, field)))
 
 
 def _body_for(members, cls):
@@ -144,14 +152,24 @@ _PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (f
 _COMPILED = {}  # (function, kinds of the scene) -> C function
 
 
+_LATEST = [(None, ())]  # the scene that was asked about last, and its kinds: several entries are made of each
+
+
+def kinds_of(scene):
+    """Return the types in a scene's nested tuples; numba's own type of them takes a hundred times longer to look up."""
+    latest = _LATEST[0]
+    if latest[0] is not scene:
+        _LATEST[0] = latest = scene, _kinds(scene)
+    return latest[1]
+
+
 def _kinds(value):
-    """Return the types in nested tuples; numba's own type of them takes a hundred times longer to look up."""
     return (type(value), *map(_kinds, value)) if isinstance(value, tuple) else type(value)
 
 
 def _compiled(function, scene, arrays):
     """Return `function` compiled for scenes of the type of `scene`: a C function of pointers and one integer."""
-    key = function, _kinds(scene)
+    key = function, kinds_of(scene)
     if key not in _COMPILED:
         pointers = (types.CPointer(item) for item in (numba.typeof(scene), *arrays))
         _COMPILED[key] = cfunc(types.void(*pointers, types.int64), cache=True, **ARITHMETIC)(function)
@@ -239,3 +257,15 @@ def _shaped(array, shape):
         return carray(array, shape)
 
     return view
+
+
+def in_lane(array, shape):
+    """Return what an entry was passed of a lane of a Board as an array of `shape`."""
+    return array
+
+
+@overload(in_lane, strict=False)
+def _in_lane(array, shape):
+    if len(shape) == 1:
+        return lambda array, shape: carray(array, (shape[0], WIDTH))[:, 0]
+    return lambda array, shape: carray(array, (shape[0], shape[1], WIDTH))[:, :, 0]

@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, kernel, map_joints, shaped
+from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, in_lane, kernel, kinds_of, map_joints, shaped
 from ..observe.observables import columns, observed_in
 from ..solver.dop853 import END, ROWS
 from .contract import every_guard, every_part, guard_values, guards, latched, parts
@@ -122,9 +122,9 @@ def guards_entry(scene, y, latched, o, value, row):
     here = scene[0]
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     shared = _Values(
-        shaped(y, (roots + size.contact + size.internal,)),
-        shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (ROWS, columns(size.contact))),
+        in_lane(y, (roots + size.contact + size.internal,)),
+        in_lane(latched, (size.contact + size.latched,)),
+        in_lane(o, (ROWS, columns(size.contact))),
         row,
         roots,
         shaped(value, (2, size.guard)),
@@ -192,9 +192,9 @@ def latch_entry(scene, y, latched, o, event, row):
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     which = shaped(event, (2,))
     shared = _Event(
-        shaped(y, (roots + size.contact + size.internal,)),
-        shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (ROWS, columns(size.contact))),
+        in_lane(y, (roots + size.contact + size.internal,)),
+        in_lane(latched, (size.contact + size.latched,)),
+        in_lane(o, (ROWS, columns(size.contact))),
         row,
         roots,
         which[0],
@@ -207,15 +207,25 @@ def latch_entry(scene, y, latched, o, event, row):
 # ---------------------------------------------------------------------------------------------- for a scene
 
 
-def guards_of(scene, parameters) -> Guards:
-    """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave."""
-    number, joints = types.float64, scene.joints
+class _Declared(NamedTuple):
+    """What the type of a scene says of its guards: the arrays of `Guards` that nothing changes."""
+
+    contact: np.ndarray
+    modes: np.ndarray
+    leads_to: np.ndarray
+    at_stages: np.ndarray
+    at_start: np.ndarray
+    of_state: np.ndarray
+    counted: np.ndarray
+
+
+_DECLARED: dict[tuple, tuple[_Declared, bool]] = {}  # kinds of a scene -> these, and whether its laws latch anything
+
+
+def _declared(joints):
     listed = every_guard(joints)
     each = [guard for _, guard in listed]
-    latching = any(type(law) in latched.members for _, law in every_part(joints))
-    return Guards(
-        evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if each else NO_ENTRY,
-        latch=entry(latch_entry, scene, (number, number, number, types.int64), parameters) if latching else NO_ENTRY,
+    arrays = _Declared(
         contact=np.array([contact for contact, _ in listed], dtype=np.int64),
         modes=np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),
         leads_to=np.array([guard.leads_to for guard in each], dtype=np.int64),
@@ -223,7 +233,22 @@ def guards_of(scene, parameters) -> Guards:
         at_start=np.array([guard.at_start for guard in each], dtype=np.bool_),
         of_state=np.array([guard.of_state for guard in each], dtype=np.bool_),
         counted=np.array([guard.counted for guard in each], dtype=np.bool_),
-        value=np.zeros((2, len(each))),
-        passed=np.zeros(len(each), dtype=np.bool_),
+    )
+    return arrays, any(type(law) in latched.members for _, law in every_part(joints))
+
+
+def guards_of(scene, parameters) -> Guards:
+    """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave."""
+    number, kinds = types.float64, kinds_of(scene)
+    if kinds not in _DECLARED:
+        _DECLARED[kinds] = _declared(scene.joints)
+    arrays, latching = _DECLARED[kinds]
+    count = arrays.contact.size
+    return Guards(
+        evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if count else NO_ENTRY,
+        latch=entry(latch_entry, scene, (number, number, number, types.int64), parameters) if latching else NO_ENTRY,
+        value=np.zeros((2, count)),
+        passed=np.zeros(count, dtype=np.bool_),
         event=np.zeros(2, dtype=np.int64),
+        **arrays._asdict(),
     )

@@ -32,6 +32,7 @@ class Work(NamedTuple):
     """
 
     rates: Entry  # the right-hand side
+    attempt: Entry  # a whole step of the explicit method; NO_ENTRY where it is made of calls of `rates`
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
@@ -41,15 +42,16 @@ class Work(NamedTuple):
     sigma: float  # m^0.5, Scene.sigma
     longest: float  # s, a step spans no more
 
-    y: np.ndarray  # (n,) state at the start of the step
+    y: np.ndarray  # (n,) state at the start of the step; from here to `step` in a lane of a `rows.Board`
     end: np.ndarray  # (n,) state at its end
     z: np.ndarray  # (n,) state of a stage or on the dense output
     k: np.ndarray  # (16, n) rates
     o: np.ndarray  # (16, columns) observables
-    f: np.ndarray  # (7, n) dense output
     scale: np.ndarray  # (n,) allowed error
     mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
     latched: np.ndarray  # (c + l,) what changes at events alone: closing rate (m/s) of each onset, floored; of laws
+    step: np.ndarray  # (step_width,) the length of a step that is tried and what it comes to, see observe.along
+    f: np.ndarray  # (7, n) dense output
     apart: np.ndarray  # (c,) int64, the mode to which a separation leads
     pressed: np.ndarray  # (c,) int64, the mode to which an onset leads
     clearance: np.ndarray  # (c,) m
@@ -62,7 +64,9 @@ class Work(NamedTuple):
     method: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
     slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion turns out to be stiff
     proposals: np.ndarray  # (2^(1+c),) step length by method and contacts that touch, 0: none yet
-    ahead: np.ndarray  # (3,) length of the next step, how much it may grow and its expected error; 0: not begun
+    ahead: np.ndarray  # (AHEAD,) what the loop goes on with, see loop
+    control: np.ndarray  # (len(Control),) what ends the motion, see loop.Control
+    log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see loop.Event
     guards: tuple  # joint.guards.Guards
     implicit: tuple  # newton.Implicit
     tally: tuple  # tally.Tally
@@ -352,8 +356,7 @@ def first_onset(at, j, h):
 @kernel
 def first_separation(at, j):
     """Return the share of the step at which contact `j` separates; 2 if it does not."""
-    work = at[0]
-    xa = 0.0
+    work, xa = at[0], 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
         if dense_component(xb, work.time + 1 + j, work.y, work.f) <= 0.0:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import invoke, kernel
+from ..observe.along import RISE, RUN
 from .dop853 import END, SCRATCH, dense_component, dense_state
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT, evaluate
 from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
@@ -362,11 +363,8 @@ def choose_method(at, h, explicit, cost):
             limit[SAVED], limit[SPENT] = 0.0, 0.0
             return
     else:
-        rise, run = 0.0, 0.0
-        for i in range(work.y.size):  # work.z is still the state of the last stage, which lies at the end of the step
-            rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
-            run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
-        work.method[1] = work.method[1] + 1 if h * math.sqrt(rise) > STIFF * math.sqrt(run) else 0
+        steep = h * math.sqrt(work.step[RISE]) > STIFF * math.sqrt(work.step[RUN])
+        work.method[1] = work.method[1] + 1 if steep else 0
         if work.method[1] < limit[PATIENT]:
             return
         limit[LIMIT] = h

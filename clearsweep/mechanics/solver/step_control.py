@@ -7,7 +7,7 @@ from ..joint.contract import touches
 from .newton import LENGTH, LIMIT, steady
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
-TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
+MOST_TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
 LEAST_ERROR = 1e-10  # over the allowed one: below, it says no more about how much longer a step may be
 
 
