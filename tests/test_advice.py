@@ -86,7 +86,7 @@ def test_films_are_told_by_the_length_of_the_bearing_and_rough_surfaces_by_their
     path.write_text(GRID.replace("    contact:", f"{FILM.strip(chr(10))}\n    contact:"), encoding="utf-8")
     lines = {line.split()[0]: line for line in advice_text(path).splitlines() if line.startswith("  ")}
     assert "holds" in lines["finite"]  # 20 mm on 20 mm
-    assert "a longer bearing bears less (trusted for slenderness up to 0.5)" in lines["short"]
+    assert "a longer bearing bears less (trusted for length / diameter up to 0.5)" in lines["short"]
     assert "doubtful" in lines["long"]
     assert "doubtful" in lines["pinkus-sternlicht"]
     assert "deep under the load" in lines["fractal"]

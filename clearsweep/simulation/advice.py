@@ -131,7 +131,7 @@ def _arc(joint: Joint, load: float | None) -> float | None:
 def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     """Return where a law is used outside of what it is trusted for."""
     slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
-    measured = {"arc": _arc(joint, load), "length": joint.length, "slenderness": slenderness}
+    measured = {"arc": _arc(joint, load), "length": joint.length, "length / diameter": slenderness}
     known = [(limit, measured[limit.path]) for limit in law.trusted]
     outside = [limit for limit, value in known if value is not None and not limit.holds(value)]
     ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in outside]

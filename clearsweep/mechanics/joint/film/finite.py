@@ -95,7 +95,7 @@ enter(
         "after Butenschoen 1976, Das hydrodynamische, zylindrische Gleitlager endlicher Breite unter instationaerer "
         "Belastung, Karlsruhe; fits as in the public multibody program MBDyn",
         needs=("length",),
-        trusted=(Range("slenderness", 0.25, 1.0, "1", "its fits hold there within 5 %"),),
+        trusted=(Range("length / diameter", 0.25, 1.0, "1", "its fits hold there within 5 %"),),
         notes="Beyond length / diameter 1.2 the fit of "
         "the squeeze changes its sign and feeds energy in: such a joint is refused.  It gives no pressure.",
     ),

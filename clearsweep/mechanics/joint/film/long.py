@@ -10,7 +10,7 @@ from ...compiled.family import kernel
 from ..recipe import enter
 from .contract import arc_from, film_force, film_pressure, highest
 
-LENGTHY = Range("slenderness", 4.0, inf, "1", "the oil is to flow round the pin; a shorter bearing bears less")
+LENGTHY = Range("length / diameter", 4.0, inf, "1", "the oil is to flow round the pin; a shorter bearing bears less")
 
 
 class Long(NamedTuple):

@@ -62,7 +62,9 @@ enter(
         "half circle where p > 0, w = w_j + w_b - 2 gamma'; force in closed form",
         "after Ocvirk 1952, NACA TN 2808, and Booker 1965, J. Basic Eng. 87:537; the integrals derived anew",
         needs=("length",),
-        trusted=(Range("slenderness", 0.0, 0.5, "1", "the oil is to flow along the pin; a longer bearing bears less"),),
+        trusted=(
+            Range("length / diameter", 0.0, 0.5, "1", "the oil is to flow along the pin; a longer bearing bears less"),
+        ),
         notes="At length / diameter 1 and eps = 0.8 it bears 3.2 times too much.  Pressure is 0 outside "
         "the half circle: no suction.",
     ),
