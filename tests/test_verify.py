@@ -8,7 +8,7 @@ import pytest
 
 from clearsweep import simulate, verify
 from clearsweep.mechanics.solver.event import ONSET, SEPARATION
-from clearsweep.verify import accuracy, convergence, stability, text
+from clearsweep.verify import accuracy, convergence, known_machines, stability, text
 from clearsweep.verify.problems import found_by_simulate, problems, returned, scene_of
 from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp
 
@@ -164,6 +164,12 @@ def test_table_is_narrow_and_has_a_line_for_every_row(results):
     assert sum("tolerance 1e-06" in line for line in lines) == 12
     assert all(len(line) <= 132 for line in lines)
     assert any(line.startswith("b_base at tolerance 1e-09") for line in lines)
+
+
+def test_a_machine_may_be_without_events():
+    nothing, moments = np.empty(0), np.array([1e-3, 2e-3])
+    assert known_machines.event_error(nothing, nothing) == 0.0
+    assert known_machines.event_error(moments, moments + [1e-9, -3e-9]) == pytest.approx(3e-9, rel=1e-6)
 
 
 def test_statistics_come_with_an_interval_for_every_tolerance_and_length(results):

@@ -67,11 +67,16 @@ def run(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
         "error": worst,
         "events": len(moments),
         "events_expected": len(truth),
-        "event_error": float(np.max(np.abs(moments - truth))) if same else None,  # s
+        "event_error": event_error(moments, truth) if same else None,  # s
         "rhs_evaluations": found.summary["rhs_evaluations"],
         "energy_residual": found.summary["energy_residual"],
         "ms": 1e3 * seconds,
     }
+
+
+def event_error(moments: np.ndarray, truth: np.ndarray) -> float:
+    """Return by how much (s) the worst of as many events is off, 0 where there are none: a film may bear for ever."""
+    return float(np.max(np.abs(moments - truth), initial=0.0))
 
 
 def _error(found: np.ndarray, truth: np.ndarray) -> float:
