@@ -4,6 +4,8 @@
 class OfFrame:
     """The reading side of a store whose summary is the frame `summary`, its units in `attrs`."""
 
+    seek = None  # nothing is sought
+
     @property
     def columns(self):
         """Return the names of the columns."""

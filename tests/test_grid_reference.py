@@ -54,11 +54,11 @@ def body(mechanism, path):
 )
 def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
     schema = functools.reduce(dict.__getitem__, branch.split(), grid.schema(catalogue()))
-    apart = ("sample", "seek")  # under "Choosing cases", as they are the same for every mechanism
+    apart = ("sample", "seek", "refine")  # under "Choosing cases", as they are the same for every mechanism
     objects = {path: names for path, names in keys(schema) if path.partition(".")[0] not in apart}
     headings, missing = "".join(sections(mechanism)), []
     for path, names in objects.items():
-        text = body(mechanism, path) if path not in ("", "seek") else PAGE.partition("\n## Choosing cases\n")[2]
+        text = body(mechanism, path) if path else PAGE.partition("\n## Choosing cases\n")[2]
         for name in names:
             full = f"{path}.{name}".lstrip(".")
             if full not in objects and f"`{full}`" not in headings and f"| `{name}` |" not in text:
@@ -67,10 +67,11 @@ def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
     assert len(objects) > 5
 
 
-def test_every_key_of_seek_stands_under_its_heading():
-    text = PAGE.partition("\n### `seek`\n")[2].partition("\n### ")[0]
+@pytest.mark.parametrize("section", ["seek", "refine"])
+def test_every_key_of_what_adds_cases_stands_under_its_heading(section):
+    text = PAGE.partition(f"\n### `{section}`\n")[2].partition("\n### ")[0]
     named = {name for row in re.findall(r"^\| (.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
-    assert named == dict(keys(grid.schema(catalogue())["else"]["else"]["else"]["else"]))["seek"]
+    assert named == dict(keys(grid.schema(catalogue())["else"]["else"]["else"]["else"]))[section]
 
 
 def test_a_quantity_stands_with_unit_range_default_and_meaning():

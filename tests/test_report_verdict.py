@@ -3,10 +3,15 @@
 import numpy as np
 import pytest
 from report_fake import Run
+from test_refine import Arc, off_border, refined
+from test_seek import MASS, quiet, sought
 
+import clearsweep
 from clearsweep import report, verdict
 from clearsweep.report import study
+from clearsweep.report.picture import svg
 from clearsweep.report.sections import headline, maps
+from clearsweep.report.sections import sought as answers
 from clearsweep.report.sections import verdict as section
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"
@@ -81,3 +86,52 @@ def test_the_page_holds_the_verdict_and_its_map(run, tmp_path):
     page = report.write(run, tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Within the limits" in page
     assert page.index('id="verdict"') < page.index('id="headline"')
+
+
+def told(found, place=0):
+    """Return what the first block of a section says, with plain spaces."""
+    return " ".join(found[place].blocks[0].texts).replace("\u00a0", " ")
+
+
+@pytest.mark.parametrize(("whom", "limit"), [("each", 0.3137), ("all", 0.3137), ("each", 0.05), ("each", 1.0)])
+def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_path, whom, limit):
+    source = sought(limit, gravities=(0.0, 1e-3))
+    source["seek"]["for"] = whom
+    quiet(source, tmp_path / "run")
+    run = clearsweep.open(tmp_path / "run")
+    prepared = study.prepare(run)
+    (part,) = answers.sections(prepared)
+    (table,) = part.tables
+    frame = run.seek
+    assert [row[-5] for row in table.rows] == pytest.approx(frame[f"seek.{MASS}"].tolist(), rel=1e-12, nan_ok=True)
+    assert len(table.rows) == (2 if whom == "each" else 1)
+    first = told(section.sections(prepared)).replace("\u2009", "")
+    assert told([part]).startswith(first.partition(". ")[0])
+    if limit == 0.05:
+        assert "Largest safe slider mass: none of the range that was looked at in 2 of 2 searches, limited by" in first
+    else:
+        value = frame[f"seek.{MASS}"].min()
+        assert f"Largest safe slider mass: {value:.4g} kg" in first
+        assert ("the border is between" in first) == (limit < 0.9)
+        assert ("in all 2 searches" in first) == (whom == "each")
+    pictures = [picture for block in part.blocks for picture in getattr(block, "pictures", [])]
+    assert len(pictures) == (whom == "each" and limit > 0.05)
+    assert MASS in {axis.path for axis in prepared.axes}
+    report.write(run, tmp_path / "page.html")
+
+
+def test_the_map_shows_cases_between_its_cells(tmp_path):
+    quiet(refined(), tmp_path / "run", simulator=Arc)
+    run = clearsweep.open(tmp_path / "run")
+    prepared = study.prepare(run)
+    added, own = off_border(run.summary)
+    assert f"of {len(run.summary)} cases exceed at least one limit" in told(section.sections(prepared))
+    assert "no share of designs" in told(section.sections(prepared))
+    (picture,) = section.sections(prepared)[0].blocks[-1].pictures
+    assert f"{len(added)} dots: cases between" in picture.caption
+    assert len(svg(picture, "map")) > 1000
+    across, up = prepared.axes
+    dots = section._between(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)
+    assert len(own) == 20
+    mass, speed = 0.1 + 0.2 * dots.x, 100.0 + 200.0 * dots.y  # both axes have equal steps
+    assert np.array_equal(np.hypot(mass, speed / 1000.0) > 0.6137, dots.failing)

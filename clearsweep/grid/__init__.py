@@ -9,6 +9,7 @@ from .iso286 import Fit
 from .json_schema import schema
 from .key_units import key_units
 from .reference import markdown
+from .refined import Refine
 from .resolve import leaves
 from .room import check_disk, check_memory, history_bytes, largest_history, usual_history
 from .sought import Seek
@@ -23,6 +24,7 @@ __all__ = [
     "Fit",
     "Grid",
     "Law",
+    "Refine",
     "Seek",
     "Words",
     "check_disk",

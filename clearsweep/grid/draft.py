@@ -38,6 +38,10 @@ class Draft:
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
     seek: Any = None  # `sought.Seek`
+    refine: Any = None  # `refined.Refine`
+    added_in: str = ""  # the key under which cases stand that a run added
+    added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
+    added: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
     own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
 
     def place(self, path: str) -> WrittenValue:

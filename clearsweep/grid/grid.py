@@ -18,6 +18,8 @@ from ..layout import Layout
 from ..outline import Outline
 from ..verdict import Verdict, figures_of, limits_of
 from . import checks, variations
+from .added import ADDED
+from .added import rows as added_rows
 from .assumed import assumed
 from .changes import Changed, put
 from .document import Problems, WrittenValue, override, read
@@ -27,8 +29,9 @@ from .iso286 import Fit
 from .key_units import unit
 from .keys import Flag, Number, Section, Shape, Table, Word, value_key
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
+from .refined import REFINE, Refine
 from .resolve import case_of
-from .sought import Seek
+from .sought import SEEK, Seek
 from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
@@ -78,6 +81,8 @@ def load(
         {path: tuple(known) for path, known in draft.fits.items()},
         assumed(draft),
         draft.seek,
+        draft.refine,
+        added_rows(draft),
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -149,6 +154,8 @@ class Grid:
     fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> the fits of ISO 286 that it is written as
     assumed: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
     seek: Seek | None = None  # what is sought; its axis has the values that are tried first
+    refine: Refine | None = None  # where further cases are put
+    added: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
     _layout: Layout | None = None
 
     @cached_property
@@ -160,6 +167,11 @@ class Grid:
     @cached_property
     def size(self) -> int:
         """Return the number of cases, however many."""
+        return self._product + len(self.added)
+
+    @cached_property
+    def _product(self) -> int:
+        """Return the number of cases that are not added."""
         return math.prod(factor.size for factor in self._factors)
 
     @property
@@ -175,22 +187,13 @@ class Grid:
         """Return dotted path -> value of the swept keys of a case; None for a key that its laws do not use."""
         if not 0 <= index < len(self):
             raise IndexError(f"case {index} of {len(self)}")
+        if index >= self._product:
+            return dict(zip(self.axes, self.added[index - self._product], strict=True))
         values: dict[str, Value] = dict.fromkeys(self.axes)
         for factor in reversed(self._factors):
             index, k = divmod(index, factor.size)
             values |= factor.point(k, self.axes)
         return values
-
-    def index(self, point: Mapping[str, Value]) -> int:
-        """Return the index of the case whose `point` this is; a ValueError where there is none."""
-        index = 0
-        for factor in self._factors:
-            parts = (factor.point(k, self.axes) for k in range(factor.size))
-            place = next((k for k, part in enumerate(parts) if all(point[path] == part[path] for path in part)), None)
-            if place is None:
-                raise ValueError(f"no case of this grid has the values {point}")
-            index = index * factor.size + place
-        return index
 
     def case(self, index: int) -> Case:
         """Return the case at `index`, defaults filled in, with the keys that are in use."""
@@ -204,10 +207,14 @@ class Grid:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
         return identity(self.written_case(index))
 
-    def at(self, points: Sequence[Mapping[str, Value]]) -> "Grid":
-        """Return a grid that has the cases at these `points` and no others, its axes in step; nothing is sought."""
-        axes = {path: tuple(point[path] for point in points) for path in self.axes}
-        return replace(self, axes=axes, _steps={"cases": tuple(axes)}, _sample={}, seek=None)
+    def without_added(self) -> "Grid":
+        """Return the grid without the cases that a run added."""
+        return replace(self, added=())
+
+    def with_added(self, points: Sequence[Mapping[str, Value]]) -> "Grid":
+        """Return a grid that has the cases at these `points`, too, behind its own."""
+        rows = tuple(tuple(point[path] for path in self.axes) for point in points)
+        return replace(self, added=(*self.added, *rows))
 
     def written_case(self, index: int) -> dict[str, Any]:
         """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
@@ -221,10 +228,13 @@ class Grid:
         texts = Texts(self._shape, self.axes)
         for words, varied in combined(self._factors, self.axes, texts.of):
             yield number_of(self._pattern(words).text % varied)
+        for point in map(self.point, range(self._product, self.size)):
+            yield number_of(self._pattern(words_at(point)).text % texts.of(point))
 
     def words(self) -> Iterator[Words]:
         """Yield the swept law names of every case, in order."""
-        return (words for words, _ in combined(self._factors, self.axes, lambda _: {}))
+        yield from (words for words, _ in combined(self._factors, self.axes, lambda _: {}))
+        yield from map(words_at, map(self.point, range(self._product, self.size)))
 
     def frame(self) -> dict[str, Any]:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
@@ -238,11 +248,14 @@ class Grid:
         }
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
-        sought = self.seek.written() if self.seek else {}
+        columns = dict(zip(self.axes, map(list, zip(*self.added, strict=True)), strict=True)) if self.added else {}
+        further = {ADDED: columns} if columns else {}
         if self.seek:
             ways["sweep"] = {path: values for path, values in ways["sweep"].items() if path != self.seek.path}
         ways = {way: part for way, part in ways.items() if part}
-        judged = {"figures": self.figures, "limits": self.limits, "seek": sought}
+        judged = {"figures": self.figures, "limits": self.limits}
+        judged |= {SEEK: self.seek.written() | further} if self.seek else {}
+        judged |= {REFINE: self.refine.written() | further} if self.refine else {}
         judged = {key: part for key, part in judged.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)

@@ -6,12 +6,15 @@ from .. import quantity
 from ..catalogue import Catalogue
 from ..outline import ANY
 from ..verdict import KINDS
+from .added import ADDED
 from .fits import SPREADS
 from .forms import forms
 from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
+from .refined import ALONG
 from .sampling import DISTRIBUTIONS, METHODS
 from .sought import ENDS, FOR
 
+_ADDED = {"type": "object", "description": "cases added before, as run.json keeps them"}
 _NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
 _FIT: dict[str, Any] = {
     "type": "object",
@@ -61,6 +64,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _bounds()]},
             },
             "seek": _seek(),
+            "refine": _refine(),
         }
         chosen_by = {"type": form.mechanism} | ({"spatial": True} if form.spatial else {})
         for key, value in chosen_by.items():
@@ -121,6 +125,22 @@ def _seek() -> dict[str, Any]:
             "within": size,
             "meeting": {"enum": ["limits"]},
             "for": {"enum": list(FOR)},
+            ADDED: _ADDED,
+        },
+    }
+
+
+def _refine() -> dict[str, Any]:
+    """Return the schema of the section `refine`."""
+    return {
+        "description": "further cases between those of `sweep`, where the border of `limits` runs",
+        "type": "object",
+        "required": ["cases"],
+        "additionalProperties": False,
+        "properties": {
+            "along": {"enum": [ALONG], "description": "what border they follow"},
+            "cases": {"type": "integer", "minimum": 1, "description": "how many there may be"},
+            ADDED: _ADDED,
         },
     }
 

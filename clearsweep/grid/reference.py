@@ -144,10 +144,15 @@ def _cases(catalogue: Catalogue) -> str:
     while "else" in top:  # those of any mechanism
         top = top["else"]
     top = top["properties"]
-    texts = {key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", *SECTIONS, "seek")}
+    texts = {
+        key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", *SECTIONS, "seek", "refine")
+    }
     texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
     texts["name"] = texts["name"].replace("<name>", "NAME")
-    rows = [f"| `{key}` | {texts[key]} |" for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS, "seek")]
+    rows = [
+        f"| `{key}` | {texts[key]} |"
+        for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS, "seek", "refine")
+    ]
     axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
     axes.append("| `fits` | [H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286 |")
     methods = [f"| `{name}` | {text} |" for name, text in METHODS.items()]
@@ -159,6 +164,7 @@ def _cases(catalogue: Catalogue) -> str:
         "| `seed` | a whole number, at least 0, default 0: the same seed gives the same cases |",
         "| `over` | dotted path -> distribution |",
     ]
+    added = "| `added` | nothing that is written: run.json keeps the cases here that a run added |"
     seek = [
         "| `largest` | the dotted path whose largest value is sought |",
         "| `smallest` | or the path whose smallest value is sought |",
@@ -166,6 +172,12 @@ def _cases(catalogue: Catalogue) -> str:
         "| `within` | how close the answer has to be, at most a quarter of the range |",
         "| `meeting` | `limits`, the default |",
         "| `for` | `each` case of the other axes, the default, or `all`: the worst of them |",
+        added,
+    ]
+    refine = [
+        "| `along` | `limits`, the default: whose border the further cases follow |",
+        "| `cases` | a whole number, at least 1: how many there may be |",
+        added,
     ]
     return "\n".join(
         [
@@ -178,6 +190,9 @@ def _cases(catalogue: Catalogue) -> str:
             "\n### `seek`\n",
             "| key | meaning |\n| --- | --- |",
             *seek,
+            "\n### `refine`\n",
+            "| key | meaning |\n| --- | --- |",
+            *refine,
             "\n### `sample`\n",
             "| key | meaning |\n| --- | --- |",
             *sample,

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from .. import quantity
 from ..errors import InputError, nearest, shown
+from .added import ADDED
 from .document import WrittenValue
 from .draft import Draft
 from .keys import Number, Word, value_key
@@ -60,7 +61,7 @@ def range_of(draft: Draft, root: WrittenValue) -> tuple[str, WrittenValue, Writt
         draft.problems.add(section, SEEK, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
         return None
     for key in section.value:
-        if key not in KEYS:
+        if key not in (*KEYS, ADDED):
             sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
             draft.problems.add(section.key_place(key), f"{SEEK}.{key}", sentence)
     ends = [end for end in ENDS if end in section.value]
@@ -98,7 +99,7 @@ def read(draft: Draft, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | 
             sentence = f"found {shown(given[key].value)}; expected {' or '.join(allowed)}"
             draft.problems.add(given[key], f"{SEEK}.{key}", sentence)
     for other in draft.axes:
-        _always_used(draft, given[end], other)
+        always_used(draft, given[end], SEEK, other)
     within = _within(draft, section, path)
     if within is None or len(draft.problems) > noted:
         return None
@@ -131,14 +132,14 @@ def _unit(draft: Draft, path: str) -> str:
     return quantity.exponent_of(node.fields(draft.names)[0].unit, exponents[0] if exponents else 1.5)
 
 
-def _always_used(draft: Draft, place: WrittenValue, path: str) -> None:
-    """Note a swept key that some of the swept laws do not use: the probes go case by case, and each has every value."""
+def always_used(draft: Draft, place: WrittenValue, section: str, path: str) -> None:
+    """Note a swept key that some of the swept laws do not use: cases are added one by one, and each has every value."""
     node = value_key(draft.shape, path)
     if isinstance(node, Word):
         return
     for chooser in node.choosers():
         for law in draft.axes.get(chooser, ()):
             if not node.used(draft.names | {chooser: frozenset({law})}):
-                sentence = f"{path} is not used by {law}; where something is sought, every law that is tried has to"
-                draft.problems.add(place, SEEK, f"{sentence} use every key that is swept")
+                sentence = f"{path} is not used by {law}; with `{section}` every law that is tried has to use every key"
+                draft.problems.add(place, section, f"{sentence} that is swept")
                 return

@@ -7,7 +7,7 @@ from ..case import column_name
 from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
-from . import fits, judged, list_key, sought, table_key, variations, wear_unit
+from . import added, fits, judged, list_key, refined, sought, table_key, variations, wear_unit
 from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
@@ -34,6 +34,7 @@ def read_draft(
     fits.put_numbers(draft, lambda path: _ahead(draft, path))
     wear_unit.put_units(draft)
     variations.find_sought(draft, root, whole)
+    added.find(draft, root, (sought.SEEK, refined.REFINE))
     for path, node in draft.shape.items():
         if isinstance(node, Word):
             _word(draft, path, node)
@@ -48,6 +49,7 @@ def read_draft(
     draft.figures = _figures(draft, mechanism, catalogue)
     judged.read_into(draft, root)
     draft.seek = sought.read(draft, root, draft.limits)
+    draft.refine = refined.read(draft, root, draft.limits)
     return draft
 
 
@@ -83,7 +85,7 @@ def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[s
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
     known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path] + (
-        ["name", *judged.SECTIONS, sought.SEEK, *variations.WAYS] if not path else []
+        ["name", *judged.SECTIONS, sought.SEEK, refined.REFINE, *variations.WAYS] if not path else []
     )
     draft.sections[path] = written
     content = written.value

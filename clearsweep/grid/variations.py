@@ -115,6 +115,9 @@ def values(draft: Draft, path: str, reading: Reading) -> list[Any] | None:
     """Return the values of a varied path, None where they are wrong."""
     way, written = draft.way[path], draft.swept[path]
     where = _where(way, path)
+    if path in draft.added_written:
+        more = axis(draft.problems, f"{draft.added_in}.{path}", draft.added_written[path], reading, distinct=False)
+        draft.added[path] = more or []
     if way != "sample":
         return axis(draft.problems, where, written, reading, distinct=way in ("sweep", sought.SEEK))
     distribution = sampling.distribution(draft.problems, where, written, reading)

@@ -198,7 +198,8 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     layout, record = run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in BASE if key in record}
-    axes = _axes(record, units, len(layout.joints))
+    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in filter(None, [sought(record)])}
+    axes = _axes(record, tried, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
     texts = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
@@ -255,11 +256,12 @@ def joint_of(case: Case, joint: Joint) -> CaseJoint:
 def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
     """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
     record = study.run.grid
-    loaded = grid.load({key: record[key] for key in (*BASE, *WAYS) if key in record}, simulation.catalogue())
-    return [
-        loaded.case(loaded.index({axis.path: study.value(case_id, axis.path) for axis in study.axes}))
-        for case_id in case_ids
-    ]
+    varied = {key: record[key] for key in (*BASE, *WAYS) if key in record}
+    if path := sought(record):  # an axis like the others, of what was tried
+        tried = next(axis.values for axis in study.axes if axis.path == path)
+        varied["sweep"] = varied.get("sweep", {}) | {path: list(tried)}
+    loaded = grid.load(varied, simulation.catalogue())
+    return [loaded.case_at({axis.path: study.value(case_id, axis.path) for axis in study.axes}) for case_id in case_ids]
 
 
 def position(axis: Axis, values: pd.Series) -> np.ndarray:
@@ -329,14 +331,20 @@ def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
     return pairs
 
 
-def _axes(record: Mapping, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
-    """Return the axes of a run: swept, in step, and drawn."""
-    swept, step = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {})
+def sought(record: Mapping) -> str:
+    """Return the path whose largest or smallest value a run sought, '' where none was."""
+    seek = record.get("seek") or {}
+    return str(seek.get("largest") or seek.get("smallest") or "")
+
+
+def _axes(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
+    """Return the axes of a run: swept, in step, drawn, and `tried` by a search; not what `refine` put between."""
+    swept, step = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {}) | tried
     drawn = (record.get("sample") or {}).get("drawn", {})
     axes = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
     for path, values in (step | drawn).items():
         different = tuple(dict.fromkeys(values))
-        if path in drawn or len(different) > MANY:
+        if path in drawn or path in tried or len(different) > MANY:
             ordered = tuple(sorted(different))
             ends = _axis(path, ordered[:: max(len(ordered) - 1, 1)], units.get(path, "1"), joints)
             axes.append(ends._replace(values=ordered, digits=DIGITS, scattered=True))

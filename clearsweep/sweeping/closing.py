@@ -58,6 +58,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "units": run.grid.get("units", {}),
         "limits": kept.facts(),
         "seek": _sought(result, run.grid.get("units", {})),
+        "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
         "worst": worst,
         "failures": failures,
@@ -154,6 +155,24 @@ def _seek_lines(facts: dict[str, Any]) -> list[str]:
     return lines
 
 
+def _refine_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines on what `refine` came to."""
+    refined = facts["refined"]
+    if not refined:
+        return []
+    added, asked = refined["added"], refined["asked"]
+    if not refined["crossed"]:
+        return ["", "Refined: no cases added, as nowhere one keeps to the limits and its neighbour does not"]
+    known = (
+        "its place is known to a thousandth of the steps of the grid" if refined["whole"] else "more would narrow it"
+    )
+    boxes = f"{refined['crossed']:,} place" + "s" * (refined["crossed"] != 1)
+    return [
+        "",
+        f"Refined: {added:,} of at most {asked:,} cases added where the limits' border runs, at {boxes}; {known}",
+    ]
+
+
 def _peak(joint: str) -> str:
     return f"{joint}_force_peak"
 
@@ -197,6 +216,7 @@ def run_text(facts: dict[str, Any]) -> str:
     lines += derived_lines(facts["derived"])
     lines += _limit_lines(facts)
     lines += _seek_lines(facts)
+    lines += _refine_lines(facts)
     if facts["worst"]:
         lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]
     if facts["failures"]:

@@ -59,6 +59,8 @@ def estimate(
         times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
         sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
         warnings.append(f"{sentence}, and their time and storage")
+    if grid.refine:
+        warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
     directory = sweep.directory_of(grid, out, part)
     directory.check(grid)
     directory.look()

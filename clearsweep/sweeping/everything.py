@@ -9,6 +9,7 @@ from typing import Any
 
 from .. import grid as grids
 from .. import store
+from ..grid.refined import REFINE
 from ..grid.sought import SEEK
 from ..grid.variations import WAYS
 from .simulator import SIMULATION
@@ -27,7 +28,7 @@ def everything(directory: str | Path, simulator: Simulator = SIMULATION) -> Iter
     source = store.RunDirectory(directory)
     source.look()
     with tempfile.TemporaryDirectory(prefix="clearsweep-") as passing:
-        unvaried = {key: record[key] for key in record["keys"] if key not in (*WAYS, SEEK)}
+        unvaried = {key: record[key] for key in record["keys"] if key not in (*WAYS, SEEK, REFINE)}
         grid = grids.load(unvaried | _ways(record, source), simulator.catalogue())
         with store.RunDirectory(Path(passing) / "run").open_for(grid) as target:
             target.take(source)
@@ -50,7 +51,11 @@ def _ways(record: dict[str, Any], source: store.RunDirectory) -> dict[str, Any]:
             columns[path] += rows.column(path).to_pylist()
     first = {path: record.get("sweep", {}).get(path, []) for path in paths}
     axes = {path: list(dict.fromkeys(_present([*first[path], *columns[path]]))) for path in paths}
-    if "sweep" in record and not set(WAYS[1:]) & record.keys() and math.prod(map(len, axes.values())) < 1_000_000:
+    if (
+        "sweep" in record
+        and not {*WAYS[1:], SEEK, REFINE} & record.keys()
+        and math.prod(map(len, axes.values())) < 1_000_000
+    ):
         return {"sweep": axes}
     different = dict.fromkeys(zip(*columns.values(), strict=True))
     return {"cases": dict(zip(columns, map(list, zip(*different, strict=True)), strict=True))}

@@ -1,21 +1,14 @@
-"""Finds the largest or smallest value with which cases keep to their limits: which cases to run next, and the answers.
+"""Finds the largest or smallest value with which cases keep to their limits: the cases to run next, the answers."""
 
-Its probes are cases like any others, so what was stored before is not run again, and the same probes give the same
-answers however often the run was interrupted.
-"""
-
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import store
 from ..grid import Grid, Seek
-from .bracket import Border, search
-
-Point = dict[str, Any]  # dotted path -> value of the other axes
-#: Runs what is missing of a grid and judges its cases from an index on; None where it was stopped.
-Look = Callable[[Grid, int], store.Judged | None]
+from .bracket import Border, scan, search
+from .rounds import Point
 
 
 class Answer(NamedTuple):
@@ -40,34 +33,30 @@ class Seeking:
 
     def __init__(self, grid: Grid):
         assert grid.seek is not None  # it is asked for
-        self.grid, self.seek = grid, grid.seek
+        self.seek = grid.seek
         self.others = _others(grid, self.seek)
+        self.place_of = {tuple(point.values()): j for j, point in enumerate(self.others)}
         every = range(len(self.others))
         self.subjects = [(j,) for j in every] if self.seek.each else [tuple(every)]
         self.probes: list[dict[int, _Probe]] = [{} for _ in self.others]  # of each: place -> what it gave
-        self.stopped = False
+        self.asked = {self.seek.value(place): place for place in scan(self.seek.last)}  # value -> place
 
-    def run(self, look: Look) -> Grid:
-        """Run round after round by `look`; return the grid of all cases that were looked at."""
-        asked: dict[tuple[int, int], None] = {}
-        grid = self.grid
-        while wanted := list(self._wanted()):
-            asked.update(dict.fromkeys(wanted))
-            grid = self.grid.at([self._point(*probe) for probe in asked])
-            judged = look(grid, len(asked) - len(wanted))
-            if judged is None:
-                self.stopped = True
-                break
-            for index, (j, place) in enumerate(wanted):
-                self.probes[j][place] = _probe(judged, index)
-        return grid
+    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+        """Take in how the cases of a grid from the index `first` on stand to its limits."""
+        for index in range(first, len(grid)):
+            point = grid.point(index)
+            place = self.asked[point.pop(self.seek.path)]
+            self.probes[self.place_of[tuple(point.values())]][place] = _probe(judged, index - first)
+
+    def wanted(self) -> list[Point]:
+        """Return the probes to look at next."""
+        return [self._point(*probe) for probe in dict.fromkeys(self._next())]
 
     def answers(self) -> list[Answer]:
-        """Return what was found: one for each case of the other axes, or one for all; none of a search that stopped."""
-        return [] if self.stopped else [self._answer(subject) for subject in self.subjects]
+        """Return what was found: one for each case of the other axes, or one for all; of a search at its end."""
+        return [self._answer(subject) for subject in self.subjects]
 
-    def _wanted(self) -> Iterator[tuple[int, int]]:
-        """Yield the probes to look at next."""
+    def _next(self) -> Iterator[tuple[int, int]]:
         for subject in self.subjects:
             for place in search(self._known(subject), self.seek.last).wanted:
                 yield from ((j, place) for j in subject)
@@ -77,7 +66,9 @@ class Seeking:
         return {place: all(self.probes[j][place].good for j in subject) for place in self.probes[subject[0]]}
 
     def _point(self, j: int, place: int) -> Point:
-        return self.others[j] | {self.seek.path: self.seek.value(place)}
+        value = self.seek.value(place)
+        self.asked[value] = place
+        return self.others[j] | {self.seek.path: value}
 
     def _answer(self, subject: tuple[int, ...]) -> Answer:
         """Return what the probes of some cases of the other axes say."""

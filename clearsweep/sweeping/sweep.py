@@ -16,8 +16,9 @@ from .. import grid as grids
 from .. import resources, store
 from ..case import Case
 from ..errors import DirectoryError, InputError, brief
-from . import executors, progress, signals
+from . import executors, progress, rounds, signals
 from .driver import Batches, Driver
+from .refining import Refined, Refining
 from .seeking import Answer, Seeking
 from .shard import Shard, each_once
 from .simulator import SIMULATION
@@ -59,6 +60,7 @@ class RunResult:
     joined: int = 0  # directories that were joined; 0 for a run
     seek: grids.Seek | None = None  # what was sought
     answers: tuple[Answer, ...] = ()  # what was found
+    refined: Refined | None = None  # what `refine` came to; None where it was not asked for or was stopped
 
     @property
     def exit_code(self) -> int:
@@ -130,26 +132,29 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
     shard = None if options.shard is None else Shard.read(options.shard)
     if shard and grid.seek:
         raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
+    if shard and grid.refine:
+        raise InputError(
+            "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
+            "them, and run the grid with it where they were merged to"
+        )
     ids = case_ids(grid)
     wanted = shard.ids(ids) if shard else each_once(ids)
     derived, warnings = facts(grid, simulator)
     known = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    search = Seeking(grid) if grid.seek else None
+    search = Seeking(grid) if grid.seek else Refining(grid) if grid.refine else None
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, counts={"cases": len(wanted)}) as directory:
         start = store.now()
         for sentence in directory.recover():
             progress.say(sentence)
         with Crew(directory, options, simulator) as crew:
             if search:
-                grid = search.run(crew.look)
-                ids = case_ids(grid)
-                wanted = each_once(ids)
-                known["seek"] = search.seek.written()
+                grid, complete = rounds.run(grid, search, crew.look)
+                wanted = each_once(case_ids(grid))
             else:
-                crew.run(grid, ids, wanted)
+                complete = crew.run(grid, ids, wanted)
         del ids  # 8 MB of a million cases, which merging needs
-        answers = search.answers() if search else []
-        store.write_answers(directory, store.Form.of(grid), search.seek.path if search else "", answers)
+        answers = search.answers() if isinstance(search, Seeking) and complete else []
+        store.write_answers(directory, store.Form.of(grid), grid.seek.path if grid.seek else "", answers)
         counts: dict[str, Any] = conclude(directory, grid, wanted, ran=crew.ran, start=start, **known)
     return RunResult(
         directory.path,
@@ -159,8 +164,9 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
         start_up=(crew.ready or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
-        seek=search.seek if search else None,
+        seek=grid.seek,
         answers=tuple(answers),
+        refined=search.result() if isinstance(search, Refining) and complete else None,
     )
 
 

@@ -1,5 +1,7 @@
 """A map of what passes: cells that keep to the limits in one colour, those that do not in another, a line between."""
 
+from typing import NamedTuple
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -12,11 +14,23 @@ from .style import INK, name_values
 GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: told apart by any eye, and in grey
 
 
-def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, across: Axis, up: Axis) -> None:
-    """Draw the smallest margin of every cell, (values of `up`, values of `across`), and whether it fails (0 or 1).
+DOT_GOOD, DOT_BAD = "#1f5f86", "#a34a12"
 
-    NaN where no case finished.
+
+class Dots(NamedTuple):
+    """Cases that lie between the cells of a map: (cases,) each."""
+
+    x: np.ndarray  # places among the values of the first axis
+    y: np.ndarray  # and of the second
+    failing: np.ndarray  # bool
+
+
+def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, Axis], between: Dots) -> None:
+    """Draw the smallest margin of every cell, (values of the second axis, of the first), and whether it fails (0 or 1).
+
+    NaN where no case finished.  On top of them go the cases in `between`.
     """
+    across, up = axes
     ax.set_facecolor(UNKNOWN)
     edges = [np.arange(size + 1) - 0.5 for size in failing.shape[::-1]]
     ax.pcolormesh(
@@ -37,6 +51,18 @@ def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, across: Axis, up: 
             word = wording.DASH if np.isnan(fails) else "no" if fails else "ok"
             text = f"{word}\n{number}".strip()
             ax.text(column, row, text, ha="center", va="center", fontsize=7, color=INK)
+    for fails, colour, mark in ((False, DOT_GOOD, "o"), (True, DOT_BAD, "X")):
+        there = between.failing == fails
+        ax.scatter(
+            between.x[there],
+            between.y[there],
+            s=9,
+            c=colour,
+            marker=mark,
+            linewidths=0.3,
+            edgecolors="white",
+            rasterized=bool(there.sum() > CELLS_VECTOR),
+        )
     name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
     name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())

@@ -18,6 +18,7 @@ from . import (
     peaks,
     sample,
     setup,
+    sought,
     summary,
     tradeoffs,
     verdict,
@@ -27,6 +28,7 @@ from . import (
 SECTIONS: tuple[Callable[[Study], list[Section]], ...] = (  # in the order of the page
     summary.sections,
     verdict.sections,
+    sought.sections,
     mechanism.sections,
     headline.sections,
     sample.sections,

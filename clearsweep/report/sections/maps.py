@@ -39,6 +39,8 @@ def _section(study: Study, joint: Joint) -> Section:
         note += "p99: the force exceeded during 1 % of the time, free flight included."
     worst = "Of the cases of a cell the worst is shown, of times in contact, impacts and restitution the median."
     note += " The median of the cases of a cell is shown." if study.typical else f" {worst}"
+    if "refine" in study.run.grid:
+        note += " Cases that refine put between the values of the axes are left out."
     title = f"Heat maps{study.where(joint, ', joint {}')}"
     return Section(f"maps-{joint.name}", title, filled([Gallery(note, _pictures(study, joint))]))
 

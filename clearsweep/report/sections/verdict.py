@@ -8,10 +8,11 @@ from ... import verdict, wording
 from ..case_table import axis_columns
 from ..draw import passing
 from ..main_effects import main_effects
-from ..picture import Picture
+from ..picture import Picture, capital
 from ..section import Block, Gallery, Points, Section, filled
 from ..study import Axis, Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
+from .sought import safest
 
 MAPS = 3  # pairs of axes at most
 NOTE = "Smallest margin in per cent of the cases of a cell, which passes if all of them keep to all limits."
@@ -21,7 +22,8 @@ def sections(study: Study) -> list[Section]:
     """Return the section; [] where no case finished."""
     if study.cases.empty:
         return []
-    blocks: list[Block] = [Points([*ratios(study), *_kept(study)]), _table(study), Gallery(NOTE, _maps(study))]
+    points = [*safest(study), *_kept(study), *ratios(study)]
+    blocks: list[Block] = [Points(points), _table(study), Gallery(NOTE, _maps(study))]
     return [Section("verdict", "Verdict", filled(blocks))]
 
 
@@ -63,6 +65,8 @@ def _kept(study: Study) -> list[str]:
     beyond, count = int((exceeded != "").sum()), len(exceeded)
     cases = wording.count(count, "case")
     first = f"{beyond} of {cases} exceed at least one limit." if beyond else f"All of {cases} keep to the limits."
+    if "refine" in study.run.grid:
+        first += " Cases that refine put at the limits' border are among them, so that this is no share of designs."
     sentences = [first]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
@@ -125,13 +129,34 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
     exceeded = (study.cases[verdict.EXCEEDED] != "").to_numpy(float)
     smallest = -over_other_axes(study, -margins, (across, up), largest)
     failing = over_other_axes(study, exceeded, (across, up), largest)
+    between = _between(study, exceeded, across, up)
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
     others = [axis.name for axis in study.swept() if axis not in (across, up)]
     caption = f"Worst over {wording.sentence_list(others)}." if others else "One case per cell."
+    if len(between.x):
+        dots = wording.count(len(between.x), "dot")
+        caption += f" {capital(dots)}: cases between, put there by refine; crosses exceed a limit."
     return Picture(
         f"Within the limits: {across.name} {wording.TIMES} {up.name}",
         caption,
         f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells keep to all "
         f"limits. {caption}",
-        lambda ax: passing.cells(ax, smallest, failing, across, up),
+        lambda ax: passing.cells(ax, smallest, failing, (across, up), between),
     )
+
+
+def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> passing.Dots:
+    """Return the finished cases that lie between the values of two axes, where `refine` put them."""
+    beside = (study.places(across) < 0) | (study.places(up) < 0)
+    if not beside.any():
+        return passing.Dots(np.zeros(0), np.zeros(0), np.zeros(0, bool))
+    x, y = (_among(axis, study.cases[axis.path].to_numpy()[beside]) for axis in (across, up))
+    return passing.Dots(x, y, exceeded[beside] > 0.0)
+
+
+def _among(axis: Axis, values: np.ndarray) -> np.ndarray:
+    """Return where values lie among those of an axis, in places: 0.5 is halfway between the first two."""
+    if not axis.numeric:
+        return np.array([axis.values.index(value) for value in values], float)
+    order = np.argsort(axis.values)
+    return np.interp(values.astype(float), np.array(axis.values)[order], order.astype(float))

@@ -1,0 +1,141 @@
+"""What a run sought: the largest or smallest value that keeps to the limits, as an interval, case by case."""
+
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from ... import wording
+from ..case_table import axis_columns
+from ..draw import sought as draw
+from ..picture import Picture, capital
+from ..section import Gallery, Section, Sentences, filled
+from ..study import Axis, Study, sought
+from ..table import Column, Table, counted
+
+PICTURED = 2  # answers at least that are drawn over the other axis
+
+
+class _Answers(NamedTuple):
+    """What was found on one axis."""
+
+    axis: Axis  # that of the value sought
+    others: tuple[Axis, ...]
+    largest: bool
+    each: bool  # for each case of the other axes
+    rows: list[dict[str, Any]]  # SI, None for null
+
+    @property
+    def column(self) -> str:
+        """Return the column of the answer."""
+        return f"seek.{self.axis.path}"
+
+    def setting(self, row: dict[str, Any]) -> str:
+        """Return the values of the other axes in words."""
+        return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.others)
+
+    def interval(self, row: dict[str, Any]) -> str:
+        """Return where the border is in words, '' where the range ends before."""
+        low, high = row["seek_low"], row["seek_high"]
+        return "" if low == high else f"between {self.axis.text(low)} and {self.axis.text(high)}"
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where nothing was sought, or the search did not come to its end."""
+    answers = _answers(study)
+    if answers is None:
+        return []
+    words = f"The {'largest' if answers.largest else 'smallest'} {answers.axis.name} within the limits"
+    lines = [
+        "The answer is the last value that is safe; from the other end of its interval on, all that was tried fails. "
+        "An interval wider than was asked for says that motion near the border is chaotic."
+    ]
+    blocks = [Sentences([*safest(study), *lines]), Gallery("", _pictures(answers, words)), _table(study, answers)]
+    return [Section("seek", words, filled(blocks))]
+
+
+def safest(study: Study) -> list[str]:
+    """Return the largest (or smallest) value that is safe for all cases in a sentence; [] where none was sought."""
+    answers = _answers(study)
+    if answers is None:
+        return []
+    end, name = ("Largest" if answers.largest else "Smallest"), answers.axis.name
+    none = [row for row in answers.rows if row[answers.column] is None]
+    if none:
+        many = f" in {len(none)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
+        return [f"{end} safe {name}: none of the range that was looked at{many}{_because(answers, none[0])}."]
+    choose = min if answers.largest else max
+    row = choose(answers.rows, key=lambda row: row[answers.column])
+    text = f"{end} safe {name}: {answers.axis.text(row[answers.column])}"
+    if answers.each and len(answers.rows) > 1:
+        text += f", which is safe in all {len(answers.rows)} searches"
+    border = answers.interval(row)
+    text += f"; the border is {border}" if border else "; the range that was looked at ends there"
+    return [f"{text}{_because(answers, row)}."]
+
+
+def _because(answers: _Answers, row: dict[str, Any]) -> str:
+    """Return what limits an answer, and where."""
+    limited = f", limited by {row['limiting']}" if row["limiting"] else ""
+    return f"{limited} at {answers.setting(row)}" if answers.others and row["limiting"] else limited
+
+
+def _answers(study: Study) -> _Answers | None:
+    path, frame = sought(study.run.grid), study.run.seek
+    if not path or frame is None or frame.empty:
+        return None
+    by_path = {axis.path: axis for axis in study.axes}
+    others = tuple(axis for axis in study.axes if axis.path != path and len(axis.values) > 1)
+    asked = study.run.grid["seek"]
+    rows = [{name: None if pd.isna(each) else each for name, each in row.items()} for row in frame.to_dict("records")]
+    return _Answers(_fine(by_path[path], rows), others, "largest" in asked, asked.get("for") != "all", rows)
+
+
+def _fine(axis: Axis, rows: list[dict[str, Any]]) -> Axis:
+    """Return an axis with as many digits as tell the ends of intervals apart."""
+    ends = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
+    while axis.digits < 16 and any(axis.number(low) == axis.number(high) for low, high in ends):
+        axis = axis._replace(digits=axis.digits + 1)
+    return axis
+
+
+def _table(study: Study, answers: _Answers) -> Table:
+    """Return one row for each answer."""
+    unit, axis = study.unit(answers.axis.path), answers.axis
+    columns = (
+        *axis_columns(study, answers.others),
+        Column(f"{'largest' if answers.largest else 'smallest'} {axis.name}", unit, axis),
+        Column("border from", unit, axis),
+        Column("to", unit, axis),
+        Column("limited by"),
+        Column("cases tried"),
+    )
+    rows = []
+    for row in answers.rows:
+        values = [row[name] for name in (answers.column, "seek_low", "seek_high")]
+        rows.append(
+            (
+                *(row[other.path] for other in answers.others),
+                *(float("nan") if value is None else value for value in values),
+                row["limiting"] or wording.DASH,
+                counted(row["probes"]),
+            )
+        )
+    return Table("seek", "What was found", "", columns, rows)
+
+
+def _pictures(answers: _Answers, title: str) -> list[Picture]:
+    """Return the answers over the other axis, where there is one of numbers."""
+    rows = [row for row in answers.rows if row[answers.column] is not None]
+    if len(answers.others) != 1 or not answers.others[0].numeric or len(rows) < PICTURED:
+        return []
+    (other,) = answers.others
+    found = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
+    ends = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in found)
+    return [
+        Picture(
+            capital(f"{title.removeprefix('The ')} over {other.name}"),
+            "Dot: the last value that is safe; bar: where the border is.",
+            f"{title} over {other.name}. {ends}",
+            lambda ax: draw.intervals(ax, found, other, answers.axis),
+        )
+    ]

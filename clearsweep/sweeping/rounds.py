@@ -1,0 +1,38 @@
+"""Adds cases to a running sweep, round by round: what a round gave decides which cases come next.
+
+Added cases are cases like any others, so what was stored before is not run again, and the same results lead to the same
+cases however often the run was interrupted.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from .. import store
+from ..grid import Grid
+
+Point = dict[str, Any]  # dotted path -> value
+#: Runs what is missing of a grid and judges its cases from an index on; None where it was stopped.
+Look = Callable[[Grid, int], store.Judged | None]
+
+
+class Search(Protocol):
+    """What decides which cases come next."""
+
+    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+        """Take in how the cases of a grid from the index `first` on stand to its limits."""
+
+    def wanted(self) -> Sequence[Point]:
+        """Return where the next cases are, of what is known; none where that is enough."""
+
+
+def run(grid: Grid, search: Search, look: Look) -> tuple[Grid, bool]:
+    """Run a grid and what a search adds to it by `look`; return the grid with that, and whether it came to its end."""
+    grid, first = grid.without_added(), 0
+    while judged := look(grid, first):
+        search.learn(grid, first, judged)
+        first = len(grid)
+        points = search.wanted()
+        if not points:
+            return grid, True
+        grid = grid.with_added(points)
+    return grid, False

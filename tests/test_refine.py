@@ -1,0 +1,179 @@
+"""Further cases where the limits' border runs: a made-up force whose border is a known curve, found among few cases."""
+
+import math
+
+import numpy as np
+import pytest
+from fake_physics import GOOD, Fake, grid, trajectory
+from fake_sweeps import sweep
+from test_sweep import same_results
+
+import clearsweep
+from clearsweep import grid as grids
+from clearsweep.errors import InputError
+from clearsweep.sweeping import closing
+
+MASS, SPEED = "mechanism.slider.mass", "drive.speed"
+MASSES, SPEEDS = [0.1, 0.3, 0.5, 0.7, 0.9], [100.0, 300.0, 500.0, 700.0]
+
+
+class Arc(Fake):
+    """Made-up mechanics whose force is the distance from the origin, of mass over 1 kg and speed over 1000 rad/s."""
+
+    @staticmethod
+    def solve(case):
+        """Return a made-up trajectory."""
+        found = trajectory(case)
+        found.summary["rod_slider_force_peak"] = distance(case.mechanism.values["slider.mass"], case.drive.speed)
+        return found
+
+
+RADIUS = 0.6137  # N, of the border
+
+
+def distance(mass, speed):
+    return np.hypot(mass, speed / 1000.0)
+
+
+def refined(cases=60, **changes):
+    """Return a grid whose border is a quarter of a circle."""
+    source = grid(1, orbits="none") | {
+        "sweep": {MASS: MASSES, SPEED: SPEEDS},
+        "limits": {"rod_slider_force_peak": RADIUS},
+        "refine": {"along": "limits", "cases": cases},
+    }
+    return {key: value for key, value in (source | changes).items() if value is not None}
+
+
+def quiet(source, out, simulator=Arc, **options):
+    return sweep(source, out, simulator=simulator, executor="serial", show_progress=False, **options)
+
+
+def off_border(summary):
+    """Return how far cases are from the border, in steps of the grid, those between the grid's own first."""
+    own = summary[MASS].isin(MASSES) & summary[SPEED].isin(SPEEDS)
+    far = (distance(summary[MASS], summary[SPEED]) - RADIUS).abs() / 0.2
+    return far[~own].to_numpy(), far[own].to_numpy()
+
+
+def test_cases_are_added_along_the_border_and_nowhere_else(tmp_path):
+    result = quiet(refined(), tmp_path / "run")
+    summary = clearsweep.open(tmp_path / "run").summary
+    added, own = off_border(summary)
+    assert (len(own), result.cases) == (20, len(summary))
+    assert 55 <= len(added) == result.refined.added <= 60
+    assert added.max() < 1.0  # a box that is crossed has no corner further away than its diagonal
+    assert np.median(added) < 0.25  # of a step of the grid
+    assert np.median(own) > 1.0
+    angles = np.linspace(np.arctan2(0.1, 0.6), np.arctan2(0.6, 0.11), 50)
+    around = RADIUS * np.array([np.cos(angles), np.sin(angles)])
+    nearest = [np.min(np.hypot(summary[MASS] - x, summary[SPEED] / 1000.0 - y)) for x, y in around.T]
+    assert max(nearest) < 0.07  # a third of a step of the grid; without them it is over half of one
+
+
+def test_what_is_known_of_the_border_does_not_depend_on_interruptions(tmp_path):
+    quiet(refined(), tmp_path / "whole")
+    quiet(refined(cases=24), tmp_path / "run")
+    more = quiet(refined(), tmp_path / "run")
+    assert 60 - 24 <= more.ran < 60
+    assert same_results(tmp_path / "run", tmp_path / "whole")
+    lost = sorted((tmp_path / "run" / "parts").iterdir())[:2]
+    for path in lost:
+        path.unlink()
+    assert 0 < quiet(refined(), tmp_path / "run").ran < 40
+    assert same_results(tmp_path / "run", tmp_path / "whole")
+    assert quiet(refined(), tmp_path / "run").ran == 0
+
+
+def test_a_border_across_one_axis_is_enclosed_to_a_thousandth_of_a_step(tmp_path):
+    source = refined(cases=500, sweep={MASS: [0.1, 0.2, 0.4, 0.8], SPEED: [1e-3]})
+    result = quiet(source, tmp_path / "run")
+    summary = clearsweep.open(tmp_path / "run").summary
+    good = summary[summary["limits_exceeded"] == ""][MASS].max()
+    bad = summary[summary["limits_exceeded"] != ""][MASS].min()
+    assert good <= RADIUS < bad
+    assert bad / good == pytest.approx(2.0 ** (1.0 / 1024), rel=1e-9)  # halved by ratios, as the axis is
+    assert result.refined == (500, 10, 1, True)
+    assert "Refined: 10 of at most 500 cases added" in closing.run_text(closing.of_run(result))
+
+
+def test_steps_that_are_equal_are_halved_by_differences(tmp_path):
+    quiet(refined(cases=1, sweep={MASS: [0.1, 0.5, 0.9], SPEED: [1e-3]}), tmp_path / "run")
+    assert sorted(clearsweep.open(tmp_path / "run").summary[MASS]) == [0.1, 0.5, 0.7, 0.9]
+
+
+@pytest.mark.parametrize("limit", [10.0, 0.01])
+def test_where_all_cases_agree_none_is_added(tmp_path, limit):
+    result = quiet(refined(limits={"rod_slider_force_peak": limit}), tmp_path / "run")
+    assert (result.cases, result.refined.added) == (20, 0)
+    assert "nowhere one keeps to the limits and its neighbour does not" in closing.run_text(closing.of_run(result))
+
+
+def test_each_law_has_its_own_border(tmp_path):
+    path = "joints.rod-slider.bearing_radius"
+    quiet(refined(zip={path: [0.01, 0.02], "joints.rod-slider.length": [0.02, 0.03]}), tmp_path / "run")
+    summary = clearsweep.open(tmp_path / "run").summary
+    assert sorted(summary[path].unique()) == [0.01, 0.02]  # what goes in step stays as it is
+    added = summary[~(summary[MASS].isin(MASSES) & summary[SPEED].isin(SPEEDS))]
+    assert abs((added[path] == 0.01).mean() - 0.5) < 0.2
+
+
+def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
+    quiet(refined(), tmp_path / "run")
+    run = clearsweep.open(tmp_path / "run")
+    record = {key: run.grid[key] for key in run.grid["keys"]}
+    again = grids.load(record, Fake.catalogue())
+    assert sorted(map(again.case_id, range(len(again)))) == run.summary["case_id"].tolist()
+    assert sorted(f"{number:016x}" for number in again.identities()) == run.summary["case_id"].tolist()
+    assert quiet(record, tmp_path / "run").ran == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"refine": 200}, "refine: found 200; expected a section such as {along: limits, cases: 200}"),
+        ({"refine": {"along": "limits"}}, "refine.cases: is missing"),
+        ({"refine": {"case": 3, "cases": 3}}, "refine.case: unknown key 'case'; did you mean 'cases'?"),
+        ({"refine": {"along": "limit", "cases": 3}}, "refine.along: found 'limit'; expected limits"),
+        ({"refine": {"cases": 0}}, "refine.cases: found 0; allowed: a whole number from 1"),
+        ({"refine": {"cases": 2.5}}, "refine.cases: found 2.5; allowed: a whole number from 1"),
+        ({"limits": None}, "refine: there are no limits whose border could be followed"),
+        ({"sweep": {MASS: [0.1]}}, "refine: nothing can lie between the cases"),
+        ({"sweep": {"simulate.step_budget": [10, 20]}}, "refine: nothing can lie between the cases"),
+        (
+            {"seek": {"largest": "mechanism.rod.mass", "between": ["0.1 kg", "0.9 kg"], "within": "1 g"}},
+            "refine: stands beside `seek`",
+        ),
+        ({"refine": {"cases": 3, "added": {MASS: [0.2]}}}, "refine.added: has not a value of every swept path"),
+    ],
+)
+def test_a_mistake_is_told(changes, told):
+    with pytest.raises(InputError) as caught:
+        grids.load(refined(**changes), Fake.catalogue())
+    assert any(told in problem for problem in caught.value.problems), caught.value.problems
+
+
+def test_shards_of_what_is_refined_are_refused_with_a_way_out(tmp_path):
+    with pytest.raises(InputError, match="run the shards of the grid without it, merge them"):
+        quiet(refined(), tmp_path / "run", shard="1/2")
+
+
+def test_a_case_that_fails_is_beyond_the_border(tmp_path):
+    class Failing(Arc):
+        @staticmethod
+        def solve(case):
+            found = Arc.solve(case)
+            if found.summary["rod_slider_force_peak"] > RADIUS:
+                return type(found)("step-budget", "made to fail", {})
+            return found
+
+    quiet(refined(limits={"rod_slider_force_peak": 10.0}), tmp_path / "run", simulator=Failing)
+    added, _ = off_border(clearsweep.open(tmp_path / "run").summary)
+    assert len(added) >= 55
+    assert added.max() < 1.0
+
+
+def test_the_made_up_border_is_where_it_is_said_to_be():
+    case = grids.load(refined(), Fake.catalogue()).case(0)
+    assert Arc.solve(case).summary["rod_slider_force_peak"] == math.hypot(0.1, 0.1)
+    assert case.mechanism.values["gravity"] == GOOD
