@@ -8,7 +8,7 @@ from ... import wording
 from ..case_table import axis_columns
 from ..draw import sought as draw
 from ..picture import Picture, capital
-from ..section import Gallery, Section, Sentences, filled
+from ..section import Block, Gallery, Section, Sentences, filled
 from ..study import Axis, Study, sought
 from ..table import Column, Table, counted
 
@@ -49,7 +49,7 @@ def sections(study: Study) -> list[Section]:
         "The answer is the last value that is safe; from the other end of its interval on, all that was tried fails. "
         "An interval wider than was asked for says that motion near the border is chaotic."
     ]
-    blocks = [Sentences([*safest(study), *lines]), Gallery("", _pictures(answers, words)), _table(study, answers)]
+    blocks: list[Block] = [Sentences([*safest(study), *lines]), Gallery("", _pictures(answers, words)), _table(study, answers)]
     return [Section("seek", words, filled(blocks))]
 
 
