@@ -12,7 +12,7 @@ from mechanism_cases import changed, slider_crank
 from scipy.integrate import quad
 
 import clearsweep
-from clearsweep import validity
+from clearsweep import simulation, validity
 from clearsweep.case import NO_CONTACT, Film, Joint
 from clearsweep.errors import InputError
 from clearsweep.mechanics.compiled.dual import Dual
@@ -292,6 +292,7 @@ def test_a_film_needs_no_dry_contact_and_has_columns_and_a_channel_of_its_own():
     assert "joints/rod_slider/force_dry" in [channel.name for channel in scene.layout.channels]
     columns = {column.name for column in scene.layout.columns}
     assert {f"rod_slider_{name}" for name in ("film_thickness_min", "film_loss", "force_peak_dry")} <= columns
+    assert simulation.warnings(scene.case) == []  # which looked for the loss of a law that is not there
     dry = clearsweep.load_case(slider_crank("rod-slider"))
     assert not any("film" in column.name or "dry" in column.name for column in dry.layout.columns)
 

@@ -193,7 +193,7 @@ def warnings(case: Case) -> list[str]:
                 f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
                 "its normal force can be negative and is not clipped"
             )
-        if registry.beyond_hertz(joint):
+        if joint.contact.law and registry.beyond_hertz(joint):  # a film may have nothing behind it
             sentences.append(
                 f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
                 "in series a free impact gives back something else than is asked for"
