@@ -6,7 +6,7 @@ import sys
 import traceback
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,9 @@ import clearsweep
 
 from . import resources, streams
 from .errors import ClearsweepError, InputError, printable
+
+if TYPE_CHECKING:
+    from .report.page import Page  # loads what draws
 
 INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
 RESULTS = Path("results")
@@ -161,18 +164,14 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @verbs.command()
 @click.argument("directories", nargs=-1, type=click.Path(path_type=Path), metavar="[DIR [OTHER]]")
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/report.html.")
-@click.option("--tables", type=click.Path(path_type=Path), metavar="DIR", help="Write the tables as CSV here, too.")
+@click.option("--tables", type=click.Path(path_type=Path), metavar="OUT", help="Write the tables (CSV, Markdown), too.")
+@click.option("--figures", type=click.Path(path_type=Path), metavar="OUT", help="Write every figure for a paper, too.")
+@click.option("--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Of the figures.")
+@click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Of the figures, mm.")
 @click.option("--median", is_flag=True, help="Maps show the median over the axes left out, not the worst case.")
 @click.option("--all", "all_cases", is_flag=True, help="Of all cases in DIR, not of the grid last run there alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
-def report(
-    directories: tuple[Path, ...],
-    out: Path | None,
-    tables: Path | None,
-    median: bool,
-    all_cases: bool,
-    as_json: bool,
-) -> None:
+def report(directories: tuple[Path, ...], out: Path | None, median: bool, all_cases: bool, **more: Any) -> None:
     """Write the report of a run (default: the newest below results) as one page that needs no network.
 
     Of two, DIR and OTHER, compare them case by case instead (default OTHER/compared.html).
@@ -186,16 +185,27 @@ def report(
     if len(directories) == 2:
         with _writing():
             first, second = (store.open(directory) for directory in directories)
-            page = reports.compare(first, second, out or second.directory / "compared.html", tables)
-        click.echo(json.dumps({"report": str(page)}, indent=2) if as_json else page)
+            _write(reports.compared(first, second), out or second.directory / "compared.html", **more)
         return
     directory = directories[0] if directories else store.newest(RESULTS)
     with everything(directory) if all_cases else contextlib.nullcontext(store.open(directory)) as stored, _writing():
-        files = {"report": str(reports.write(stored, out or directory / "report.html", typical=median))}
-        if tables:
-            reports.tables(stored, tables)
-            files["tables"] = str(tables)
-    click.echo(json.dumps(files, indent=2) if as_json else "\n".join(files.values()))
+        _write(reports.of(stored, typical=median), out or directory / "report.html", **more)
+
+
+def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **looks: str) -> None:
+    """Write a page and what else is asked for, and say which files there are; `looks`: form and width of figures."""
+    from .report.paper import Wanted
+
+    files: dict[str, Any] = {"report": str(page.write(out))}
+    if tables:
+        page.write_tables(tables)
+        files["tables"] = str(tables)
+    if figures:
+        files["figures"] = [str(file) for file in page.write_figures(Wanted(figures, **looks))]
+    if as_json:
+        click.echo(json.dumps(files, indent=2))
+    else:
+        click.echo("\n".join([files["report"], *files.get("figures", []), *([str(tables)] if tables else [])]))
 
 
 @verbs.command()

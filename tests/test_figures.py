@@ -83,8 +83,8 @@ def test_a_further_figure_is_a_column_a_row_of_the_report_and_has_an_error_check
     assert row[COLUMN] == pytest.approx(row["rod_slider_force_rms"] ** 2, rel=1e-12)
     assert run.summary.attrs["units"][COLUMN] == run.summary.attrs["units"][f"{COLUMN}_difference"] == "N^2"
     assert run.summary.attrs["descriptions"][COLUMN] == TEXT
-    files = {file.stem: file for file in report.tables(run, tmp_path / "tables")}
-    assert "force mean square [N^2]" in files["peaks_rod_slider"].read_text(encoding="utf-8").splitlines()[0]
+    files = {file.name: file for file in report.tables(run, tmp_path / "tables")}
+    assert "force mean square [N^2]" in files["peaks_rod_slider.csv"].read_text(encoding="utf-8").splitlines()[0]
 
 
 def test_a_further_figure_can_be_judged_and_limited(further):

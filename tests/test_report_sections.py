@@ -62,9 +62,18 @@ def test_a_further_section_is_on_the_page_with_every_kind_of_block(with_further,
 
 def test_a_further_section_is_in_the_tables(with_further, tmp_path):
     files = report.tables(with_further, tmp_path)
-    assert [file.name for file in files][-1] == "lengths.csv"
+    assert [file.name for file in files][-2:] == ["lengths.csv", "lengths.md"]
     rows = list(csv.reader((tmp_path / "lengths.csv").read_text(encoding="utf-8").splitlines()))
     assert rows == [["name", "length [m]"], ["crank", "0.05"], ["rod", "0.12"]]
+    written = (tmp_path / "lengths.md").read_text(encoding="utf-8").splitlines()
+    assert written == [
+        "### Lengths",
+        "",
+        "| name | length [mm] |",
+        "| --- | ---: |",
+        "| crank | 50.0 |",
+        "| rod | 120 |",
+    ]
 
 
 def test_tables_of_sections_paint_nothing(monkeypatch, tmp_path):
@@ -99,11 +108,18 @@ def test_a_table_called_like_its_section_has_no_second_heading(tmp_path):
     assert re.findall(r"<h(\d)[^>]*>Failed cases</h\1>", page) == ["2"]
 
 
-def test_a_cell_with_a_unit_of_its_own_is_a_number_in_the_file(tmp_path):
+def test_a_cell_with_a_unit_of_its_own_is_a_number_in_the_file():
     table = Table("own", "", "", (Column("a"), Column("b", file_only=True)), [(Quantity(2e-3, "2 mm"), "m")])
     assert table.shown().rows == [["2 mm"]]
     assert table.shown().heads[0].numeric
-    assert table.write(tmp_path).read_text(encoding="utf-8").splitlines() == ["a,b", "0.002,m"]
+    assert table.csv().splitlines() == ["a,b", "0.002,m"]
+
+
+def test_a_table_in_markdown_says_where_its_other_rows_are_and_escapes_what_divides_cells():
+    text = Table("many", "Many", "", (Column("a|b"),), [(float(row),) for row in range(60)]).markdown()
+    assert text.count("\n| ") == 52
+    assert "| a\\|b |" in text
+    assert "The first 50 of 60 rows; many.csv has all." in text
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ def made(**options):
 
 
 def tables_of(first, second, tmp_path):
-    two_runs.tables(first, second, tmp_path)
+    two_runs.compared(first, second).write_tables(tmp_path)
     return {path.stem: list(csv.DictReader(path.read_text().splitlines())) for path in tmp_path.glob("*.csv")}
 
 
@@ -53,10 +53,10 @@ def test_runs_without_a_case_in_common_are_refused():
         two_runs.matched(study.prepare(made(sweep={CLEARANCE: [1e-4]})), study.prepare(made(sweep={CLEARANCE: [2e-4]})))
 
 
-def test_the_page_says_what_differs_in_the_setup(tmp_path):
+def test_the_page_says_what_differs_in_the_setup():
     heavier = harder(made(sweep=SHORT))
     heavier.grid["mechanism"]["slider"]["mass"] = 0.28
-    text = two_runs.write(made(sweep=SHORT), heavier, tmp_path / "x.html").read_text()
+    text = two_runs.compared(made(sweep=SHORT), heavier).text()
     assert "mechanism.slider.mass" in text
     assert "B: 0.28" in text
     assert "4 cases finished in both runs" in text

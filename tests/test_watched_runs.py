@@ -414,8 +414,8 @@ def test_columns_are_stored_with_their_units_and_can_be_limited(tmp_path):
     assert irregular["lyapunov_exponent"] > 100.0
     assert regular["lyapunov_exponent"] < 0.0
     assert np.isnan(regular["horizon_revolutions"])  # null in the file
-    files = {file.stem: file for file in report.tables(found, tmp_path / "tables")}
-    head = files["certainty"].read_text(encoding="utf-8").splitlines()[0]
+    files = {file.name: file for file in report.tables(found, tmp_path / "tables")}
+    head = files["certainty.csv"].read_text(encoding="utf-8").splitlines()[0]
     assert "period,settled,rod_slider_force_rms [N]," in head
     assert "error of force p99 [N]" in head
     assert "How certain the figures are" in report.write(found, tmp_path / "report.html").read_text(encoding="utf-8")

@@ -5,7 +5,6 @@ import math
 from pathlib import Path
 
 from matplotlib import rc_context
-from matplotlib.figure import Figure
 
 from .. import grid, simulation
 from ..case import Case
@@ -13,7 +12,7 @@ from ..errors import InputError
 from ..machine import GROUND
 from ..store import durable
 from .draw import mechanism
-from .picture import STYLE, Picture, svg
+from .picture import STYLE, Picture, drawn, svg
 
 ENDINGS = (".svg", ".png")
 WIDTH, HIGHEST = 6.4, 4.2  # inches
@@ -42,20 +41,18 @@ def draw(source: Path, out: Path) -> Path:
         raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
     durable.check_regular(out)
     loaded = grid.load(source, simulation.catalogue())
-    drawn = picture(loaded.case(0))
-    if drawn is None:
+    shown = picture(loaded.case(0))
+    if shown is None:
         raise InputError(f"{source}: a mechanism of this type has no picture; run it and see the report")
     out.parent.mkdir(parents=True, exist_ok=True)
-    durable.replace(out, svg(drawn, "m").encode() if out.suffix.lower() == ".svg" else _png(drawn))
+    durable.replace(out, svg(shown, "m").encode() if out.suffix.lower() == ".svg" else _png(shown))
     return out
 
 
-def _png(drawn: Picture) -> bytes:
+def _png(shown: Picture) -> bytes:
     stream = io.BytesIO()
     with rc_context(STYLE):
-        figure = Figure(figsize=drawn.size, dpi=150, layout="constrained")
-        axes = figure.subplots()
-        drawn.paint(axes)
-        axes.set_title(drawn.title, fontsize=10)
+        figure, axes = drawn(shown)
+        axes.set_title(shown.title, fontsize=10)
         figure.savefig(stream, format="png")
     return stream.getvalue()

@@ -1,54 +1,69 @@
-"""The report: one HTML file that carries all it shows and asks nothing of the network, and its tables as CSV."""
+"""The report: one HTML file that carries all it shows and asks nothing of the network, its tables and its pictures."""
 
 import itertools
 from pathlib import Path
+from typing import NamedTuple
 
 import jinja2
 from markupsafe import Markup
 
 from .. import wording
-from ..store import StoredRun, durable
-from . import interactive, sections
+from ..store import durable
+from . import interactive, paper, sections
 from .picture import Picture, svg
 from .section import Block, Section
-from .study import Study, prepare
+from .study import Study
 
 
-def write(run: StoredRun, out: Path, *, typical: bool = False) -> Path:
-    """Write the report of a run as one self-contained HTML file; the same run gives the same bytes."""
-    durable.check_regular(out)  # before the work
-    return save(render(prepare(run, typical=typical)), out)
+class Page(NamedTuple):
+    """A page before it is written: its name, what kind of page it is, the axes that are varied, its sections."""
+
+    name: str
+    kind: str
+    varied: str
+    axes: list[str]
+    parts: list[Section]
+
+    def write(self, out: Path) -> Path:
+        """Write the page as one self-contained HTML file; the same run gives the same bytes."""
+        durable.check_regular(out)  # before the work
+        return save(self.text(), out)
+
+    def text(self) -> str:
+        """Return the page as HTML."""
+        return fill(
+            "page.html.j2",
+            name=self.name,
+            kind=self.kind,
+            varied=self.varied,
+            axes=self.axes,
+            sections=self.parts,
+            script=interactive.script() if any(section.moves for section in self.parts) else None,
+            script_style=interactive.style(),
+        )
+
+    def write_tables(self, directory: Path) -> list[Path]:
+        """Write the tables of every section into a directory; return the files.
+
+        Each as CSV, all of it in SI with units in the head, and as Markdown, as the page shows it.
+        """
+        directory.mkdir(parents=True, exist_ok=True)
+        return [file for section in self.parts for table in section.tables for file in table.write(directory)]
+
+    def write_figures(self, wanted: paper.Wanted) -> list[Path]:
+        """Write the pictures of every section, each under its name, and a list of them; return the files."""
+        return paper.write(self.parts, wanted)
 
 
-def write_tables(run: StoredRun, directory: Path) -> list[Path]:
-    """Write the tables of every section as CSV (SI, unit in the header) into `directory`; return the files."""
-    directory.mkdir(parents=True, exist_ok=True)
-    return [table.write(directory) for section in sections.of(prepare(run)) for table in section.tables]
-
-
-def render(study: Study) -> str:
-    """Return the page of a run as HTML."""
+def of(study: Study) -> Page:
+    """Return the page of a run."""
     record = study.run.grid
-    return render_sections(
+    return Page(
         name=record.get("name") or "clearsweep run",
         kind=f"{study.mechanism} with joint clearance" if study.driven else study.mechanism,
         varied="Varied" if record.get("sample") else "Swept",
         axes=[f"{axis.name} {axis.listed()}" for axis in study.swept()],
         parts=sections.of(study),
-    )
-
-
-def render_sections(*, name: str, kind: str, varied: str, axes: list[str], parts: list[Section]) -> str:
-    """Return a page of sections as HTML, under a name, what kind of page it is, and the axes that are varied."""
-    return fill(
-        "page.html.j2",
-        name=name,
-        kind=kind,
-        varied=varied,
-        axes=axes,
-        sections=parts,
-        script=interactive.script() if any(section.moves for section in parts) else None,
-        script_style=interactive.style(),
     )
 
 

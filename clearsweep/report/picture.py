@@ -68,12 +68,18 @@ class Picture(NamedTuple):
     dots: tuple[Dot, ...] = ()
 
 
+def drawn(picture: Picture) -> tuple[Figure, Axes]:
+    """Return a picture on a sheet of its size, and the axes that it is painted on."""
+    figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
+    axes = figure.subplots(subplot_kw={"projection": picture.projection})
+    picture.paint(axes)
+    return figure, axes
+
+
 def svg(picture: Picture, key: str) -> str:
     """Return a picture as an SVG element for a page: no metadata, every id begun with `key`, labelled by its text."""
     with rc_context({**STYLE, "svg.hashsalt": key}):
-        figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
-        axes = figure.subplots(subplot_kw={"projection": picture.projection})
-        picture.paint(axes)
+        figure, axes = drawn(picture)
         stream = io.StringIO()
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = stream.getvalue()

@@ -90,6 +90,11 @@ class Section(NamedTuple):
         return [block for block in self.blocks if isinstance(block, Table)]
 
     @property
+    def pictures(self) -> list[tuple[str, Picture]]:
+        """Return the pictures of the section, each with the part of it that it stands in: '', or a case's."""
+        return [found for block in self.blocks for found in _pictures(block)]
+
+    @property
     def moves(self) -> bool:
         """Return whether the section has anything for scripts."""
         return any(
@@ -112,6 +117,18 @@ class Part(NamedTuple):
 def filled(blocks: Iterable[Block]) -> list[Block]:
     """Return the blocks that have anything to show."""
     return [block for block in blocks if _size(block)]
+
+
+def _pictures(block: Block) -> list[tuple[str, Picture]]:
+    match block:
+        case Gallery():
+            return [("", picture) for picture in block.pictures]
+        case Detail():
+            return [(block.why, picture) for picture in block.pictures]
+        case Columns():
+            return [found for column in block.columns for inner in column for found in _pictures(inner)]
+        case _:
+            return []
 
 
 def _size(block: Block) -> int:

@@ -12,7 +12,8 @@ from .. import wording
 from ..store import durable
 from .study import Axis
 
-SHOWN = 50  # rows of a table on the page; the CSV has all
+SHOWN = 50  # rows of a table on the page and in Markdown; the CSV has all
+BAR = "\\|"  # in a cell of Markdown
 
 
 class Column(NamedTuple):
@@ -69,15 +70,30 @@ class Table(NamedTuple):
             cells.append([_cell(value, column, scale) for value in values])
         return Shown(heads, [list(row) for row in zip(*cells, strict=True)], len(self.rows))
 
-    def write(self, directory: Path) -> Path:
-        """Write the table as CSV, in SI with the unit in the head, into a directory; return the file."""
-        file = directory / f"{self.key}.csv"
+    def write(self, directory: Path) -> list[Path]:
+        """Write the table into a directory, as `csv` and as `markdown`; return the files."""
+        files = [directory / f"{self.key}.{ending}" for ending in ("csv", "md")]
+        for file, text in zip(files, (self.csv(), self.markdown()), strict=True):
+            durable.replace(file, text.encode())
+        return files
+
+    def csv(self) -> str:
+        """Return the table with all its rows as CSV, in SI with the unit in the head."""
         text = io.StringIO(newline="")
         writer = csv.writer(text)
         writer.writerow([_head(column) for column in self.columns])
-        writer.writerows([[_plain(value) for value in row] for row in self.rows])
-        durable.replace(file, text.getvalue().encode())
-        return file
+        writer.writerows([_plain(value) for value in row] for row in self.rows)
+        return text.getvalue()
+
+    def markdown(self) -> str:
+        """Return the table as Markdown for a text: what the page shows, numbers to the right, units in the head."""
+        view = self.shown()
+        heads = [f"{head.name} [{head.unit}]" if head.unit else head.name for head in view.heads]
+        rules = ["---:" if head.numeric else "---" for head in view.heads]
+        rows = [f"| {' | '.join(cell.replace('|', BAR) for cell in cells)} |" for cells in (heads, rules, *view.rows)]
+        cut = f" The first {SHOWN} of {view.total} rows; {self.key}.csv has all." if view.total > SHOWN else ""
+        said = f"{self.note}{cut}".strip()
+        return "\n".join([f"### {self.title}", "", *([said, ""] if said else []), *rows, ""])
 
 
 def counted(number: int) -> Quantity:

@@ -1,6 +1,5 @@
 """Two runs compared case by case: what differs in their setup, which cases both have, how far their figures differ."""
 
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +8,9 @@ import pandas as pd
 from .. import wording
 from ..errors import InputError
 from ..results import TIMINGS
-from ..store import StoredRun, durable
-from . import page
+from ..store import StoredRun
 from .case_table import axis_columns
+from .page import Page
 from .section import Block, Facts, Points, Section, filled
 from .study import Study, dig, leaves, prepare
 from .table import Column, Table
@@ -28,29 +27,21 @@ class Pairs(NamedTuple):
     alone: tuple[int, int]  # finished cases of each that the other has not
 
 
-def write(first: StoredRun, second: StoredRun, out: Path) -> Path:
-    """Write the comparison of two runs as one self-contained HTML file; return its path.
+def compared(first: StoredRun, second: StoredRun) -> Page:
+    """Return the page that compares two runs.  Raises InputError where no case is in both."""
+    return of(matched(prepare(first), prepare(second)))
 
-    Raises InputError where no case is in both.
-    """
-    durable.check_regular(out)
-    pairs = matched(prepare(first), prepare(second))
-    runs = [str(run.directory) for run in (first, second)]
-    content = page.render_sections(
-        name=" and ".join(dict.fromkeys(str(run.grid.get("name") or "a run") for run in (first, second))),
-        kind=f"comparison of A, {runs[0]}, and B, {runs[1]}",
+
+def of(pairs: Pairs) -> Page:
+    """Return the page of two runs that share cases."""
+    runs = [pairs.first.run, pairs.second.run]
+    return Page(
+        name=" and ".join(dict.fromkeys(str(run.grid.get("name") or "a run") for run in runs)),
+        kind=f"comparison of A, {runs[0].directory}, and B, {runs[1].directory}",
         varied="Both vary",
         axes=[axis.name for axis in pairs.first.axes if axis in pairs.second.axes],
         parts=sections(pairs),
     )
-    return page.save(content, out)
-
-
-def tables(first: StoredRun, second: StoredRun, directory: Path) -> list[Path]:
-    """Write the tables of a comparison as CSV (SI, unit in the header) into a directory; return the files."""
-    directory.mkdir(parents=True, exist_ok=True)
-    pairs = matched(prepare(first), prepare(second))
-    return [table.write(directory) for section in sections(pairs) for table in section.tables]
 
 
 def matched(first: Study, second: Study) -> Pairs:

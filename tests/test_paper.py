@@ -1,0 +1,94 @@
+"""Figures for a paper: every one of the page, under a name that stays, as wide as is asked for, fonts within."""
+
+import re
+import struct
+
+import fake_physics
+import fake_sweeps
+import pytest
+from click.testing import CliRunner
+from report_fake import Run
+from test_report_sections import LINE
+
+import clearsweep
+from clearsweep import cli, report
+from clearsweep.errors import InputError
+from clearsweep.report import page as report_page
+from clearsweep.report import paper, section, study
+from clearsweep.report import sections as of_page
+
+WIDE = LINE._replace(size=(4.6, 3.4))
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave the drawing out: of pictures the number counts."""
+    monkeypatch.setattr(report_page, "svg", lambda *_: "<svg ></svg>")
+    monkeypatch.setattr(paper, "image", lambda *_: b"drawn")
+
+
+def test_every_picture_of_the_page_has_a_name_of_its_own_that_the_next_page_has_too(undrawn):
+    names = [name for name, _ in paper.named(of_page.of(study.prepare(Run())))]
+    assert names == [name for name, _ in paper.named(of_page.of(study.prepare(Run())))]
+    assert len(names) == len(set(names)) == report.of(Run()).text().count("<svg ")
+    assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in names)
+    assert "maps-rod-slider-force-p99-clearance-crank-speed" in names
+    assert "cases-hardest-loaded-case-journal-orbit" in names
+
+
+def test_pictures_of_one_title_are_numbered():
+    twice = section.Section("a", "", [section.Gallery("", [LINE, WIDE, LINE])])
+    columns = section.Section("b", "", [section.Columns(([section.Gallery("", [LINE])],))])
+    assert [name for name, _ in paper.named([twice, columns])] == ["a-a-line", "a-a-line-2", "a-a-line-3", "b-a-line"]
+
+
+@pytest.mark.parametrize(("drawn", "width", "points"), [(LINE, None, 85), (WIDE, None, 170), (WIDE, 85.0, 85)])
+def test_a_figure_is_as_wide_as_its_column_or_its_page_and_needs_no_font(drawn, width, points):
+    text = paper.image(drawn, "svg", width).decode()
+    assert float(re.search(r'<svg [^>]*width="([\d.]+)pt"', text)[1]) == pytest.approx(points / 25.4 * 72, rel=1e-5)
+    assert "<text" not in text
+    assert text.encode() == paper.image(drawn, "svg", width)
+
+
+def test_a_pdf_has_its_fonts_within_as_outlines_that_journals_take():
+    page = paper.image(LINE, "pdf")
+    assert b"/FontFile2" in page
+    assert b"/Type3" not in page
+    assert b"CreationDate" not in page
+    box = re.search(rb"/MediaBox \[\s*0 0 ([\d.]+) ([\d.]+)\s*\]", page)
+    assert float(box[1]) == pytest.approx(85 / 25.4 * 72, rel=1e-5)
+
+
+def test_a_png_has_six_hundred_dots_an_inch():
+    wide, _ = struct.unpack(">II", paper.image(LINE, "png")[16:24])
+    assert wide == int(85 / 25.4 * 600)
+
+
+def test_letters_shrink_with_a_figure_and_never_beyond_what_journals_print():
+    sizes = []
+    marked = LINE._replace(paint=lambda ax: sizes.append(ax.set_xlabel("x")))
+    for width in (85.0, 170.0):
+        paper.image(marked, "svg", width)
+    assert sizes[0].get_fontsize() == pytest.approx(9.0 * 85 / 25.4 / 4.2)
+    assert sizes[1].get_fontsize() == pytest.approx(8.0)
+
+
+def test_unknown_forms_and_widths_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"format of figures: found 'eps'; expected one of svg, pdf, png"):
+        paper.write([], paper.Wanted(tmp_path, "eps"))
+    with pytest.raises(InputError, match=r"width of figures: found '90'; expected one of auto, 85, 170"):
+        paper.write([], paper.Wanted(tmp_path, width="90"))
+
+
+def test_the_command_writes_every_figure_and_table_and_says_their_names(undrawn, tmp_path):
+    made, figures, tables = (str(tmp_path / name) for name in ("run", "figures", "tables"))
+    fake_sweeps.sweep(fake_physics.grid(masses=2, wear=True), tmp_path / "run", executor="serial", show_progress=False)
+    given = ["report", made, "--figures", figures, "--format", "pdf", "--tables", tables]
+    result = CliRunner().invoke(cli.verbs, given)
+    assert result.exit_code == 0, result.exception
+    _, *written, last = result.stdout.splitlines()
+    assert {str(file) for file in (tmp_path / "figures").iterdir()} == {*written}
+    assert last == tables
+    assert len((tmp_path / "figures/figures.md").read_text().splitlines()) == len(written) + 1  # head and rule, no list
+    assert clearsweep.open(made).figures(figures) != []
+    assert CliRunner().invoke(cli.verbs, ["report", made, "--format", "eps"]).exit_code == 2
