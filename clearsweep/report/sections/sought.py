@@ -49,7 +49,8 @@ def sections(study: Study) -> list[Section]:
         "The answer is the last value that is safe; from the other end of its interval on, all that was tried fails. "
         "An interval wider than was asked for says that motion near the border is chaotic."
     ]
-    blocks: list[Block] = [Sentences([*safest(study), *lines]), Gallery("", _pictures(answers, words)), _table(study, answers)]
+    sentences, pictures = Sentences([*safest(study), *lines]), Gallery("", _pictures(answers, words))
+    blocks: list[Block] = [sentences, pictures, _table(study, answers)]
     return [Section("seek", words, filled(blocks))]
 
 
