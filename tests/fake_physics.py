@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -122,6 +123,10 @@ class Fake:
         """Do nothing."""
 
     @staticmethod
+    def compile_loop(case):
+        """Do nothing."""
+
+    @staticmethod
     def derived(case):
         """Return a made-up derived value."""
         return {"joints.rod-slider.contact.stiffness": (6.61e10, "N/m^1.5")}
@@ -183,3 +188,28 @@ class OtherVersion(Fake):
         for name, module in list(sys.modules.items()):
             if name.partition(".")[0] == "clearsweep" and "MODEL_VERSION" in vars(module):
                 module.MODEL_VERSION = "another"
+
+
+def await_file(name):
+    """Return when another process has made a file of this name; fail after half a minute."""
+    for _ in range(3000):
+        if Path(name).exists():
+            return
+        time.sleep(0.01)
+    raise TimeoutError(f"{name} did not come")
+
+
+class Together(Fake):
+    """Mechanics whose parts compile only while the other part does."""
+
+    @staticmethod
+    def compile_for(case):
+        """Come, and wait for the loop."""
+        Path("scene").touch()
+        await_file("loop")
+
+    @staticmethod
+    def compile_loop(case):
+        """Come, and wait for the scene."""
+        Path("loop").touch()
+        await_file("scene")

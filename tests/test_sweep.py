@@ -421,6 +421,12 @@ def test_the_time_that_a_first_case_compiles_is_no_part_of_the_estimate(tmp_path
     assert estimate.estimate(grid(20), tmp_path / "run", jobs=1, simulator=Warming).case_seconds < 0.05
 
 
+def test_the_loop_and_a_scene_compile_at_once_in_two_workers(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    assert quiet(grid(), tmp_path / "run", simulator=fake_physics.Together, jobs=2).ok == 3
+    assert "compiling ahead failed" not in capfd.readouterr().err
+
+
 def test_the_bar_moves_with_every_case_and_its_time_left_does_not_jump(monkeypatch):
     now = [0.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])

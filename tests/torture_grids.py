@@ -228,6 +228,8 @@ class Short:
     def compile_for(self, case):
         """Compile nothing."""
 
+    compile_loop = compile_for
+
     def solve(self, case):
         """Return the result of a case cut short."""
         limits = case.simulate

@@ -13,7 +13,7 @@ from .advice import advice_text
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
-from .trajectory import compile_for, simulate
+from .trajectory import compile_for, compile_loop, simulate
 
 __all__ = [
     "FINEST",
@@ -26,6 +26,7 @@ __all__ = [
     "build",
     "catalogue",
     "compile_for",
+    "compile_loop",
     "derived",
     "elastic_choices",
     "elastic_forces",

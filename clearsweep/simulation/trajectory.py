@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..grid import check_memory, history_bytes
 from ..layout import DIFFERENCE, SECTION_COUNT, Layout
 from ..mechanics.compiled.announce import announced
+from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.record import Record, sample_states
 from ..mechanics.observe.tally import OPENED
 from ..mechanics.solver import event as events
@@ -224,12 +225,20 @@ def _differ(summary: dict, tighter: dict) -> None:
 
 
 def compile_for(case: Case) -> None:
-    """Compile, or load from the cache, the code of a case by running its first moment; stiff motion may take more."""
+    """Compile the code of a case's own scene, or load it from the cache; stiff motion may take more."""
     scene = build(case)
-    end = scene.turning.at(1e-3 / (2.0 * math.pi))
     bare = case.save.orbits == "none" and not scene.layout.until
     with announced():
-        integrated(scene, np.empty(0) if bare else np.array([0.0]), end)
+        Run(scene, np.empty(0) if bare else np.array([0.0]))
+
+
+def compile_loop(case: Case) -> None:
+    """Compile the integration loop, which is the same for all cases, or load it from the cache."""
+    scene = build(case)
+    with empty_entries():
+        run = Run(scene, np.empty(0))
+    with announced():
+        loop.compile_for(control_of(scene, scene.turning.at(1.0), keep_events=True), run.work)
 
 
 def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:

@@ -4,7 +4,7 @@ import errno
 import shutil
 import time
 from collections.abc import Mapping
-from concurrent.futures import BrokenExecutor
+from concurrent.futures import BrokenExecutor, Future
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -22,7 +22,7 @@ from .refining import Refined, Refining
 from .seeking import Answer, Seeking
 from .shard import Shard, each_once
 from .simulator import SIMULATION
-from .worker import Job, Simulator, compile_all
+from .worker import Job, Simulator
 
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
 MOST_WARNINGS = 5
@@ -339,14 +339,28 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
 
 
 def warm(workers: executors.Executor, grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> None:
-    """Compile each kind of scene once, in one worker; what fails there fails again as a case, where it is recorded."""
+    """Compile all that the cases need, so that every worker finds it in the cache: each part once, in one of them.
+
+    What fails there fails again as a case, where it is recorded.
+    """
     cases = kinds(grid, pending, simulator)
+    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
     try:
-        workers.submit(compile_all, simulator, cases).result()
-    except BrokenExecutor:
+        failures = [_failure(future) for future in [workers.submit(*part) for part in parts]]
+    except BrokenExecutor as error:
+        failures = [error]
+    if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
+    elif told := next(filter(None, failures), None):
+        progress.say(f"compiling ahead failed ({brief(told)}); the cases themselves will tell")
+
+
+def _failure(future: Future) -> Exception | None:
+    try:
+        future.result()
     except Exception as error:
-        progress.say(f"compiling ahead failed ({brief(error)}); the cases themselves will tell")
+        return error
+    return None
 
 
 def check(options: Options) -> None:

@@ -46,7 +46,10 @@ class Simulator(Protocol):
         """Return what is equal for cases that share their compiled code."""
 
     def compile_for(self, case: Case, /) -> None:
-        """Compile the code of a case, or load it from the cache."""
+        """Compile what a case shares with cases of the same signature, or load it from the cache."""
+
+    def compile_loop(self, case: Case, /) -> None:
+        """Compile what a case shares with all others, or load it from the cache."""
 
     def solve(self, case: Case, /) -> Trajectory:
         """Return the result of a case."""
@@ -132,12 +135,6 @@ def enter(parent: int, load: Callable[[], None]) -> None:
     store.use_one_thread()
     with contextlib.suppress(Exception):  # what is wrong with them comes up again in a case, where it is recorded
         load()
-
-
-def compile_all(simulator: Simulator, cases: list[Case]) -> None:
-    """Compile what these cases need, so that every other process finds it in the cache."""
-    for case in cases:
-        simulator.compile_for(case)
 
 
 def time_case(simulator: Simulator, case: Case) -> tuple[float, int]:

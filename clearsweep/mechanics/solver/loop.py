@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import config, njit, typeof
 from numba.extending import register_jitable
 
 from ..compiled.family import kernel, pointer_to
@@ -251,6 +251,12 @@ def interruption(at, control, rest, progress):
     if angle > progress[1] + HARDLY:
         progress[1], progress[2] = angle, moment
     return STALLED if progress[0] - angle > BACK or moment - progress[2] > control.patience else OK
+
+
+def compile_for(control, work):
+    """Compile `integrate` for values of these types, or load it from the cache."""
+    if not config.DISABLE_JIT:
+        integrate.compile((typeof(control), typeof(work)))
 
 
 @njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
