@@ -11,10 +11,11 @@ from clearsweep import grid, simulation
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Archard
-from clearsweep.mechanics.joint.wear.contract import FINEST
+from clearsweep.mechanics.joint.wear.contract import FINEST, SLID, Worn
 from clearsweep.mechanics.joint.wear.passage import ON_BEARING, ON_JOURNAL, POINTS, ROOM, ROWS, Bins, enter_wear
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean
 from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from clearsweep.simulation.run import Run
 from clearsweep.simulation.window import finer
 
 BINS = 360
@@ -312,3 +313,16 @@ def test_a_body_with_coefficient_zero_keeps_its_shape():
     bearing, journal = trajectory.wear["rod_slider"]
     assert bearing.max() > 0.0
     assert np.all(journal == 0.0)
+
+
+@pytest.mark.compiled
+def test_a_run_begins_with_the_way_that_its_joints_have_slid_before():
+    case = case_of().case(0)
+    scene = simulation.build(case, {"rod-slider": Worn(np.zeros(BINS), np.zeros(BINS), 7.0)})
+    assert Run(scene, np.empty(0)).tally.account[0, SLID] == 7.0
+    assert Run(simulation.build(case), np.empty(0)).tally.account[0, SLID] == 0.0
+
+
+def test_shapes_that_act_are_part_of_a_case_and_those_that_do_not_are_as_if_left_out():
+    assert case_of(**{"joints.rod-slider.wear.evolve": False}).case_id(0) == case_of().case_id(0)
+    assert case_of(**{"joints.rod-slider.wear.evolve": True}).case_id(0) != case_of().case_id(0)

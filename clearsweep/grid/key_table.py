@@ -265,6 +265,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
         "`hardness`",
         "m^2/N",
     )
+    tree[f"{wear}.evolve"] = Flag("the shape that wear leaves acts on contact")
     tree[f"{wear}.running_in"] = Section("a coefficient that falls as the surfaces run in", "optional")
     _coefficients(tree, wear, _WEAR)
     _coefficients(tree, f"{wear}.running_in", _RUNNING_IN)

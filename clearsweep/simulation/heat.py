@@ -95,7 +95,7 @@ def at_temperatures(scene: Scene, temperatures: dict[str, float]) -> Scene:
         joint._replace(film=_at(joint.film, temperatures[joint.column])) if joint.column in temperatures else joint
         for joint in scene.case.joints
     )
-    return dataclasses.replace(build(scene.case._replace(joints=joints)), deadline=scene.deadline)
+    return dataclasses.replace(build(scene.case._replace(joints=joints), scene.worn), deadline=scene.deadline)
 
 
 def _at(film: Film | None, temperature: float) -> Film:

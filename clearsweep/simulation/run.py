@@ -20,7 +20,7 @@ from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
 from ..mechanics.joint.lubricated import film_depths
 from ..mechanics.joint.places import after_joint, as_it_is, first_place, observed_columns
-from ..mechanics.joint.wear.contract import ACCOUNT, FINEST
+from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram
 from ..mechanics.observe import tally as tallies
@@ -82,6 +82,9 @@ class Run:
             wear=np.zeros(2 * len(joints) * bins),
             account=np.zeros((len(joints), ACCOUNT)),
         )
+        for place, joint in enumerate(scene.case.joints):
+            if joint.name in scene.worn:
+                self.tally.account[place, SLID] = scene.worn[joint.name].slid
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
         self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))), along if turned else moment)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
@@ -18,6 +18,7 @@ from ..mechanics import rates
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import every_contact, every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
+from ..mechanics.joint.wear.contract import Worn
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built
 from ..mechanics.mechanism.spatial.build import deepest
@@ -42,6 +43,7 @@ class Scene:
     in_contact: bool  # all joints begin in contact
     machine: Machine | None  # it is built of; None: the mechanism has its own equations
     turning: turning.Steady | turning.Followed | turning.Free
+    worn: Mapping[str, Worn] = field(default_factory=dict)  # before the run, by joint; a joint that is not there is new
     deadline: float = math.inf  # s of this process's time, at which the case is given up
     verdict: Verdict = NO_VERDICT  # figures of the grid's own and limits, of which the case itself knows nothing
 
@@ -74,8 +76,12 @@ def layout_of(case: Case) -> Layout:
     return known[1]
 
 
-def build(case: Case) -> Scene:
-    """Return the scene of a resolved case.  Raises InputError where it cannot start as asked."""
+def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
+    """Return the scene of a resolved case.  Raises InputError where it cannot start as asked.
+
+    `worn`, by name of the joint, is what its bodies have lost before; the wear of a run comes on top.
+    """
+    worn = dict(worn or {})
     mechanism = mechanism_of(case)
     machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
     joints = {joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal) for joint in case.joints}
@@ -92,7 +98,7 @@ def build(case: Case) -> Scene:
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.concatenate([built.start, roots, [began for _, _, began in every_internal_state(terms)]])
     layout, along = layout_of(case), turning.turning_of(machine, 2.0 * math.pi / built.rate)
-    return Scene(case, mechanism, built, value, layout, start, bool(np.any(roots)), machine, along)
+    return Scene(case, mechanism, built, value, layout, start, bool(np.any(roots)), machine, along, worn)
 
 
 def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: dict, offsets: dict) -> Built:

@@ -8,6 +8,8 @@ A wear law is a member of `wear_rate` and has the fields `bins` (of each body), 
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ...compiled.family import family, kernel
 
 #: Bins that wear is summed up in, at most: finer ones are interpolated from these, see `clearsweep.simulation.window`.
@@ -20,6 +22,14 @@ WIDE = 5.0  # bins: an arc narrower than this is not resolved, and counted
 ARCS, NARROW, SLID, PRESSURE_MAX, PRESSURE_TIME, PV_MAX, PV_BEYOND, FIRST_CLASS = range(8)
 CLASSES = 48
 ACCOUNT = FIRST_CLASS + CLASSES
+
+
+class Worn(NamedTuple):
+    """What the bodies of a joint have lost before a run."""
+
+    bearing: np.ndarray  # (bins,) m, mean depth of each bin, in the frame of its body
+    journal: np.ndarray  # (bins,) m
+    slid: float = 0.0  # m, the way slid in contact
 
 
 class Rubbing(NamedTuple):
