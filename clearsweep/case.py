@@ -98,6 +98,7 @@ class Wear(NamedTuple):
     dimensionless: bool = False  # the coefficients are k times the hardness
     running_in: Mapping[str, float] | None = None  # bearing_initial, journal_initial, distance (m); None: it is run in
     evolve: bool = False  # what is worn acts on contact
+    length_bins: int = 1  # of each body along its length
 
     def coefficients(self) -> dict[str, tuple[float, ...]]:
         """Return for both bodies the wear coefficients (m^2/N or m^3/J): run in and, where they are not, at first."""

@@ -35,6 +35,7 @@ class JointLayout(NamedTuple):
     film: bool = False  # oil between its surfaces
     corners: int = 0  # points that touch by themselves, of a guide's block or a spatial joint; 0: it is one contact
     telling: int = 0  # contacts behind these that only tell, of a spatial joint
+    wear_rows: int = 1  # bins of wear along each body's length
 
     @property
     def has(self) -> set[str]:
@@ -64,7 +65,13 @@ def parts_of(case: Case) -> Parts:
     """Return what of a case decides its layout."""
     simulate = case.simulate
     joints = tuple(
-        JointLayout(joint.column, joint.wear.bins if joint.wear else 0, joint.film is not None, *_points(joint))
+        JointLayout(
+            joint.column,
+            joint.wear.bins if joint.wear else 0,
+            joint.film is not None,
+            *_points(joint),
+            joint.wear.length_bins if joint.wear else 1,
+        )
         for joint in case.joints
     )
     until = simulate.until.figure if simulate.until else ""
@@ -214,7 +221,11 @@ def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
 
 def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
     """Return the columns that settle as a run grows longer, or those that do not, with everything in every joint."""
-    kinds: dict[str, set] = {"guide": set(), "spatial": {"spatial", "axial"}, "through": {"spatial"}}
+    kinds: dict[str, set] = {
+        "guide": set(),
+        "spatial": {"wear", "spatial", "axial"},
+        "through": {"wear", "spatial"},
+    }
     parts = {column_name(site.name): kinds.get(site.kind, {"wear", "film"}) for site in mechanism.joints}
     named = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in named)

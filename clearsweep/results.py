@@ -28,7 +28,8 @@ class Trajectory:
     channels : dict of str to (n,) float64 array; `t` in s is one of them. Empty where no history was asked for.
     events : structured array (EVENT_DTYPE) of the whole run: t (s), joint, kind, rate (m/s, closing positive),
         force_peak (N, largest normal force of the contact that ends there, 0 at an onset).
-    wear : dict of joint name to (bearing, journal), each a (bins,) array of depths in m.
+    wear : dict of joint name to (bearing, journal), each a (bins,) array of depths in m, of a joint in space
+        (bins, length bins).
     poincare : dict of 'poincare/rod_slider/x' and the like to (revolutions,) arrays: journal x, y (m), vx, vy (m/s) at
         crank angle 0 of every revolution, and 'poincare/revolution', which that is. Empty where no history was kept.
     summary : dict of column name to value; None for what could not be computed.

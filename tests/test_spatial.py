@@ -320,10 +320,11 @@ def test_half_a_revolution_is_that_of_quadruple_precision():
 
 @pytest.mark.heavy
 def test_a_parallel_journal_moves_as_in_the_plane():
-    contact = JOINT["contact"] | {"restitution": 0.4}
+    contact, wear = JOINT["contact"] | {"restitution": 0.4}, {"law": "archard", "coefficient": 1e-13}
     times = np.linspace(0.0, 0.03, 31)
     flat, deep = (
-        clearsweep.simulate(clearsweep.load_case(make(contact=contact)), times=times) for make in (planar, spatial)
+        clearsweep.simulate(clearsweep.load_case(make(contact=contact, wear=wear)), times=times)
+        for make in (planar, spatial)
     )
     for name in ("slider/x", "joints/crank_rod/x", "joints/crank_rod/y"):
         assert deep[name] == pytest.approx(flat[name], rel=0.0, abs=1e-9 * 2e-4)
@@ -331,12 +332,15 @@ def test_a_parallel_journal_moves_as_in_the_plane():
     assert deep[force] == pytest.approx(flat[force], rel=1e-9, abs=1e-9 * flat[force].max())
     assert np.abs(deep["joints/crank_rod/tilt"]).max() < 1e-12
     assert np.abs(deep["rod/z"]).max() < 1e-15
-    for name in ("force_peak", "force_rms", "penetration_max", "contact_fraction", "force_peak_ideal"):
+    worn = ("wear_volume", "wear_depth_max", "wear_bins_enough")
+    for name in ("force_peak", "force_rms", "penetration_max", "contact_fraction", "force_peak_ideal", *worn):
         assert deep.summary[f"crank_rod_{name}"] == pytest.approx(flat.summary[f"crank_rod_{name}"], rel=1e-9, abs=0.0)
     assert deep.summary["slider_error_max"] == pytest.approx(flat.summary["slider_error_max"], rel=1e-9, abs=0.0)
     twice = [event for event in flat.events["t"] for _ in range(2)]  # both walls meet it together
     assert deep.events["t"] == pytest.approx(twice, rel=0.0, abs=1e-10)
     assert deep.summary["crank_rod_edge_load_share"] < 1e-9
+    for here, there in zip(deep.wear["crank_rod"], flat.wear["crank_rod"], strict=True):
+        assert here == pytest.approx(np.tile(there[:, None], (1, 20)), rel=0.0, abs=1e-9 * there.max())
 
 
 @pytest.mark.heavy

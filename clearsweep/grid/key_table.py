@@ -43,6 +43,9 @@ _PV_LIMIT = Field(
 _BINS = Field(
     "bins", "1", "angular bins round each body", 8, 1e6, low_open=False, high_open=False, default=360, whole=True
 )
+_LENGTH_BINS = Field(
+    "length_bins", "1", "bins along each body", 1, 1000, low_open=False, high_open=False, default=20, whole=True
+)
 _LENGTH_OF_PIN = Field("length", "m", "length along the pin; wear and the laws of cylinders need it", optional=True)
 _GAP_SIZES = (
     Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
@@ -256,6 +259,11 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     _roughness(tree, path, catalogue)
     _film(tree, path, catalogue)
     enter_friction(tree, path, catalogue)
+    _wear(tree, path, catalogue)
+
+
+def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter the wear of a joint."""
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
@@ -313,7 +321,27 @@ def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
     )
 
 
-_SITES = {"line": _gap, "revolute": _revolute, "guide": _guide, "spatial": flanged, "through": through, ANY: _either}
+def _through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter a revolute joint in space, without flanges, and its wear."""
+    through(tree, path, site, catalogue)
+    _wear(tree, path, catalogue)
+    enter_numbers(tree, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
+
+
+def _flanged(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter the same with flanges."""
+    _through(tree, path, site, catalogue)
+    flanged(tree, path, catalogue)
+
+
+_SITES = {
+    "line": _gap,
+    "revolute": _revolute,
+    "guide": _guide,
+    "spatial": _flanged,
+    "through": _through,
+    ANY: _either,
+}
 
 
 def _roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:

@@ -85,10 +85,10 @@ def _joint(name: str, section: Tree) -> Joint:
 
 
 def _wear(section: Tree) -> Wear:
-    law, pressure, bins, unit, running_in, evolve, values = _taken(
-        section, "law", "pressure", "bins", "coefficient_unit", "running_in", "evolve"
+    law, pressure, bins, unit, running_in, evolve, along, values = _taken(
+        section, "law", "pressure", "bins", "coefficient_unit", "running_in", "evolve", "length_bins"
     )
-    return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve))
+    return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), along or 1)
 
 
 def _film(section: Tree) -> Film:

@@ -21,9 +21,8 @@ _MISALIGNED = (
 )
 
 
-def flanged(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a revolute joint in space, with flanges."""
-    through(tree, path, site, catalogue)
+def flanged(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter what a revolute joint in space has besides where it has flanges."""
     enter_numbers(tree, path, (_AXIAL,))
     axial = f"{path}.axial"
     _pointed_contact(tree, axial, catalogue._replace(laws=pointed(catalogue)))

@@ -69,7 +69,7 @@ class Run:
         every = [len(contact_modes(joint)) for joint in joints]
         self.parameters = flatten(value)  # compiled code holds its address
         worn = any(part.wear_bins for part in scene.layout.joints)
-        bins = min(max(part.wear_bins for part in scene.layout.joints), FINEST)
+        bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in scene.layout.joints)
         self.tally = tallies.Tally(
             whole=np.zeros(tallies.WHOLE),
             joint=np.zeros((many, tallies.JOINT)),
@@ -78,9 +78,9 @@ class Run:
             course=np.zeros((many, histogram.COURSES, histogram.PARTS + 1)),
             length=np.zeros(1),
             between=np.zeros((BETWEEN, 2 * len(value.coordinates) + 1)),
-            room=np.zeros(room_of(len(joints)) if worn else 0),
-            wear=np.zeros(2 * len(joints) * bins),
-            account=np.zeros((len(joints), ACCOUNT)),
+            room=np.zeros(room_of(many, bins) if worn else 0),
+            wear=np.zeros(2 * many * bins),
+            account=np.zeros((many, ACCOUNT)),
         )
         for place, joint in enumerate(scene.case.joints):
             if joint.name in scene.worn:

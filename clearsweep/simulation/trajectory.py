@@ -301,13 +301,14 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
 def window_of(scene: Scene, run: Run, end: float) -> Window:
     """Return what an integration up to `end` (s) came to."""
     settings, turning = scene.case.simulate, scene.mechanism.turns
+    tally = by_joint(run.tally, scene.layout)
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,
         layout=scene.layout,
         joints=scene.value.joints,
-        tally=by_joint(run.tally, scene.layout),
-        wear=wear_of(scene.layout, run.tally),
+        tally=tally,
+        wear=wear_of(scene.layout, tally),
         counts=run.counts,
         seconds=run.duration,
         duration=_duration(scene, run, end),

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..catalogue import Figure, Shown
+from ..mechanics.joint.spatial import Flanged, Through
 from ..mechanics.joint.wear.contract import (
     ARCS,
     FIRST_CLASS,
@@ -33,8 +34,16 @@ def volume(window: Window, place: int) -> float:
     """Return the volume (m^3) worn off both bodies of a joint."""
     joint, (bearing, journal) = window.joints[place], worn(window, place)
     law: Any = joint.wear  # mypy takes it for a tuple of anything
-    cell = 2.0 * math.pi / bearing.size * law.length
-    return float(cell * (joint.bearing_radius * bearing.sum() + joint.journal_radius * journal.sum()))
+    cell, (on_bearing, on_journal) = 2.0 * math.pi / len(bearing) * law.length, _cells(joint)
+    round_journal = joint.journal_radius * journal.sum() * on_journal
+    return float(cell * (joint.bearing_radius * bearing.sum() * on_bearing + round_journal))
+
+
+def _cells(joint: Any) -> tuple[float, float]:
+    """Return the lengths of a bin on bearing and journal over that of the bearing."""
+    if isinstance(joint, Through | Flanged):
+        return 1.0 / joint.wear_rows, joint.half_journal / (joint.half_length * joint.wear_rows)
+    return 1.0, 1.0
 
 
 def narrow_arcs(window: Window, place: int) -> float:

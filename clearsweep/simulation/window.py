@@ -1,5 +1,6 @@
 """The stretch of a run over which figures are taken: all that their formulas are functions of."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from ..case import Case
 from ..catalogue import Mechanism
 from ..layout import WALLS, JointLayout, Layout
 from ..mechanics.joint import dry
-from ..mechanics.joint.wear.contract import FINEST
+from ..mechanics.joint.wear.contract import ARCS, FINEST, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
 from ..mechanics.observe.tally import (
     APPROACH,
     BEYOND_TIME,
@@ -63,8 +64,10 @@ def by_joint(tally: Tally, layout: Layout) -> Tally:
         return tally
     rows, bearing = rows_of(layout), bearing_of(layout)
     joints = np.array([_together(tally.joint[row], joint) for row, joint in zip(rows, layout.joints, strict=True)])
+    account = np.array([worn_together(tally.account[row], tally.joint[row]) for row in rows])
+    wear = tally.wear.reshape(len(tally.joint), -1)[[row.start for row in rows]].ravel()
     time, ramp = (np.array([part[row].sum(axis=0) for row in bearing]) for part in (tally.time, tally.ramp))
-    return tally._replace(joint=joints, time=time, ramp=ramp)
+    return tally._replace(joint=joints, time=time, ramp=ramp, account=account, wear=wear)
 
 
 def rows_of(layout: Layout) -> list[slice]:
@@ -93,29 +96,52 @@ def _together(contacts: np.ndarray, joint: JointLayout) -> np.ndarray:
         found[CLIPS] = points[:, CLIPS].sum()
         found[AXIAL_FORCE_MAX] = flanges[:, FORCE_MAX].max(initial=0.0)
         found[AXIAL_ONSETS] = flanges[:, ONSETS].sum()
-        found[UNEVEN_TIME], found[TILT_MAX] = uneven[FORCE_TIME], uneven[DEPTH_MAX]
+        found[UNEVEN_TIME], found[TILT_MAX] = uneven[FORCE_TIME], math.asin(min(uneven[DEPTH_MAX], 1.0))
+    return found
+
+
+def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+    """Return the account of a joint's wear, (ACCOUNT,), from those of its contacts, (contacts, ACCOUNT).
+
+    What is largest is that of one contact, and so is time beyond the limit; the mean pressure is that over the times
+    for which each is in contact.  contacts : their rows of Tally.joint.
+    """
+    found: np.ndarray = accounts.sum(axis=0)
+    for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLID):
+        found[column] = accounts[:, column].max()
+    time = contacts[accounts[:, ARCS] > 0.0, CONTACT_TIME]
+    if time.size:
+        found[PRESSURE_TIME] *= time.max() / time.sum()
     return found
 
 
 def finer(depths: np.ndarray, bins: int) -> np.ndarray:
     """Return the means over `bins` bins that follow from those over fewer, which they keep: (bins,) m from (n,) m.
 
+    Depths may have a further dimension, which stays: (bins, rows) m from (n, rows) m.
+
     What is worn up to an angle is interpolated between the edges of the n bins by a monotone cubic (Fritsch & Butland
     1984, SIAM J. Sci. Stat. Comput. 5:300), so that no bin is negative.
     """
     turn, n = np.concatenate([depths[-FEW:], depths, depths[:FEW]]), len(depths)
     edges = np.arange(-FEW, n + FEW + 1) / n
-    worn = PchipInterpolator(edges, np.concatenate([[0.0], np.cumsum(turn)]) / n)
-    finest: np.ndarray = np.maximum(np.diff(worn(np.arange(bins + 1) / bins)) * bins, 0.0)
+    worn = PchipInterpolator(edges, np.concatenate([turn[:1] * 0.0, np.cumsum(turn, axis=0)]) / n)
+    finest: np.ndarray = np.maximum(np.diff(worn(np.arange(bins + 1) / bins), axis=0) * bins, 0.0)
     return finest
 
 
 def wear_of(layout: Layout, tally: Tally) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the wear depths (m) of bearing and journal by bin, of every joint where there is wear."""
+    """Return the wear depths (m) of bearing and journal by bin, of every joint where there is wear; tally : by joint.
+
+    Those of a joint in space are over angle and length, (bins, rows).
+    """
     found = {}
     for joint, depths in zip(layout.joints, tally.wear.reshape(len(layout.joints), 2, -1), strict=True):
         bins = joint.wear_bins
         if bins:
-            bearing, journal = depths[:, : min(bins, FINEST)].copy()
+            kept, rows = min(bins, FINEST), joint.wear_rows
+            bearing, journal = depths[:, : kept * rows].reshape(2, rows, kept).swapaxes(1, 2).copy()
+            if not joint.telling:
+                bearing, journal = bearing[:, 0], journal[:, 0]
             found[joint.name] = (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))
     return found

@@ -229,7 +229,7 @@ def _write_dataset(
 ) -> None:
     """Write the pieces one after another, each with a checksum, filtered in threads: h5py would use one core."""
     items = int(values) // dataset.width
-    shape = (items,) if dataset.each != CASE else (items, dataset.width)
+    shape = (items, *dataset.shape)
     rows = max(1, min(items, CHUNK_VALUES // dataset.width))
     squeeze: dict[str, Any] = {
         "chunks": (rows, *shape[1:]),

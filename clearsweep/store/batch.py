@@ -5,6 +5,7 @@ import contextlib
 import hashlib
 import io
 import json
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -69,14 +70,19 @@ class Row(NamedTuple):
 
 
 class Dataset(NamedTuple):
-    """One dataset of the orbits: `width` values per `each` (a case, a sample, an event or a section)."""
+    """One dataset of the orbits: an array of `shape` per `each` (a case, a sample, an event or a section)."""
 
     path: str
     dtype: np.dtype
     unit: str
     description: str
     each: str
-    width: int = 1
+    shape: tuple[int, ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Return how many values there are per `each`."""
+        return math.prod(self.shape)
 
 
 def summary_schema(form: Form) -> pa.Schema:
@@ -170,15 +176,12 @@ def datasets(form: Form) -> tuple[Dataset, ...]:
         found += _section_datasets(form.layout)
     for joint in form.layout.joints:
         if joint.wear_bins:
+            text = "wear depth of the {} in angular bins of its own frame"
+            shape: tuple[int, ...] = (joint.wear_bins,)
+            if joint.telling:
+                text, shape = f"{text}, and in bins along its axis", (*shape, joint.wear_rows)
             found += [
-                Dataset(
-                    f"wear/{joint.name}/{body}",
-                    np.dtype("f8"),
-                    "m",
-                    f"wear depth of the {body} in angular bins of its own frame",
-                    CASE,
-                    joint.wear_bins,
-                )
+                Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
                 for body in ("bearing", "journal")
             ]
     return tuple(found)
@@ -275,7 +278,7 @@ def _gathered(form: Form, dataset: Dataset, rows: list[Row]) -> np.ndarray:
         codes = h5py.check_enum_dtype(dataset.dtype)
         return values if codes is None else _coded(values, codes, dataset.dtype)
     _, joint, body = dataset.path.split("/")
-    depths = np.full((len(rows), dataset.width), np.nan)
+    depths = np.full((len(rows), *dataset.shape), np.nan)
     for place, row in enumerate(rows):
         if row.trajectory.status == "ok":
             depths[place] = row.trajectory.wear[joint][body == "journal"]

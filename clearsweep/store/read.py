@@ -194,7 +194,10 @@ class StoredRun:
         return frame
 
     def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Return joint -> (bearing, journal): depths in m per angular bin of each body; NaN for a failed case."""
+        """Return joint -> (bearing, journal): depths in m per angular bin of each body; NaN for a failed case.
+
+        (bins,), of a joint in space (bins, length bins).
+        """
         place = self._place(case_id)
         with self._orbits() as file:
             return {

@@ -166,6 +166,6 @@ def _case_bytes(grid: Grid, events: float) -> float:
     """Return the bytes that one case takes in its batch and in the merged files together."""
     layout = grid.layout
     history = usual_history(grid)
-    wear = sum(2 * 8 * joint.wear_bins for joint in layout.joints)
+    wear = sum(2 * 8 * joint.wear_bins * joint.wear_rows for joint in layout.joints)
     row = 8 * (len(layout.columns) + len(grid.axes)) + 32
     return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)

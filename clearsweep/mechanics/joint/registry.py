@@ -32,7 +32,7 @@ from .loss import hysteresis, plastic, dampers  # noqa: F401
 from .elastic import power, cylinders, conformal, compatible  # noqa: F401
 from .roughness import smooth, fractal, kogut_etsion  # noqa: F401
 from .friction import sliding, stick, bristles  # noqa: F401
-from .wear import archard, pressure  # noqa: F401
+from .wear import archard, pressure, slices  # noqa: F401
 from .film import finite, short, long, shear, transition  # noqa: F401
 # isort: on
 
@@ -122,6 +122,8 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
     about = np.array([*joint.tilt, 0.0])
     angle = float(np.linalg.norm(about))
     share = math.sin(angle) / angle if angle else 1.0
+    bent = 0.5 * (math.sin(0.5 * angle) / (0.5 * angle)) ** 2 if angle else 0.5  # (1 - cos) / angle^2
+    a, b = joint.tilt
     sleeve = spatial.Through(
         clearance=joint.clearance,
         side=1.0,
@@ -130,12 +132,14 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
         half_length=0.5 * joint.length,
         half_journal=0.5 * joint.journal_length,
         offset=Vector(*joint.offset),
-        axis=Vector(share * joint.tilt[1], -share * joint.tilt[0], math.cos(angle)),
+        axis=Vector(share * b, -share * a, math.cos(angle)),
         ends=spatial.AtEdges() if beyond else spatial.InBore(),
         law=law,
         elastic=elastic,
         friction=friction_term(joint),
         wear=wear_term(joint),
+        across=Vector(math.cos(angle) + bent * a * a, bent * a * b, -share * b),
+        wear_rows=float(joint.wear.length_bins) if joint.wear else 0.0,
     )
     if not joint.flange:
         return sleeve

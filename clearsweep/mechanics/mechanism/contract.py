@@ -126,7 +126,10 @@ def energy(mechanism, pose):
 
 @family
 def body_angles(mechanism, y):
-    """Return the angles (rad) of the proximal and the distal body of every open joint at the state `y`."""
+    """Return the angles (rad) of the proximal and the distal body of every open joint at the state `y`.
+
+    Of a joint in space it is its bearing's own x axis, a Vector in the frame of the journal.
+    """
 
 
 @family

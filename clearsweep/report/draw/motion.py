@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ... import wording
 from .style import BLUE, GREY, INK, PALE, RED, colour_bar, over_crank, plain_axes
@@ -113,6 +113,19 @@ def wear(ax: PolarAxes, bearing: np.ndarray, journal: np.ndarray) -> None:
     ax.tick_params(axis="y", labelsize=7)
     ax.grid(color=PALE, linewidth=0.5)
     ax.legend(loc="upper left", bbox_to_anchor=(0.92, 1.12), frameon=False, title=f"depth [{scale.unit}]")
+
+
+def wear_map(ax: Axes, depth: np.ndarray, length: float) -> None:
+    """Draw wear depths (bins, length bins) m round a body and along it, unrolled; length : m, of the body."""
+    scale, along = wording.scale("m", depth.ravel()), wording.scale("m", length)
+    edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / along.factor
+    angles, largest = np.linspace(0.0, 360.0, depth.shape[0] + 1), max(depth.max(initial=0.0), np.finfo(float).tiny)
+    mesh = ax.pcolormesh(
+        angles, edges, depth.T / scale.factor, cmap="viridis", vmin=0.0, vmax=largest / scale.factor, rasterized=True
+    )
+    ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{along.unit}]")
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    colour_bar(ax, mesh, f"depth [{scale.unit}]")
 
 
 def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:

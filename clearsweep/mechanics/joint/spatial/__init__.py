@@ -14,7 +14,7 @@ own surface point; these lie the penetration apart along the normal, and all pow
 penetration and friction times sliding speed.
 
 Behind these contacts stand two that only tell: the sum of the walls' normal forces as vectors, and their difference in
-size, with the tilt (rad) as its depth.
+size, with the sine of the tilt as its depth.
 """
 
 from .forces import CHANNELS, POINT_CHANNELS

@@ -13,7 +13,7 @@ from ..friction.contract import friction_force
 from ..loss.contract import contact_force, lowest_force, sign_beyond
 from ..places import after_law, as_it_is
 from .form import Flanged, SpatialGap, SpatialLoad, Through
-from .points import flange_point, tilt_of, wall_point
+from .points import flange_point, sine_of_tilt, tilt_of, wall_point
 
 SHARE = 0.5  # of the stiffness, at each wall
 
@@ -68,10 +68,10 @@ def _touch(point, gap, laws, now):
     pressing = force if now.mode != CLIPPED else as_type_of(0.0, force)
     rubbing = pressing if lowest == 0.0 else max(pressing, 0.0)
     sliding = along(moving, -rate, normal)
-    square = dot(sliding, sliding)
-    slip = math.sqrt(square) if square > 0.0 else as_type_of(0.0, square)
+    square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
+    slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, rubbing, slip), slip)
-    held = tangential / slip if slip > 0.0 else as_type_of(0.0, slip)
+    held = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
     pushed = times(-pressing, normal)
     whole = along(pushed, held, sliding)
     contact = Contact(
@@ -133,10 +133,10 @@ def _telling(gap, a, b):
     rubbing = math.sqrt(rest) if rest > 0.0 else zero
     difference = abs(a.contact.normal - b.contact.normal)
     depth = max(a.contact.depth, b.contact.depth)
-    _, tilt = tilt_of(gap.axis)
+    sine = sine_of_tilt(gap.axis)
     return (
         Contact(normal=resultant, tangential=rubbing, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero),
-        Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=tilt, elastic=zero, raw=zero),
+        Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=zero),
     )
 
 
@@ -199,7 +199,7 @@ def _of_four_points(joint):
 @gap_histories.member(Flanged)
 def _journal_in_space(joint, gap, side):
     at, moving = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
-    return at.x, at.y, at.z, moving.x, moving.y, moving.z, tilt_of(gap.axis)[1]
+    return at.x, at.y, at.z, moving.x, moving.y, moving.z, tilt_of(gap.axis)
 
 
 @load_histories.member(Through)

@@ -31,6 +31,8 @@ class Through(NamedTuple):
     elastic: tuple  # elastic_force
     friction: tuple  # friction_force
     wear: tuple  # wear_rate
+    across: Vector  # unit vector of the bearing's own x axis, in the frame of its body
+    wear_rows: float  # bins of wear along the length
 
 
 class Flanged(NamedTuple):
@@ -49,6 +51,8 @@ class Flanged(NamedTuple):
     elastic: tuple
     friction: tuple
     wear: tuple
+    across: Vector
+    wear_rows: float
     axial_clearance: float  # m, on each side
     axial_law: tuple  # contact_force of a flange
     axial_elastic: tuple

@@ -10,6 +10,7 @@ from ...compiled.vector import Vector, along, dot, times
 from .form import AtEdges, Flanged, InBore
 
 ENDS = (1.0, -1.0)  # of the journal, along its z
+LITTLE = 0.025  # of radius k^2 over the distance: below, what a step of Halley's method leaves is beyond the last bit
 CLOSE = 1e-8  # of the distance: the step of Newton's method that is the last one, as its error is the square of that
 MOST_STEPS = 60
 
@@ -31,8 +32,36 @@ def farthest(px, py, kx, ky, radius):
 
         lambda d = p - radius k (k . d)
 
-    d follows once lambda is known, the largest root of |p - radius k (k . p) / (lambda + radius k^2)| = lambda.
+    d follows once lambda is known, the largest root of |p - radius k (k . p) / (lambda + radius k^2)| = lambda.  With
+    x = lambda / |p| - 1, e = radius k^2 / |p| and c the cosine of the angle between p and k that is, for small e,
+
+        x (2 + x) (1 + x + e)^2 + e c^2 (2 (1 + x) + e) = 0,    x = -e c^2 + 3/2 e^2 c^2 (1 - c^2) + O(e^3),
+
+    from where one step of Halley's method, whose error is the cube of what was left, goes to the last bit.
     """
+    lean, square = radius * (kx * kx + ky * ky), px * px + py * py
+    if not lean * lean < LITTLE * LITTLE * square:
+        return searched(px, py, kx, ky, radius)
+    product = kx * px + ky * py
+    pulled, distance, inverse = radius * product, math.sqrt(square), 1.0 / square
+    along_both = pulled * product
+    share = along_both * inverse
+    less = share * (1.5 * (lean - share) * distance * inverse - 1.0)
+    root, beyond = distance + less, distance + less + lean
+    apart = less * (distance + root)
+    value = apart * beyond * beyond + along_both * (beyond + root)
+    first = 2.0 * (root * beyond * beyond + apart * beyond + along_both)
+    second = 2.0 * beyond * (beyond + 4.0 * root) + 2.0 * apart
+    root -= 2.0 * value * first / (2.0 * first * first - value * second)
+    beyond = root + lean
+    inverse = 1.0 / (root * beyond)
+    along_p, along_k = beyond * inverse, pulled * inverse
+    return px * along_p - along_k * kx, py * along_p - along_k * ky
+
+
+@kernel
+def searched(px, py, kx, ky, radius):
+    """Return the same where the circle leans much, or stands about the axis: by Newton's method between bounds."""
     lean = radius * (kx * kx + ky * ky)
     product = kx * px + ky * py
     distance = math.sqrt(px * px + py * py)
@@ -115,11 +144,16 @@ def flange_point(joint, gap, end):
 
 
 @kernel
-def tilt_of(axis):
-    """Return the sine of the angle (rad) between bearing and journal, and the angle; axis : as in SpatialGap."""
+def sine_of_tilt(axis):
+    """Return the sine of the angle between bearing and journal; axis : as in SpatialGap."""
     lean = axis.x * axis.x + axis.y * axis.y
-    sine = math.sqrt(lean) if lean > 0.0 else as_type_of(0.0, lean)
-    return sine, math.atan(sine / abs(axis.z))
+    return math.sqrt(lean) if lean > 0.0 else as_type_of(0.0, lean)
+
+
+@kernel
+def tilt_of(axis):
+    """Return that angle (rad)."""
+    return math.atan(sine_of_tilt(axis) / abs(axis.z))
 
 
 def deepest_of(joint, gap) -> float:

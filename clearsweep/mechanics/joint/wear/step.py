@@ -10,8 +10,8 @@ from ...compiled.family import Entry, entry, family, kernel, map_joints, shaped
 from ...mechanism.contract import body_angles, gaps, place
 from ...observe.between import BETWEEN
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
-from ..contract import touches
-from ..places import after_joint, first_place
+from ..contract import Place, touches
+from ..places import after_joint, extent, first_place
 from .contract import (
     ACCOUNT,
     ARCS,
@@ -44,9 +44,13 @@ from .passage import (
 )
 
 LEAST = 1e-7  # rad, of half an arc that is looked at
+ANGLES = BETWEEN + 4  # numbers that tell the course of an angle: at the quarters, then its slopes at both ends
+#: What a joint in space notes of a contact at the quarters, see `slices.Placed`.
+LEAN, BEARING_START, JOURNAL_START, FACING, ALONG = range(5)
+SEEN = 2 * ANGLES + ALONG * (BETWEEN + 2)  # numbers of room for a contact
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
-#: (BETWEEN + 4, POINTS): the coefficients of an angle's course from its values at the quarters and its end slopes.
-FROM_ANGLES = np.zeros((BETWEEN + 4, POINTS))
+#: (ANGLES, POINTS): the coefficients of an angle's course from its values at the quarters and its end slopes.
+FROM_ANGLES = np.zeros((ANGLES, POINTS))
 FROM_ANGLES[:, : DEGREE + 1] = np.linalg.inv(
     np.vstack(
         [
@@ -60,19 +64,22 @@ FROM_ANGLES[:, : DEGREE + 1] = np.linalg.inv(
 class Step(NamedTuple):
     """A step of the motion."""
 
-    course: np.ndarray  # (joints, COURSES, PARTS + 1) see observe.histogram
+    course: np.ndarray  # (contacts, COURSES, PARTS + 1) see observe.histogram
     length: float  # of the step
-    mode: np.ndarray  # (joints,) int64, what each joint is doing
-    angles: np.ndarray  # (joints, 2, BETWEEN + 4) rad, of the contact on both bodies, and its slopes at the ends
+    mode: np.ndarray  # (contacts,) int64, what each contact is doing
+    angles: np.ndarray  # (contacts, 2, ANGLES) rad, of the contact on both bodies
+    along: np.ndarray  # (contacts, ALONG, BETWEEN + 2) of joints in space
+    lean: np.ndarray  # (PARTS + 1,) 1, of one of their contacts, at even places
     room: np.ndarray  # (ROOM,) see passage
+    scratch: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 
 
 class Worn(NamedTuple):
-    """Where the wear of all joints is entered."""
+    """Where the wear of all joints is entered: the depths of a joint at its first contact."""
 
-    depths: np.ndarray  # (2 joints stride,) m, the bins of bearing and journal of every joint
+    depths: np.ndarray  # (2 contacts stride,) m, the bins of bearing and journal
     stride: int
-    account: np.ndarray  # (joints, ACCOUNT)
+    account: np.ndarray  # (contacts, ACCOUNT)
 
 
 @kernel
@@ -84,22 +91,25 @@ def turning(gap):
 class Moment(NamedTuple):
     """Where the bodies are at one of the quarters of a step."""
 
-    gaps: tuple  # a Gap per joint
-    body_angles: tuple  # rad, of the proximal and the distal body of every joint
+    gaps: tuple  # a gap per joint
+    turned: tuple  # what body_angles says of every joint
     quarter: int
     step: Step
 
 
-@kernel
-def _see(joint, gap, place, shared):
-    """Note where joint `place.contact` touches its bodies at a Moment."""
-    moment, j = shared, place.contact
+@family
+def see(joint, gap, turned, j, moment):
+    """Note where the contacts of a joint, of which `j` is the first, are at a Moment; turned : as of body_angles."""
+
+
+@see.member(None)
+def _in_the_plane(joint, gap, turned, j, moment):
     step, i = moment.step, moment.quarter
     if not touches(step.mode[j]):
         return
     side = joint.side
     angle = math.atan2(side * gap.y, side * gap.x)
-    proximal, distal = moment.body_angles[j]
+    proximal, distal = turned
     bearing, journal = (proximal, distal) if side > 0.0 else (distal, proximal)
     step.angles[j, 0, i], step.angles[j, 1, i] = angle - bearing, angle - journal
     if i in (0, BETWEEN + 1):
@@ -110,12 +120,29 @@ def _see(joint, gap, place, shared):
         step.angles[j, 1, end] = pace * (on_distal if side > 0.0 else on_proximal)
 
 
-_see_each = map_joints(_see, after_joint)
+class Whose(NamedTuple):
+    """Which joint it is."""
+
+    number: int
+    place: Place
+
+
+@kernel
+def _after(whose, joint):
+    return Whose(whose.number + 1, after_joint(whose.place, joint))
+
+
+@kernel
+def _see(joint, gap, whose, moment):
+    see(joint, gap, moment.turned[whose.number], whose.place.contact, moment)
+
+
+_see_each = map_joints(_see, _after)
 
 
 @kernel
 def fit_courses(step, j, length):
-    """Put the coefficients of the courses of joint `j`, of this length, and of its angles into `step.room`."""
+    """Put the coefficients of the courses of contact `j`, its forces over this length, into `step.room`."""
     room, course, per_length = step.room, step.course[j], 1.0 / length
     for i in range(POINTS):
         for row in range(COURSES):
@@ -123,15 +150,24 @@ def fit_courses(step, j, length):
             for k in range(PARTS + 1):
                 total += FIT[k, i] * course[row, k]
             room[row * POINTS + i] = total * per_length if row in (FORCE, RUBBED_COURSE) else total
-    for body in range(2):
-        angles, turn = step.angles[j, body], 2.0 * math.pi
-        for i in range(1, BETWEEN + 2):  # no leap by a turn from one to the next
-            angles[i] -= turn * math.floor((angles[i] - angles[i - 1]) * (1.0 / turn) + 0.5)
-    angles = step.angles[j]
+
+
+@kernel
+def without_leaps(angles):
+    """Take turns off angles (rad) at the quarters of a step, so that there is no leap from one to the next."""
+    turn = 2.0 * math.pi
+    for i in range(1, BETWEEN + 2):
+        angles[i] -= turn * math.floor((angles[i] - angles[i - 1]) * (1.0 / turn) + 0.5)
+
+
+@kernel
+def fit_angles(step, j):
+    """Put the coefficients of the courses of the angles of contact `j` into `step.room`."""
+    room, angles = step.room, step.angles[j]
     for i in range(POINTS):
         for body in range(2):
             total = 0.0
-            for k in range(BETWEEN + 4):
+            for k in range(ANGLES):
                 total += FROM_ANGLES[k, i] * angles[body, k]
             room[(ON_BEARING + body) * POINTS + i] = total
 
@@ -173,8 +209,8 @@ def note_pressure(joint, step, j, account):
 
 
 @kernel
-def note_arc(joint, step, account):
-    """Enter into a joint's account how wide the arc is in the middle of a step, and what it wears off."""
+def note_arc(joint, step, account, part):
+    """Enter into an account how wide the arc is in the middle of a step, and what it wears off `part` of the length."""
     rubbing = rubbing_at(joint, step.room, 0.5)
     bearing, journal = wear_rate(joint.wear, rubbing)
     width = 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing)
@@ -182,12 +218,12 @@ def note_arc(joint, step, account):
     if width < WIDE * 2.0 * math.pi / joint.wear.bins:
         account[NARROW] += 1.0
     pace = step.length * value(step.room, KAPPA_COURSE, 0.5)
-    account[FIRST_CLASS + width_class(width)] += pace * (bearing + journal)
+    account[FIRST_CLASS + width_class(width)] += part * pace * (bearing + journal)
 
 
 @family
 def wear_contact(law, joint, j, shared):
-    """Enter the wear of joint `j`, which has this wear law, over a Step into Worn; shared : both."""
+    """Enter the wear of contact `j` of a joint, which has this wear law, over a Step into Worn; shared : both."""
 
 
 @wear_contact.member(NoWear)
@@ -199,18 +235,31 @@ def _nothing(law, joint, j, shared):
 def _both_bodies(law, joint, j, shared):
     step, worn = shared
     fit_courses(step, j, law.length)
+    for body in range(2):
+        without_leaps(step.angles[j, body])
+    fit_angles(step, j)
     note_way(step, j, worn.account[j])
     note_pressure(joint, step, j, worn.account[j])
     count, first = int(law.bins), 2 * j * worn.stride
     bins = Bins(worn.depths, first, count), Bins(worn.depths, first + worn.stride, count)
     enter_wear(joint, step.room, step.course[j], step.length, bins)
-    note_arc(joint, step, worn.account[j])
+    note_arc(joint, step, worn.account[j], 1.0)
+
+
+@family
+def wear_joint(joint, j, shared):
+    """Enter the wear of a joint, whose first contact is `j`, over a Step into Worn; shared : both."""
+
+
+@wear_joint.member(None)
+def _at_its_contact(joint, j, shared):
+    if touches(shared[0].mode[j]):
+        wear_contact(joint.wear, joint, j, shared)
 
 
 @kernel
 def _wear(joint, _, place, shared):
-    if touches(shared[0].mode[place.contact]):
-        wear_contact(joint.wear, joint, place.contact, shared)
+    wear_joint(joint, place.contact, shared)
 
 
 _wear_each = map_joints(_wear, after_joint)
@@ -221,37 +270,41 @@ def _look(scene, y, quarter, step):
     """Note where all joints touch their bodies at the state `y`, at a quarter of the step."""
     pose = place(scene.mechanism, y)
     moment = Moment(gaps(scene.mechanism, pose), body_angles(scene.mechanism, y), quarter, step)
-    _see_each(scene.joints, moment.gaps, first_place(scene.joints, 0), moment)
+    _see_each(scene.joints, moment.gaps, Whose(0, first_place(scene.joints, 0)), moment)
 
 
 def wear_entry(scene, y, end, between, mode, course, length, room, depths, account, stride):
     """Enter the wear of a step; bare pointers as in `rates.rates_entry`.
 
-    between : (BETWEEN, 2 coordinates + 1) the state within the step; length : its length; room : (room_of(joints),).
+    between : (BETWEEN, 2 coordinates + 1) the state within the step; length : its length; room : as of room_of.
     """
     here = scene[0]
-    joints, size = len(here.joints), 2 * len(here.coordinates) + 1
+    contacts, size = extent(here.joints).contact, 2 * len(here.coordinates) + 1
     start, finish, within = shaped(y, (size,)), shaped(end, (size,)), shaped(between, (BETWEEN, size))
-    rooms = shaped(room, (room_of(joints),))
+    rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * 2 * ANGLES
+    along = angles + contacts * ALONG * (BETWEEN + 2)
     step = Step(
-        shaped(course, (joints, COURSES, PARTS + 1)),
+        shaped(course, (contacts, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
-        shaped(mode, (joints,)),
-        rooms[ROOM:].reshape(joints, 2, BETWEEN + 4),
+        shaped(mode, (contacts,)),
+        rooms[ROOM:angles].reshape(contacts, 2, ANGLES),
+        rooms[angles:along].reshape(contacts, ALONG, BETWEEN + 2),
+        rooms[along : along + PARTS + 1],
         rooms[:ROOM],
+        rooms[along + PARTS + 1 :],
     )
     _look(here, start, 0, step)
     for i in range(BETWEEN):
         _look(here, within[i], 1 + i, step)
     _look(here, finish, BETWEEN + 1, step)
-    worn = Worn(shaped(depths, (2 * joints * stride,)), stride, shaped(account, (joints, ACCOUNT)))
+    worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
     _wear_each(here.joints, here.joints, first_place(here.joints, 0), (step, worn))
 
 
 @kernel
-def room_of(joints):
-    """Return how many numbers of room the wear of so many joints takes."""
-    return ROOM + joints * 2 * (BETWEEN + 4)
+def room_of(contacts, stride):
+    """Return how many numbers of room the wear of so many contacts takes; stride : bins of a body at most."""
+    return ROOM + contacts * SEEN + PARTS + 1 + 3 * stride
 
 
 def wear_of(scene, parameters) -> Entry:

@@ -22,7 +22,9 @@ def build(bodies, drive, joints, offsets) -> Built:
     clearance; offsets : of no meaning here, a spatial joint starts centred.
     """
     sites = tuple(
-        Bearing(joints[name].offset, joints[name].axis) if name in joints else IDEAL[bodies[f"ideal.{name}"]]()
+        Bearing(joints[name].offset, joints[name].axis, joints[name].across)
+        if name in joints
+        else IDEAL[bodies[f"ideal.{name}"]]()
         for name in PINS
     )
     rod = rod_of(bodies, sites)

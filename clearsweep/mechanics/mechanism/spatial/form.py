@@ -27,6 +27,7 @@ class Bearing(NamedTuple):
 
     offset: Vector  # m, of its middle from the nominal one, in the frame of its body
     axis: Vector  # unit vector along it, likewise
+    across: Vector  # unit vector of its own x axis, from which wear is told round it
 
 
 class Spherical(NamedTuple):

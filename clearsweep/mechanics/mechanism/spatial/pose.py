@@ -7,7 +7,7 @@ from ...compiled.calculus import direction
 from ...compiled.family import family, kernel
 from ...compiled.vector import Vector, along, cross, minus, plus, times
 from ...joint.spatial import SpatialGap
-from ..contract import gaps, place
+from ..contract import body_angles, gaps, place
 from .form import Bearing, Cylindrical, SpatialSliderCrank, Spherical
 
 SLIDER, RISE, ANGLE = 0, 1, 2  # where coordinates stand; those of a rod that does not tilt
@@ -211,3 +211,21 @@ def _at_crank_pin(mechanism, p):
 @gaps.member(SpatialSliderCrank, sites=(None, Bearing))
 def _at_slider_pin(mechanism, p):
     return (_gap_at_slider(mechanism, p),)
+
+
+@body_angles.member(SpatialSliderCrank, sites=(Bearing, Bearing))
+def _of_both_bearings(mechanism, y):
+    p = place(mechanism, y)
+    crank, slider = mechanism.sites
+    return in_body(p.frame, on_crank(p, crank.across)), in_body(p.frame, slider.across)
+
+
+@body_angles.member(SpatialSliderCrank, sites=(Bearing, None))
+def _of_bearing_on_crank(mechanism, y):
+    p = place(mechanism, y)
+    return (in_body(p.frame, on_crank(p, mechanism.sites[0].across)),)
+
+
+@body_angles.member(SpatialSliderCrank, sites=(None, Bearing))
+def _of_bearing_on_slider(mechanism, y):
+    return (in_body(place(mechanism, y).frame, mechanism.sites[1].across),)

@@ -1,0 +1,385 @@
+"""Wear of a joint in space, over angle and length: each wall contact bears along a strip, which is cut into slices.
+
+A contact of a wall is where the surfaces come deepest; from there the surfaces stay together over a strip that runs
+inwards along the shorter body, over its half at most, and whose depth falls in proportion to the way as the axes lean:
+
+    depth(z) = depth - lean z,    0 <= z <= reach.
+
+The contact's load is spread along the strip like this depth, as on an elastic foundation (Johnson 1985, Contact
+Mechanics, section 4.3), so that a parallel journal bears evenly and a tilted one on its edge.  Each slice of the strip
+is worn as a joint in the plane by its share of the load; over a step its share is that of the work, so nothing is lost.
+The bins of each body stand on its own axis, round its own x axis.  What lies beyond a body's end is entered at its end.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled.family import family, kernel
+from ...compiled.vector import along, cross, dot
+from ...observe.between import BETWEEN
+from ...observe.histogram import DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from ..contract import touches
+from ..spatial import ENDS, AtEdges, Flanged, InBore, Through, wall_point
+from .contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, NoWear, Rubbing, half_arc, peak_over_mean
+from .passage import POINTS, Bins, enter_wear, rubbing_of
+from .step import (
+    ANGLES,
+    BEARING_START,
+    FACING,
+    JOURNAL_START,
+    LEAN,
+    LEAST,
+    fit_angles,
+    fit_courses,
+    note_arc,
+    note_way,
+    see,
+    wear_joint,
+    without_leaps,
+)
+
+ALIKE = 0.2  # of the largest load per length: slices whose loads differ by less are worn together, arcs of one width
+NEAR = 1e-9  # of a bin's length: closer to its edge a slice ends there
+_QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
+_POWERS = np.linalg.inv(np.vander(_QUARTERS, increasing=True))
+#: (PARTS + 1, BETWEEN + 2): values at even places of a step from those at its quarters.
+EVENLY = np.vander(np.arange(PARTS + 1) / PARTS, BETWEEN + 2, increasing=True) @ _POWERS
+#: (2, BETWEEN + 2): slopes at both ends of a step, per its length.
+END_SLOPES = np.array([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 2)] for at in (0.0, 1.0)]) @ _POWERS
+
+
+class Strip(NamedTuple):
+    """Where surfaces are together, from their deepest point on."""
+
+    reach: float  # m, how far it can go
+    lean: float  # 1, by which its depth falls per way
+
+
+@kernel
+def covered(strip, depth):
+    """Return how far (m) the surfaces are together where they are `depth` (m, at least 0) deep at the strip's begin."""
+    return depth / strip.lean if strip.lean * strip.reach > depth else strip.reach
+
+
+@kernel
+def depth_before(strip, depth, way):
+    """Return the integral of the depth (m^2) up to `way` (m) along a strip."""
+    most = min(way, covered(strip, depth))
+    return most * (depth - 0.5 * strip.lean * most)
+
+
+@kernel
+def share_of(strip, depth, low, high):
+    """Return the share of the load between two ways (m) along a strip; where that is a point, all is at its begin."""
+    total = depth_before(strip, depth, strip.reach)
+    if total <= 0.0:
+        return 1.0 if low <= 0.0 else 0.0
+    return (depth_before(strip, depth, high) - depth_before(strip, depth, low)) / total
+
+
+# ---------------------------------------------------------------------------------------------- where it is
+
+
+class Placed(NamedTuple):
+    """How a strip lies."""
+
+    lean: float  # 1, by which its depth falls per way
+    on_bearing: float  # m, where it begins, along the bearing from its middle
+    on_journal: float  # m, along the journal
+    facing: float  # 1 where both axes point the same way, else -1
+
+
+@family
+def placed(ends, joint, gap, point, end):
+    """Return how the strip of the wall contact at one of the ENDS is Placed, whose deepest Point is known."""
+
+
+@placed.member(InBore)
+def _along_the_journal(ends, joint, gap, point, end):
+    facing = math.copysign(1.0, gap.axis.z)
+    return Placed(end * point.normal.z, dot(point.at, gap.axis), end * joint.half_journal, facing)
+
+
+@placed.member(AtEdges)
+def _along_the_bearing(ends, joint, gap, point, end):
+    facing = math.copysign(1.0, gap.axis.z)
+    out = end * facing
+    return Placed(-out * dot(point.normal, gap.axis), out * joint.half_length, point.at.z - gap.middle.z, facing)
+
+
+@family
+def reach_of(ends, joint):
+    """Return how far (m) the strip of a wall contact can go: half of the body whose circle bears."""
+
+
+@reach_of.member(InBore)
+def _half_the_journal(ends, joint):
+    return joint.half_journal
+
+
+@reach_of.member(AtEdges)
+def _half_the_bearing(ends, joint):
+    return joint.half_length
+
+
+@see.member(Through)
+@see.member(Flanged)
+def _at_walls(joint, gap, turned, j, moment):
+    step, i = moment.step, moment.quarter
+    for wall in range(len(ENDS)):
+        c = j + wall
+        if not touches(step.mode[c]):
+            continue
+        point = wall_point(joint.ends, joint, gap, ENDS[wall])
+        across = along(point.normal, -dot(point.normal, gap.axis), gap.axis)
+        step.angles[c, 0, i] = math.atan2(dot(across, cross(gap.axis, turned)), dot(across, turned))
+        step.angles[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
+        lies = placed(joint.ends, joint, gap, point, ENDS[wall])
+        step.along[c, LEAN, i] = lies.lean
+        step.along[c, BEARING_START, i], step.along[c, JOURNAL_START, i] = lies.on_bearing, lies.on_journal
+        step.along[c, FACING, i] = lies.facing
+
+
+# ---------------------------------------------------------------------------------------------- what is worn
+
+
+class Slice(NamedTuple):
+    """What a slice is over a step: means by the work that rubs."""
+
+    share: float  # of the load
+    cover: float  # m, over which it bears, from its near end on
+    depth: float  # of the contact's, mean over that length
+
+
+class Strips(NamedTuple):
+    """The strip of a contact at the even places of a step."""
+
+    reach: float  # m
+    lean: np.ndarray  # (PARTS + 1,)
+    course: np.ndarray  # (COURSES, PARTS + 1) of the contact
+
+
+@kernel
+def _strip_at(strips, i):
+    """Return the strip and its depth (m) at an even place."""
+    return Strip(strips.reach, strips.lean[i]), max(strips.course[DEPTH_COURSE, i], 0.0)
+
+
+@kernel
+def slice_of(strips, low, high):
+    """Return the Slice between two ways (m) along the strip of a contact."""
+    course, work, load = strips.course, 0.0, 0.0
+    share = cover = depth = 0.0
+    for i in range(PARTS + 1):
+        weight = max(course[KAPPA_COURSE, i] * course[FORCE, i] * abs(course[SLIP_COURSE, i]), 0.0)
+        if weight <= 0.0:
+            continue
+        strip, deep = _strip_at(strips, i)
+        part, until = share_of(strip, deep, low, high), min(covered(strip, deep), high)
+        share += weight * part
+        work += weight
+        if until > low:
+            cover += weight * part * (until - low)
+            depth += weight * part * (1.0 - 0.5 * strip.lean * (low + until) / deep if deep > 0.0 else 1.0)
+            load += weight * part
+    if load <= 0.0:
+        return Slice(0.0, 0.0, 0.0)
+    return Slice(share / work, cover / load, depth / load)
+
+
+@kernel
+def note_edges(joint, step, strips, account):
+    """Enter how hard a wall contact is pressed, and how fast it is rubbed, at even places of the step."""
+    law, course = joint.wear, strips.course
+    for i in range(PARTS + 1):
+        strip, deep = _strip_at(strips, i)
+        cover, area = covered(strip, deep), depth_before(strip, deep, strip.reach)
+        if area <= 0.0:
+            continue
+        load, slip = max(course[FORCE, i], 0.0), course[SLIP_COURSE, i]
+        deepest = max(deep, deep - strip.lean * strip.reach)
+        even = rubbing_of(joint, load / cover, area / cover, slip, 0.0, 0.0)
+        most = rubbing_of(joint, load * deepest / area, deepest, slip, 0.0, 0.0)
+        half, half_most = _half(joint, even), _half(joint, most)
+        if min(half, half_most) < LEAST:
+            continue
+        peak = most.pressed / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
+        time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * course[KAPPA_COURSE, i]
+        account[PRESSURE_TIME] += even.pressed / (2.0 * joint.bearing_radius * half) * time
+        account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
+        account[PV_MAX] = max(account[PV_MAX], peak * most.slip)
+        if peak * most.slip > law.pv_limit:
+            account[PV_BEYOND] += time
+
+
+@kernel
+def _half(joint, rubbing: Rubbing):
+    return half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing)
+
+
+class Lies(NamedTuple):
+    """Where a slice lies on a body."""
+
+    begin: float  # m, from the body's middle
+    end: float  # m, beyond it
+    half: float  # m, half the body's length
+    rows: int  # bins along it
+
+
+@kernel
+def enter_along(depths, factor, bins, lies):
+    """Add `depths` (m) round a body, times a factor, to its bins over angle and length.
+
+    lies : where on the body they are; each bin holds the mean over its length.
+    """
+    per_length = lies.rows / (2.0 * lies.half)
+    first, last = _in_bins(lies.begin, lies.half, per_length), _in_bins(lies.end, lies.half, per_length)
+    row = min(max(math.floor(first), 0), lies.rows - 1)
+    while first < last:
+        until = last if row == lies.rows - 1 else min(last, row + 1.0)
+        part, start = factor * (until - first), bins.first + row * bins.count
+        for k in range(bins.count):
+            bins.depths[start + k] += part * depths[k]
+        first, row = until, row + 1
+
+
+@kernel
+def _in_bins(at, half, per_length):
+    place = (at + half) * per_length
+    nearest = math.floor(place + 0.5)
+    return nearest if abs(place - nearest) < NEAR else place
+
+
+@family
+def wear_wall(law, joint, wall, c, shared):
+    """Enter the wear of contact `c`, at one of the walls, of a joint with this wear law; shared : Step and Worn."""
+
+
+@wear_wall.member(NoWear)
+def _nothing(law, joint, wall, c, shared):
+    pass
+
+
+@kernel
+def fit_strip(joint, c, step):
+    """Put the courses of the angles of contact `c` into `step.room`; return its Strips."""
+    seen, lean = step.along[c], step.lean
+    for body in range(2):
+        angles = step.angles[c, body]
+        without_leaps(angles)
+        for side in range(2):
+            slope = 0.0
+            for i in range(BETWEEN + 2):
+                slope += END_SLOPES[side, i] * angles[i]
+            angles[ANGLES - 2 + side] = slope
+    fit_angles(step, c)
+    for i in range(PARTS + 1):
+        lean[i] = 0.0
+        for k in range(BETWEEN + 2):
+            lean[i] += EVENLY[i, k] * seen[LEAN, k]
+    return Strips(reach_of(joint.ends, joint), lean, step.course[c])
+
+
+@kernel
+def put_slices(strips, rows, step):
+    """Put the Slices of a strip into `step.scratch`, behind the bins; return the largest load per length (1/m).
+
+    rows : bins along the whole body.
+    """
+    first, long, largest = 2 * step.scratch.size // 3, 2.0 * strips.reach / rows, 0.0
+    for k in range((rows + 1) // 2):
+        low = k * long
+        seen = slice_of(strips, low, min(low + long, strips.reach))
+        if seen.share > 0.0:
+            largest = max(largest, seen.share / seen.cover)
+        here = first + k * len(seen)
+        step.scratch[here], step.scratch[here + 1], step.scratch[here + 2] = seen
+    return largest
+
+
+@kernel
+def slice_at(step, k):
+    """Return Slice `k` of those that were put there."""
+    here = 2 * step.scratch.size // 3 + 3 * k
+    return Slice(step.scratch[here], step.scratch[here + 1], step.scratch[here + 2])
+
+
+class Group(NamedTuple):
+    """Slices that are worn together, as their loads per length are alike."""
+
+    begin: int
+    end: int
+    whole: Slice
+
+
+@kernel
+def group_from(step, begin, slices, largest):
+    """Return the Group of slices that begins with slice `begin`, of so many in all; largest : as of put_slices."""
+    share = cover = depth = load = 0.0
+    end = begin
+    while end < slices:
+        seen = slice_at(step, end)
+        if seen.share <= 0.0:
+            break
+        here = seen.share / seen.cover
+        if end == begin:
+            load = here
+        if abs(here - load) > ALIKE * largest:
+            break
+        share, cover, depth = share + seen.share, cover + seen.cover, depth + seen.share * seen.depth
+        end += 1
+    return Group(begin, max(end, begin + 1), Slice(share, cover, depth / share if share > 0.0 else 0.0))
+
+
+@kernel
+def enter_group(joint, end, c, shared, group):
+    """Enter what contact `c` at one of the ENDS wears off a Group of slices."""
+    step, worn = shared
+    room, count, rows, whole = step.room, int(joint.wear.bins), int(joint.wear_rows), group.whole
+    fit_courses(step, c, whole.cover / whole.share)
+    for i in range(POINTS):
+        room[DEPTH_COURSE * POINTS + i] *= whole.depth
+    scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
+    enter_wear(joint, room, step.course[c], step.length, scratch)
+    note_arc(joint, step, worn.account[c], whole.cover / joint.wear.length)
+    seen, first = step.along[c, :, BETWEEN // 2 + 1], 2 * (c if end == ENDS[0] else c - 1) * worn.stride
+    long = 2.0 * reach_of(joint.ends, joint) / rows
+    for body in range(2):
+        half = joint.half_length if body == 0 else joint.half_journal
+        way = -end * (seen[FACING] if body == 0 else 1.0)
+        depths = step.scratch[body * worn.stride : body * worn.stride + count]
+        bins = Bins(worn.depths, first + body * worn.stride, count)
+        for k in range(group.begin, group.end):
+            part = slice_at(step, k)
+            near = seen[BEARING_START + body] + way * k * long
+            far = near + way * part.cover
+            factor = part.share * whole.cover / (part.cover * whole.share)
+            enter_along(depths, factor, bins, Lies(min(near, far), max(near, far), half, rows))
+        for k in range(count):
+            depths[k] = 0.0
+
+
+@wear_wall.member(None)
+def _slice_by_slice(law, joint, wall, c, shared):
+    step, worn = shared
+    strips = fit_strip(joint, c, step)
+    fit_courses(step, c, 1.0)
+    note_way(step, c, worn.account[c])
+    note_edges(joint, step, strips, worn.account[c])
+    largest = put_slices(strips, int(joint.wear_rows), step)
+    begin, slices = 0, (int(joint.wear_rows) + 1) // 2
+    while begin < slices:
+        group = group_from(step, begin, slices, largest)
+        if group.whole.share > 0.0:
+            enter_group(joint, ENDS[wall], c, shared, group)
+        begin = group.end
+
+
+@wear_joint.member(Through)
+@wear_joint.member(Flanged)
+def _at_both_walls(joint, j, shared):
+    for wall in range(len(ENDS)):
+        if touches(shared[0].mode[j + wall]):
+            wear_wall(joint.wear, joint, wall, j + wall, shared)
