@@ -17,7 +17,7 @@ from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
 from clearsweep.mechanics.joint.wear.contract import ACCOUNT, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
 from clearsweep.mechanics.joint.wear.passage import ON_BEARING, POINTS, ROOM, Bins, enter_wear
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean
-from clearsweep.mechanics.joint.wear.step import Step, fit_courses, note_pressure, note_way
+from clearsweep.mechanics.joint.wear.step import ALONG, ANGLES, Step, fit_angles, fit_courses, note_pressure, note_way
 from clearsweep.mechanics.observe.between import BETWEEN
 from clearsweep.mechanics.observe.histogram import (
     COURSES,
@@ -39,6 +39,11 @@ def joint_of(law):
     return Joint(0.5e-3, 0.01, 0.0095, 1.0, (), (), (), law)
 
 
+def in_plane(room):
+    """Return what a Step has besides: nothing of a joint in space."""
+    return np.zeros((1, ALONG, BETWEEN + 2)), np.zeros(PARTS + 1), room, np.zeros(0)
+
+
 def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6):
     """Return the depths (m) of the bearing and the account after steady sliding, in `steps` of equal length."""
     joint, depths, account = joint_of(law), np.zeros(2 * BINS), np.zeros(ACCOUNT)
@@ -51,10 +56,11 @@ def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6):
         (RUBBED_COURSE, friction * LOAD * SPEED),
     ):
         course[0, row] = value
-    step = Step(course, duration / steps, np.zeros(1), np.full((1, 2, BETWEEN + 4), 0.3), room)
+    step = Step(course, duration / steps, np.zeros(1), np.full((1, 2, ANGLES), 0.3), *in_plane(room))
     step.angles[:, :, -2:] = 0.0  # slopes at the ends
     for _ in range(steps):
         fit_courses(step, 0, LENGTH)
+        fit_angles(step, 0)
         note_way(step, 0, account)
         note_pressure(joint, step, 0, account)
         bins = Bins(depths, 0, BINS), Bins(depths, BINS, BINS)

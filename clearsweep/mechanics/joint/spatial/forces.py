@@ -23,9 +23,16 @@ class Touch(NamedTuple):
 
     normal: Vector  # N, normal force on the journal
     force: Vector  # N, with friction
-    on_journal: Vector  # N m, about the journal's middle
-    on_bearing: Vector  # N m, on the bearing about its middle
+    moment: Vector  # N m, on the journal about its middle
+    twist: Vector  # N m, of the friction on the bearing's surface about the same place on the journal's
     contact: Contact
+
+
+class _Moving(NamedTuple):
+    """How the journal moves as seen from the bearing, about its middle."""
+
+    velocity: Vector  # m/s
+    spin: Vector  # rad/s
 
 
 class _Laws(NamedTuple):
@@ -46,10 +53,11 @@ class _Now(NamedTuple):
 
 
 @kernel
-def _touch(point, gap, laws, now):
+def _touch(point, course, laws, now):
     at, normal, depth = point
-    arm, base = minus(at, gap.middle), along(at, -depth, normal)
-    moving = minus(plus(gap.velocity, cross(gap.on_journal, arm)), cross(gap.on_bearing, base))
+    gap, seen = course.gap, course.moving
+    arm = minus(at, gap.middle)
+    moving = plus(seen.velocity, cross(seen.spin, arm))  # but for the turning of the bearing over the depth
     rate = dot(moving, normal)
     if now.mode == FREE:
         zero = as_type_of(0.0, depth)
@@ -67,17 +75,17 @@ def _touch(point, gap, laws, now):
         force, elastic = sign * force, sign * elastic
     pressing = force if now.mode != CLIPPED else as_type_of(0.0, force)
     rubbing = pressing if lowest == 0.0 else max(pressing, 0.0)
-    sliding = along(moving, -rate, normal)
+    sliding = along(along(moving, -rate, normal), depth, cross(gap.on_bearing, normal))
     square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, rubbing, slip), slip)
     held = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
-    pushed = times(-pressing, normal)
-    whole = along(pushed, held, sliding)
+    pushed, rubbed = times(-pressing, normal), times(held, sliding)
+    whole = plus(pushed, rubbed)
     contact = Contact(
         normal=pressing, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw
     )
-    return Touch(pushed, whole, cross(arm, whole), cross(whole, base), contact)
+    return Touch(pushed, whole, cross(arm, whole), times(depth, cross(normal, rubbed)), contact)
 
 
 class _Course(NamedTuple):
@@ -85,6 +93,7 @@ class _Course(NamedTuple):
 
     joint: tuple
     gap: SpatialGap
+    moving: _Moving
     place: Place  # of the joint
     present: tuple  # Present
 
@@ -112,14 +121,14 @@ def _laws_at(course, law, elastic, share, here):
 def _wall(course, number, end, here):
     joint, gap = course.joint, course.gap
     laws = _laws_at(course, joint.law, joint.elastic, SHARE, here)
-    return _touch(wall_point(joint.ends, joint, gap, end), gap, laws, _now(course, number))
+    return _touch(wall_point(joint.ends, joint, gap, end), course, laws, _now(course, number))
 
 
 @kernel
 def _flange(course, number, end, here):
     joint, gap = course.joint, course.gap
     laws = _laws_at(course, joint.axial_law, joint.axial_elastic, 1.0, here)
-    return _touch(flange_point(joint, gap, end), gap, laws, _now(course, number))
+    return _touch(flange_point(joint, gap, end), course, laws, _now(course, number))
 
 
 @kernel
@@ -140,34 +149,48 @@ def _telling(gap, a, b):
     )
 
 
+@kernel
+def _course_of(joint, gap, place, present):
+    """Return the _Course of a joint."""
+    velocity = minus(gap.velocity, cross(gap.on_bearing, gap.middle))
+    return _Course(joint, gap, _Moving(velocity, minus(gap.on_journal, gap.on_bearing)), place, present)
+
+
+@kernel
+def _loaded(gap, force, moment, twist, contacts):
+    """Return the SpatialLoad of contacts that come to this force, moment and twist.
+
+    On the bearing act the opposite forces, where its surface is: the depth along the normal off the journal's.
+    """
+    about_bearing = plus(moment, cross(gap.middle, force))
+    return SpatialLoad(force, moment, minus(twist, about_bearing), contacts)
+
+
 @load.member(Through)
 def _load_at_the_walls(joint, gap, place, present):
-    course = _Course(joint, gap, place, present)
+    course = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     a, b = _wall(course, 0, 1.0, place), _wall(course, 1, -1.0, second)
     told = _telling(gap, a, b)
-    return SpatialLoad(
-        force=plus(a.force, b.force),
-        on_journal=plus(a.on_journal, b.on_journal),
-        on_bearing=plus(a.on_bearing, b.on_bearing),
-        contacts=(a.contact, b.contact, told[0], told[1]),
-    )
+    contacts = (a.contact, b.contact, told[0], told[1])
+    return _loaded(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
 
 
 @load.member(Flanged)
 def _load_at_walls_and_flanges(joint, gap, place, present):
-    course = _Course(joint, gap, place, present)
+    course = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     third = after_law(after_law(second, joint.law), joint.friction)
     fourth = after_law(after_law(third, joint.axial_law), joint.friction)
     a, b = _wall(course, 0, 1.0, place), _wall(course, 1, -1.0, second)
     c, d = _flange(course, 2, 1.0, third), _flange(course, 3, -1.0, fourth)
     told = _telling(gap, a, b)
-    return SpatialLoad(
-        force=plus(plus(a.force, b.force), plus(c.force, d.force)),
-        on_journal=plus(plus(a.on_journal, b.on_journal), plus(c.on_journal, d.on_journal)),
-        on_bearing=plus(plus(a.on_bearing, b.on_bearing), plus(c.on_bearing, d.on_bearing)),
-        contacts=(a.contact, b.contact, c.contact, d.contact, told[0], told[1]),
+    return _loaded(
+        gap,
+        plus(plus(a.force, b.force), plus(c.force, d.force)),
+        plus(plus(a.moment, b.moment), plus(c.moment, d.moment)),
+        plus(plus(a.twist, b.twist), plus(c.twist, d.twist)),
+        (a.contact, b.contact, c.contact, d.contact, told[0], told[1]),
     )
 
 

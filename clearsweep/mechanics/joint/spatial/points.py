@@ -102,12 +102,14 @@ def wall_point(ends, joint, gap, end):
 
 @wall_point.member(InBore)
 def _end_circle_in_bore(ends, joint, gap, end):
-    axis, middle = gap.axis, gap.middle
+    axis, middle, radius = gap.axis, gap.middle, joint.journal_radius
     center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
     across = along(center, -dot(center, axis), axis)
-    dx, dy = farthest(across.x, across.y, axis.x, axis.y, joint.journal_radius)
-    at = Vector(center.x + joint.journal_radius * dx, center.y + joint.journal_radius * dy, center.z)
-    outward = along(at, -dot(at, axis), axis)
+    dx, dy = farthest(across.x, across.y, axis.x, axis.y, radius)
+    rx, ry = radius * dx, radius * dy
+    at = Vector(center.x + rx, center.y + ry, center.z)
+    less = rx * axis.x + ry * axis.y
+    outward = Vector(across.x + rx - less * axis.x, across.y + ry - less * axis.y, across.z - less * axis.z)
     distance = math.sqrt(dot(outward, outward))
     inverse = 1.0 / distance
     return Point(at, times(inverse, outward), distance - joint.bearing_radius)
