@@ -19,13 +19,14 @@ from numba import carray, cfunc, types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload, register_jitable
 
+from .linked import LinkedCompiler
+
 #: Options of the arithmetic: division by zero gives inf; a product and a sum may be fused and zeros have no sign, so
 #: that each right-hand side, a chain of operations that wait for each other, is shorter.  Nothing is reordered.
 ARITHMETIC = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
 #: Options of every compiled function: also no reference counting, which costs twice the arithmetic where arrays travel
-#: in tuples (nothing here keeps an array beyond the call); and no second form of each function for calls from C, which
-#: takes a tenth of the time of compiling.
-OPTIONS = ARITHMETIC | {"_nrt": False, "no_cfunc_wrapper": True}
+#: in tuples (nothing here keeps an array beyond the call), and nothing by which Python or C could call it.
+OPTIONS = ARITHMETIC | {"_nrt": False, "no_cfunc_wrapper": True, "pipeline_class": LinkedCompiler}
 
 
 def kernel(function):
