@@ -77,7 +77,7 @@ $(DOCS)/.ready: pyproject.toml constraints.txt
 	$(DOCS)/bin/python -m pip install --quiet --constraint constraints.txt --editable ".[docs]"
 	touch $@
 
-# ARGS: --kills N, --grids N, --flips N, --attempts no, --seed N, --write (docs/reliability.md)
+# ARGS: --kills N, --lives N, --grids N, --flips N, --attempts no, --seed N, --write (docs/reliability.md)
 torture: $(READY)
 	$(BIN)/python tests/reliability.py $(ARGS)
 

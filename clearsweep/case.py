@@ -240,6 +240,23 @@ class Simulate(NamedTuple):
     time_limit: float = math.inf  # s, of a crank that is free
 
 
+class Life(NamedTuple):
+    """How long a case is to wear, and how closely that is extrapolated from blocks of revolutions."""
+
+    limit: float  # m
+    of: str  # 'wear_depth_max' or 'clearance_growth'
+    joint: str  # as in the grid: 'rod-slider'
+    tolerance: float
+    max_revolutions: float  # of a block, `discard` included
+    blocks: int  # at most
+    longest_jump: float = math.inf  # revolutions
+
+    @property
+    def column(self) -> str:
+        """Return the name of the joint in columns: 'rod_slider'."""
+        return column_name(self.joint)
+
+
 class Save(NamedTuple):
     """What is kept."""
 
@@ -258,3 +275,4 @@ class Case(NamedTuple):
     drive: Drive | None = None  # None: nothing turns
     loads: tuple[Load, ...] = ()
     outline: Outline = Outline()
+    life: Life | None = None

@@ -226,7 +226,7 @@ class Figure(NamedTuple):
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
     needs: tuple[
         str, ...
-    ] = ()  # 'turns', 'free', 'rests' (the mechanism); 'wear', 'film' (the joint); 'horizon', 'until'
+    ] = ()  # 'turns', 'free', 'rests' (the mechanism); 'wear', 'film', 'judged' (the joint); 'horizon', 'until', 'life'
     value: Callable | None = None  # (simulation.window.Window, place of the joint) -> value; None: see `sums`
     sums: Any = None  # the sums it is made of, such as simulation.sums.Mean: it settles, `simulate.until` may judge it
     kind: str = "float"  # or 'int'

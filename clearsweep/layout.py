@@ -59,6 +59,7 @@ class Parts(NamedTuple):
     horizon: bool
     error_check: bool
     until: str  # simulate.until.figure
+    life: str = ""  # the joint that `life` judges, as in columns
 
 
 def parts_of(case: Case) -> Parts:
@@ -75,7 +76,8 @@ def parts_of(case: Case) -> Parts:
         for joint in case.joints
     )
     until = simulate.until.figure if simulate.until else ""
-    return Parts(case.mechanism.type, case.outline, joints, simulate.horizon, simulate.error_check, until)
+    life = case.life.column if case.life else ""
+    return Parts(case.mechanism.type, case.outline, joints, simulate.horizon, simulate.error_check, until, life)
 
 
 def _points(joint: Joint) -> tuple[int, int]:
@@ -97,6 +99,7 @@ class Layout(NamedTuple):
     horizon: bool = False  # simulate.horizon
     error_check: bool = False  # simulate.error_check
     until: str = ""  # simulate.until.figure
+    life: str = ""  # the joint that `life` judges
 
     @classmethod
     def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
@@ -108,8 +111,8 @@ class Layout(NamedTuple):
         """Return the layout of cases with these parts."""
         mechanism = catalogue.outlined(parts.mechanism, parts.outline)
         assert mechanism is not None, parts.mechanism  # a case is of a known one
-        asked = {name for name in ("horizon", "error_check", "until") if getattr(parts, name)}
-        has = {joint.name: joint.has for joint in parts.joints}
+        asked = {name for name in ASKED if getattr(parts, name)}
+        has = {joint.name: joint.has | ({"judged"} if joint.name == parts.life else set()) for joint in parts.joints}
         return cls(
             mechanism.name,
             mechanism.turns,
@@ -120,6 +123,7 @@ class Layout(NamedTuple):
             parts.horizon,
             parts.error_check,
             parts.until,
+            parts.life,
         )
 
     @property
@@ -157,13 +161,17 @@ class Layout(NamedTuple):
 _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
 
 
+#: What a grid may ask of a case beside its joints, as figures need it.
+ASKED = ("horizon", "error_check", "until", "life")
+
+
 def columns_of(
     catalogue: Catalogue, mechanism: Mechanism, parts: Mapping[str, set], asked: set, until: str = ""
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
-    parts : joint with clearance ('rod_slider') -> what it has ('wear', 'film'); asked : what `simulate` asks
-    for ('horizon', 'error_check', 'until'); until : the figure that `simulate.until` judges.
+    parts : joint with clearance ('rod_slider') -> what it has ('wear', 'film'); asked : those of ASKED that the grid
+    asks for; until : the figure that `simulate.until` judges.
     """
     there = {*asked, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
@@ -255,4 +263,6 @@ _WHERE = {
     "axial": "it has flanges",
     "horizon": "`simulate.horizon`",
     "until": "`simulate.until`",
+    "life": "`life`",
+    "judged": "the joint that `life` names",
 }

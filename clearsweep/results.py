@@ -15,6 +15,7 @@ ELASTIC_ONSET = 0.05
 
 EVENT_KINDS = ("on", "off")
 EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", "f8"), ("force_peak", "f8")])
+HISTORY = "history/"  # what names of datasets of a life begin with
 #: Figures that differ from run to run of the same case.
 TIMINGS = frozenset({"run_time"})
 
@@ -32,6 +33,8 @@ class Trajectory:
         (bins, length bins).
     poincare : dict of 'poincare/rod_slider/x' and the like to (revolutions,) arrays: journal x, y (m), vx, vy (m/s) at
         crank angle 0 of every revolution, and 'poincare/revolution', which that is. Empty where no history was kept.
+    history : dict of 'revolutions', 'rod_slider/wear_depth_max' and the like to (nodes, ...) arrays: how a life went
+        on, from its first block to its limit, as below `history/` in orbits.h5. Empty where there is no `life`.
     summary : dict of column name to value; None for what could not be computed.
     status, message : 'ok' and '', or a word and the sentence that explains it.
     units : dict of channel or column name to SI unit.
@@ -45,14 +48,16 @@ class Trajectory:
     wear: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     poincare: dict[str, np.ndarray] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    history: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         if self.status != "ok":
             return f"<Trajectory {self.status}: {self.message}>"
         span = f" from {self.t[0]:.6g} to {self.t[-1]:.6g} s" if self.t.size else ""
+        life = f", a life of {self.history['revolutions'][-1]:.6g} revolutions" if self.history else ""
         return (
             f"<Trajectory ok: {self.t.size:,} samples of {len(self.channels)} channels{span}, {len(self.events):,} "
-            f"events, {len(self.summary)} figures{f'; {self.message}' if self.message else ''}>"
+            f"events, {len(self.summary)} figures{life}{f'; {self.message}' if self.message else ''}>"
         )
 
     def _repr_html_(self) -> str:
@@ -89,6 +94,8 @@ class Trajectory:
         """Return the time history called `name`; a KeyError names those there are."""
         if name in self.poincare:
             return self.poincare[name]
+        if name.removeprefix(HISTORY) in self.history:
+            return self.history[name.removeprefix(HISTORY)]
         if name not in self.channels:
             raise KeyError(
                 f"no channel {name!r}; there are {', '.join(self.channels) or 'none (no history was asked for)'}"

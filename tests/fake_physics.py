@@ -60,6 +60,7 @@ CATALOGUE = Catalogue(
     figures=(
         *(Figure(name, unit, "made up", of="joint") for name, unit in _OF_JOINT.items()),
         *(Figure(f"wear_{name}", "m", "made up", of="joint", needs=("wear",)) for name in _WORN),
+        Figure("life_revolutions", "1", "made up", of="joint", needs=("judged",)),
         *(Figure(f"acceleration_{name}", "{output}/s^2", "made up", of="output") for name in ("peak", "rms")),
         Figure("error_max", "{output}", "made up", of="output"),
         Figure("crank_torque_peak", "N*m", "made up"),
@@ -137,8 +138,10 @@ class Fake:
         return []
 
     @staticmethod
-    def solve(case):
-        """Return a made-up trajectory, or fail in the way that the case's gravity says."""
+    def solve(case, log=None):
+        """Return a made-up trajectory, or fail in the way that the case's gravity says; note in a log that it began."""
+        if log:
+            log.keep(str(case.mechanism.values["slider.mass"]).encode())
         gravity = case.mechanism.values["gravity"]
         if gravity == REFUSED:
             raise InputError("mechanism: cannot be put together")
@@ -176,7 +179,16 @@ def trajectory(case) -> results.Trajectory:
         for place, column in enumerate(layout.columns)
     }
     wear = {"rod_slider": (np.full(bins, mass), np.full(bins, 2.0 * mass))} if bins else {}
-    return results.Trajectory("ok", "", figures, channels if count else {}, events, wear)
+    history = _history(mass, bins) if case.life else {}
+    return results.Trajectory("ok", "", figures, channels if count else {}, events, wear, history=history)
+
+
+def _history(mass, bins):
+    """Return a life of some nodes, depending on the slider's mass alone."""
+    nodes = 2 + round(1e3 * mass) % 3
+    of_joint = {name: mass * np.arange(nodes) for name in ("wear_depth_max", "clearance", "force_peak", "wear_rate")}
+    of_joint |= {f"profile_{body}": np.outer(np.arange(nodes), np.full(bins, mass)) for body in ("bearing", "journal")}
+    return {"revolutions": 10.0 * np.arange(nodes)} | {f"rod_slider/{name}": row for name, row in of_joint.items()}
 
 
 class OtherVersion(Fake):

@@ -1,7 +1,7 @@
 """Tortures clearsweep and says what came of it: kills, mutated grids, flipped bits, and the list of an adversary.
 
-`python tests/reliability.py [--kills N] [--grids N] [--flips N] [--attempts no] [--seed N] [--write]` ends with 1 where
-anything fell short; with `--write` it writes docs/reliability.md.
+`python tests/reliability.py [--kills N] [--lives N] [--grids N] [--flips N] [--attempts no] [--seed N] [--write]` ends
+with 1 where anything fell short; with `--write` it writes docs/reliability.md.
 """
 
 import argparse
@@ -44,9 +44,15 @@ KILLS_TEXT = (
 )
 
 
-def kills(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
+LIVES_TEXT = (
+    "The same with four lives of some dozens of blocks of revolutions each: they go on after the last block that was "
+    "kept, and their histories, too, are to be the same to the last bit."
+)
+
+
+def kills(count: int, seed: int, folder: Path, grid: dict = torture.GRID) -> tuple[bool, list[list[str]]]:
     """Kill real sweeps; return whether nothing was lost, and rows for the page."""
-    start = torture.starter(folder)
+    start = torture.starter(folder, grid)
     assert start(folder / "undisturbed").wait() == 0
     rounds = torture.torture(start, folder, count, seed, (0.1, 3.0))
     found = Counter()
@@ -62,6 +68,11 @@ def kills(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
         *([name, f"{number:,}"] for name, number in found.items()),
     ]
     return torture.same(found), rows
+
+
+def lives(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
+    """Kill lives on their way; return whether they came to the same end, and rows for the page."""
+    return kills(count, seed, folder, torture.LIVES)
 
 
 def grids(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
@@ -136,6 +147,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Torture as the options say, print the tables, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--lives", type=int, default=20, help="kills of lives")
     parser.add_argument("--grids", type=int, default=500)
     parser.add_argument("--flips", type=int, default=200)
     parser.add_argument("--attempts", choices=("yes", "no"), default="yes")
@@ -150,6 +162,7 @@ def main(arguments: list[str] | None = None) -> int:
             ("Flipped bits", FLIPS_TEXT, FLIPS_HEAD, options.flips, flips),
             ("Attempts", ATTEMPTS_TEXT, ATTEMPTS_HEAD, int(options.attempts == "yes"), attempts),
             ("Kills", KILLS_TEXT, ("", ""), options.kills, kills),
+            ("Killed lives", LIVES_TEXT, ("", ""), options.lives, lives),
         ):
             if asked:
                 folder, begin = Path(place) / title.split()[-1], time.monotonic()
@@ -160,7 +173,8 @@ def main(arguments: list[str] | None = None) -> int:
                 print(f"\n{title}, {time.monotonic() - begin:.0f} s\n\n{tables[title][1]}\n", flush=True)
     print("nothing fell short" if good else f"SOMETHING FELL SHORT, try --seed {options.seed} again")
     if options.write:
-        asked = f"--kills {options.kills} --grids {options.grids} --flips {options.flips} --attempts {options.attempts}"
+        numbers = ("kills", "lives", "grids", "flips", "attempts")
+        asked = " ".join(f"--{name} {getattr(options, name)}" for name in numbers)
         command = f"python tests/reliability.py {asked} --seed {options.seed} --write"
         PAGE.write_text(page(command, tables), encoding="utf-8")
     return 0 if good else 1

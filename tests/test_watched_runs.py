@@ -13,8 +13,8 @@ from clearsweep.errors import InputError
 from clearsweep.layout import settling
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
+from clearsweep.simulation.outcome import window_of
 from clearsweep.simulation.sums import half_width
-from clearsweep.simulation.trajectory import window_of
 from clearsweep.simulation.until import period_of
 from clearsweep.verify.problems import problems
 

@@ -45,6 +45,15 @@ GRID = {
         "drive.speed": {"linspace": ["1000 rpm", "5000 rpm", 10]},
     },
 }
+JOINT = GRID["joints"]["rod-slider"]
+#: Cases of many blocks each, some tenths of a second long.
+LIVES = GRID | {
+    "name": "lives",
+    "joints": {"rod-slider": JOINT | {"wear": JOINT["wear"] | {"evolve": True}}},
+    "simulate": {"revolutions": 40, "discard": 2, "tolerance": 1e-7},
+    "life": {"limit": "50 um", "joint": "rod-slider", "max_revolutions": 60, "longest_jump": 1000},
+    "sweep": {"joints.rod-slider.clearance": {"linspace": ["0.2 mm", "0.5 mm", 4]}},
+}
 
 
 class Round:
@@ -158,9 +167,9 @@ def same(found: dict[str, int]) -> bool:
     return not any(count for name, count in found.items() if name not in ("rows", "values"))
 
 
-def starter(folder: Path):
-    """Write GRID into a folder and return a function that starts its run, by two workers, as a program."""
-    (folder / "grid.yaml").write_text(json.dumps(GRID), encoding="utf-8")
+def starter(folder: Path, grid: dict = GRID):
+    """Write a grid into a folder and return a function that starts its run, by two workers, as a program."""
+    (folder / "grid.yaml").write_text(json.dumps(grid), encoding="utf-8")
 
     def start(out, retry_failed=False):
         command = [sys.executable, "-m", "clearsweep", "run", folder / "grid.yaml", "--out", out, "-j", "2"]

@@ -5,7 +5,7 @@ import math
 from ..case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ..catalogue import Catalogue, Law
 from ..errors import nearest
-from . import film_checks, machine_checks
+from . import film_checks, life_keys, machine_checks
 from .draft import Draft
 from .joint_keys import moduli
 from .key_table import DIMENSIONLESS
@@ -21,6 +21,7 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
     _below(draft, "simulate.discard", "simulate.revolutions", "nothing would be left")
     _below(draft, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
     _until(draft)
+    life_keys.check(draft)
     machine_checks.check(draft, catalogue)
     film_checks.check(draft, catalogue)
     _friction(draft, catalogue)

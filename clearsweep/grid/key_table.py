@@ -3,7 +3,7 @@
 from ..catalogue import Catalogue, Field, JointSite, Keys, Mechanism
 from ..layout import settling
 from ..outline import ANY
-from . import film_keys
+from . import film_keys, life_keys
 from .joint_keys import enter_contact, enter_friction, enter_laws, enter_numbers, first_onset, moduli, pointed
 from .keys import Flag, Number, Section, Shape, Table, Use, Word, section_key, word_key
 from .sleeve import flanged, through
@@ -86,17 +86,6 @@ _BUDGETS = (
         default=100_000,
     ),
 )
-_TIME_BUDGET = (
-    Field(
-        "time_budget",
-        "s",
-        "process time after which a case is given up, however long it is; no part of its identity",
-        0.0,
-        1e9,
-        high_open=False,
-        default=600.0,
-    ),
-)
 _SIMULATE = (
     Field(
         "revolutions",
@@ -176,6 +165,8 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     if mechanism.spatial:
         start = word_key(tree, "simulate.start")
         tree["simulate.start"] = start._replace(options=("centred",), text="the journals are in the middle at t = 0")
+    if not mechanism.spatial:
+        life_keys.enter(tree)
     if mechanism.free:
         enter_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
         del tree["simulate.horizon"]  # disturbed, a free crank turns at another speed: the two are not compared
@@ -207,7 +198,7 @@ def _revolutions(tree: Shape, judged: tuple[str, ...], others: tuple[str, ...]) 
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
     tree["simulate.method"] = _METHOD
     enter_numbers(tree, "simulate", _BUDGETS)
-    enter_numbers(tree, "simulate", _TIME_BUDGET, sweep=False)
+    enter_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section("end a case when a figure has settled or its motion is periodic", "optional")
     text = "the column of the summary whose 95 % interval is judged"
@@ -221,7 +212,7 @@ def _impacts(tree: Shape) -> None:
     """Enter how long to run what does not turn, and what to save of it."""
     tree["simulate"] = Section("how long and how exactly", "implied")
     enter_numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
-    enter_numbers(tree, "simulate", _TIME_BUDGET, sweep=False)
+    enter_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.method"] = _METHOD
     tree["simulate.error_check"] = _ERROR_CHECK
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS

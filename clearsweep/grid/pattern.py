@@ -101,7 +101,7 @@ def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
 
 def identity_text(case: Mapping[str, Any]) -> str:
     """Return the text that decides the identity of a resolved case: all of it but `save` and time_budget."""
-    content = {key: case[key] for key in ("mechanism", "drive", "loads", "joints") if key in case}
+    content = {key: case[key] for key in ("mechanism", "drive", "loads", "life", "joints") if key in case}
     content["simulate"] = {key: value for key, value in case["simulate"].items() if key != PATIENCE}
     return json.dumps(
         content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False

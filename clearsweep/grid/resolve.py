@@ -11,6 +11,7 @@ from ..case import (
     Film,
     Friction,
     Joint,
+    Life,
     Load,
     Material,
     Materials,
@@ -44,6 +45,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
         drive=_drive(tree["drive"]) if "drive" in tree else None,
         loads=tuple(_load(load.name, load.form, tree["loads"][load.name]) for load in outline.loads),
         outline=outline,
+        life=Life(**tree["life"]) if "life" in tree else None,
     )
 
 

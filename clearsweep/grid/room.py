@@ -22,8 +22,8 @@ def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
 def usual_history(grid: Grid) -> float:
     """Return the bytes of history that the first case of a grid stores at most, without events."""
     case = grid.case(0)
-    until = case.simulate.until
-    return history_bytes(grid.layout, case.save, until.max_revolutions if until else case.simulate.revolutions)
+    lasting = case.simulate.until or case.life
+    return history_bytes(grid.layout, case.save, lasting.max_revolutions if lasting else case.simulate.revolutions)
 
 
 def largest_history(grid: Grid) -> float:

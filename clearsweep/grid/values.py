@@ -7,7 +7,7 @@ from ..case import column_name
 from ..catalogue import Catalogue, Field, Mechanism
 from ..errors import InputError, nearest, shown
 from ..layout import columns_of
-from . import added, fits, judged, list_key, refined, sought, table_key, variations, wear_unit
+from . import added, fits, judged, life_keys, list_key, refined, sought, table_key, variations, wear_unit
 from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
@@ -76,9 +76,12 @@ def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[s
     for joint in mechanism.joints:
         if column_name(joint.name) in parts and mechanism.spatial:
             parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
-    until = str(draft.values.get("simulate.until.figure", ""))
+    until, life = str(draft.values.get("simulate.until.figure", "")), draft.values.get(f"{life_keys.LIFE}.joint")
     asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in draft.values}
-    columns = columns_of(catalogue, mechanism, parts, asked | ({"until"} if until else set()), until)
+    asked |= {name for name, there in (("until", until), ("life", life)) if there}
+    if life and column_name(life) in parts:
+        parts[column_name(life)].add("judged")
+    columns = columns_of(catalogue, mechanism, parts, asked, until)
     return {column.name: column.unit for column in columns}
 
 
@@ -150,6 +153,7 @@ def _activate(draft: Draft, whole: Shape) -> None:
             draft.shape[path] = node
             if isinstance(node, Section):
                 draft.sections.setdefault(path, draft.sections[parent])
+    life_keys.put_patience(draft)
     for path, node in draft.shape.items():
         joint = ".".join(path.split(".")[:2])
         of_material = path.startswith(f"{joint}.contact.material.")

@@ -11,6 +11,7 @@ from ..mechanics.mechanism.contract import IdealMotion
 from ..results import Trajectory
 from .advice import advice_text
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
+from .life_block import Log
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .trajectory import compile_for, compile_loop, simulate
@@ -51,6 +52,6 @@ def load() -> None:
     """Do nothing: what cases need is loaded with this module, so a process that calls this is ready for them."""
 
 
-def solve(case: Case) -> Trajectory:
-    """Return the result of a resolved case."""
-    return simulate(build(case))
+def solve(case: Case, log: Log | None = None) -> Trajectory:
+    """Return the result of a resolved case; a life goes on from its `log`."""
+    return simulate(build(case), log=log)

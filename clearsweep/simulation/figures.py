@@ -11,7 +11,7 @@ from ..catalogue import Figure, Shown
 from ..layout import Layout
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
-from . import film_figures, wear_figures
+from . import film_figures, life_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
 from .spatial_figures import SPATIAL
 from .sums import ForceExceeded, Mean, PerRevolution, RootMean
@@ -158,6 +158,7 @@ JOINT = (
     *PEAKS,
     *SPATIAL,
     *wear_figures.WEAR,
+    *life_figures.LIFE,
     Figure(
         "restitution",
         "1",

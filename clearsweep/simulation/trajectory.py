@@ -1,4 +1,4 @@
-"""From a scene to its trajectory: one integration or more, the figures they come to, the status in words."""
+"""From a scene to its trajectory: one integration or more, for as long as is asked for."""
 
 import dataclasses
 import math
@@ -12,64 +12,35 @@ from numpy.typing import ArrayLike
 from ..case import Case
 from ..errors import InputError
 from ..grid import check_memory, history_bytes
-from ..layout import DIFFERENCE, SECTION_COUNT, Layout
+from ..layout import DIFFERENCE
 from ..mechanics.compiled.announce import announced
 from ..mechanics.compiled.family import empty_entries
-from ..mechanics.observe.record import Record, sample_states
-from ..mechanics.observe.tally import OPENED
+from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
-from ..results import EVENT_DTYPE, Trajectory
+from ..results import Trajectory
 from ..validity import UNBALANCED, UNCHECKED, message_of
-from .figures import COST, figures_of
+from .extrapolation import lived
+from .figures import COST
 from .heat import Balance, balanced, has_balance
-from .remarks import remarks
-from .revolutions import begun, marks_of, period_in, spreads_of
-from .run import TIME_BUDGET, Run, call, control_of, integrate, integrated, onset_rates, unit_of
+from .life import Ageing
+from .life_block import Log, Rates, Told, longest_block, told_by
+from .outcome import trajectory_of
+from .revolutions import marks_of
+from .run import Run, call, control_of, integrate, integrated
 from .scene import Scene, build
 from .telling import Telling
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
-from .window import Window, by_joint, wear_of
-
-_STATUS = {
-    loop.OK: ("ok", ""),
-    loop.STEP_BUDGET: (
-        "step-budget",
-        "took {steps:,} steps and {rejected:,} that were rejected, all {budget:,} it may, having got to {time:.6g} s"
-        "{whole}; simulate.step_budget allows more",
-    ),
-    loop.EVENT_BUDGET: (
-        "event-budget",
-        "met all {events:,} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
-    ),
-    TIME_BUDGET: (
-        "time-budget",
-        "took the {patience:.6g} s of process time that it may, having got to {time:.6g} s{whole} in {steps:,} steps; "
-        "simulate.time_budget allows more",
-    ),
-    loop.NOT_FINITE: (
-        "not-finite",
-        "the motion is no longer finite at {time:.6g} s; look for masses, stiffness or clearance far from each other",
-    ),
-    loop.STEP_UNDERFLOW: (
-        "step-underflow",
-        "no step is small enough at {time:.6g} s; a looser tolerance may help, or a force law without jumps",
-    ),
-    loop.TIME_LIMIT: (
-        "time-limit",
-        "took {time:.6g} s of motion{whole}, as long as it may; simulate.time_limit allows more",
-    ),
-    loop.STALLED: (
-        "stalled",
-        "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank does not get through; more torque, a "
-        "flywheel or a larger initial speed help, or smaller loads",
-    ),
-}
 
 
 def simulate(
-    scene: Scene, times: ArrayLike | None = None, watchers: Sequence[Watcher] = (), *, progress: bool = False
+    scene: Scene,
+    times: ArrayLike | None = None,
+    watchers: Sequence[Watcher] = (),
+    *,
+    progress: bool = False,
+    log: Log | None = None,
 ) -> Trajectory:
     """Return the trajectory of a scene.
 
@@ -79,6 +50,7 @@ def simulate(
     times : (n,) s, increasing, within the run: where to report.  None: the case's own sampling.
     watchers : what looks at the run on its way, see `watch.drive`.
     progress : whether to tell stderr now and then how far a long run is; no bit of the result depends on it.
+    log : where a life keeps what its blocks told until it is done, and goes on from.
 
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
@@ -87,11 +59,14 @@ def simulate(
     balance = None
     if has_balance(scene.case):
         scene, balance = balanced(scene)
-    if progress and scene.mechanism.turns:
+    if progress and scene.mechanism.turns and not scene.case.life:
         settings = scene.case.simulate
         most = longest(settings) if scene.layout.until else settings.revolutions
         watchers = (*watchers, Telling(settings.discard, most))
-    trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
+    if scene.case.life:
+        trajectory = _live(scene, times, watchers, log)
+    else:
+        trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if balance:
         trajectory = _with_balance(trajectory, balance)
     if scene.layout.error_check:
@@ -133,7 +108,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.turning.free and times is not None and run.status == loop.OK:
         finish_samples(scene, run)
-    return _trajectory(scene, run, end)
+    return trajectory_of(scene, run, end)
 
 
 def finish_samples(scene: Scene, run: Run) -> None:
@@ -164,7 +139,15 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
     integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
     run.record = Record(np.empty(0), np.empty(0), run.record.along)
     if run.status != loop.OK:
-        return _trajectory(whole, run, end)
+        return trajectory_of(whole, run, end)
+    trajectory = _settled(scene, run, watch, times)
+    trajectory.summary.update(watch.figures())
+    return trajectory
+
+
+def _settled(scene: Scene, run: Run, watch: Until | Rates, times: ArrayLike | None) -> Trajectory:
+    """Return the trajectory of a run that has found its length."""
+    at, orbits = scene.turning.at, scene.case.save.orbits
     settled = _changed(scene, revolutions=watch.revolutions)
     end = at(watch.revolutions)
     if times is not None or orbits != "none":
@@ -176,9 +159,54 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
             turned=times is None,
         )
         _retrace(settled, run, again, end, watch.starts)
-    trajectory = _trajectory(settled, run, end)
-    trajectory.summary.update(watch.figures())
-    return trajectory
+    return trajectory_of(settled, run, end)
+
+
+def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], log: Log | None) -> Trajectory:
+    """Return the trajectory of the last block of a case that wears until its limit, with the history of its life."""
+    begin, ageing = time.process_time(), Ageing(scene, log)
+    ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.spent)
+    last: list[tuple[Scene, Run, Rates]] = []
+
+    def run_with(state: np.ndarray) -> Told | None:
+        last[:] = [_block(ageing.scene_at(state), watchers)]
+        aged, run, watch = last[0]
+        return told_by(aged, run, watch, ageing.spent + time.process_time() - begin) if run.status == loop.OK else None
+
+    def measure(state: np.ndarray) -> Told | None:
+        if (known := ageing.recall()) is not None:
+            return known
+        told = run_with(state)
+        if told:
+            ageing.keep(told)
+        return told
+
+    life = lived(measure, ageing, ageing.plan(), np.zeros(ageing.size))
+    if life and not (last and ageing.constant):
+        ended = run_with(life.nodes[-1].state)
+        life = ageing.ended(life, ended) if ended else None
+    aged, run, watch = last[0]
+    if life is None:
+        whole = _changed(aged, revolutions=longest_block(scene.case))
+        failed = trajectory_of(whole, run, scene.turning.at(whole.case.simulate.revolutions))
+        return dataclasses.replace(failed, message=f"block {len(ageing.told) + 1} of its life: {failed.message}")
+    for told in () if ageing.constant else ageing.told:
+        run.counts += told.counts
+        run.duration += float(told.seconds[0])
+    trajectory = _settled(aged, run, watch, times)
+    trajectory.summary.update(ageing.figures(life))
+    message = message_of(trajectory.message, ageing.remark(life))
+    return dataclasses.replace(trajectory, history=ageing.history(life), message=message)
+
+
+def _block(scene: Scene, watchers: Sequence[Watcher]) -> tuple[Scene, Run, Rates]:
+    """Return a scene, a block of revolutions of it that was run, and what watched it."""
+    most = longest_block(scene.case)
+    whole = _changed(scene, revolutions=most)
+    run, watch = Run(whole, np.empty(0), marks=marks_of(whole, most)), Rates(scene)
+    keep_events = scene.case.save.orbits != "none"
+    integrate(whole, run, scene.turning.at(most), keep_events=keep_events, watchers=(watch, *watchers))
+    return scene, run, watch
 
 
 def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Moment]) -> None:
@@ -239,93 +267,6 @@ def compile_loop(case: Case) -> None:
         run = Run(scene, np.empty(0))
     with announced():
         loop.compile_for(control_of(scene, scene.turning.at(1.0), keep_events=True), run.work)
-
-
-def _trajectory(scene: Scene, run: Run, end: float) -> Trajectory:
-    """Return the trajectory that an integration came to."""
-    status, text = _STATUS[run.status]
-    whole = f" of {end:.6g} s" if math.isfinite(end) else ""
-    if scene.turning.free:
-        whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
-    message = text.format(
-        time=run.work.y[run.work.time],
-        turned=(run.work.y[run.work.along] - scene.turning.at(0.0)) / (2.0 * math.pi),
-        whole=whole,
-        events=int(run.work.counts[events.EVENTS]),
-        steps=int(run.work.counts[events.STEPS]),
-        rejected=int(run.work.counts[events.REJECTED]),
-        patience=scene.case.simulate.time_budget,
-        budget=control_of(scene, end, keep_events=False).step_budget,
-    )
-    failed = run.status != loop.OK
-    summary = dict.fromkeys(column.name for column in scene.layout.columns)
-    window = window_of(scene, run, end)
-    summary |= figures_of(window, failed=failed)
-    if failed:
-        return Trajectory(status, message, summary, units=scene.layout.units)
-    summary |= run.figures
-    message = message_of(*remarks(scene, run, window, summary))
-    names = [channel.name for channel in scene.layout.channels]
-    histories = (
-        dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
-    )
-    logged = _events_of(scene.layout, run.events)
-    sections, units = sections_of(scene, run), scene.layout.units
-    return Trajectory(status, message, summary, histories, logged, window.wear, sections, units)
-
-
-def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
-    """Return the journals' places and rates at crank angle 0 of every revolution, by channel; {} if not asked for."""
-    turns: Any = run.work.turns  # mypy takes it for a tuple of anything
-    sections = run.marks.sections[run.marks.sections < turns.passed[0]]
-    if not len(run.marks.sections) or not run.work.sample.code:
-        return {}
-    channels = scene.layout.channels
-    values = np.zeros((len(sections), len(channels)))
-    sample_states(run.work, turns.states[sections], values)
-    found = {channel.name: values[:, place].copy() for place, channel in enumerate(channels)}
-    counted = np.round(run.marks.turns[sections] + begun(scene)).astype("i8")
-    return {SECTION_COUNT: counted} | {section: found[name] for name, section in scene.layout.sections}
-
-
-def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
-    """Return the event log of a run, (events, 5), as a structured array."""
-    found = np.empty(len(log), EVENT_DTYPE)
-    names = np.array(layout.contacts)
-    found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
-    found["joint"] = names[log[:, 1].astype(int)]
-    found["kind"] = np.where(log[:, 2] == loop.ONSET, "on", "off")
-    return found
-
-
-def window_of(scene: Scene, run: Run, end: float) -> Window:
-    """Return what an integration up to `end` (s) came to."""
-    settings, turning = scene.case.simulate, scene.mechanism.turns
-    tally = by_joint(run.tally, scene.layout)
-    return Window(
-        case=scene.case,
-        mechanism=scene.mechanism,
-        layout=scene.layout,
-        joints=scene.value.joints,
-        tally=tally,
-        wear=wear_of(scene.layout, tally),
-        counts=run.counts,
-        seconds=run.duration,
-        duration=_duration(scene, run, end),
-        turns=settings.revolutions - settings.discard if turning else 1.0,
-        spreads=spreads_of(scene, run.marks, run.work.turns),
-        period=period_in(scene, run.marks, run.work.turns, unit_of(scene)),
-        onset=onset_rates(run),
-    )
-
-
-def _duration(scene: Scene, run: Run, end: float) -> float:
-    """Return how long (s) the window of an integration up to `end` is."""
-    if not scene.mechanism.turns:
-        return float(run.work.end[run.work.time])
-    if scene.turning.free:
-        return float(run.work.end[run.work.time] - run.tally.whole[OPENED])
-    return end - scene.turning.at(scene.case.simulate.discard)
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:

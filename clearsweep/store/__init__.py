@@ -12,6 +12,7 @@ from .judged import SEEK_FILE, Judged, judge, write_answers
 from .read import StoredRun, newest, verify
 from .record import now, read_record
 from .state import status, status_text
+from .unfinished import Unfinished
 
 __all__ = [
     "SCRATCH",
@@ -22,6 +23,7 @@ __all__ = [
     "Row",
     "RunDirectory",
     "StoredRun",
+    "Unfinished",
     "commit",
     "difference",
     "id_text",

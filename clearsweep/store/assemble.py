@@ -19,10 +19,8 @@ import pyarrow.parquet as pq
 
 from . import durable
 from .batch import (
-    CASE,
     CASE_ID,
     GROUP_ROWS,
-    Dataset,
     Form,
     array_of,
     datasets,
@@ -35,6 +33,7 @@ from .batch import (
     summary_schema,
     with_verdict,
 )
+from .datasets import CASE, Dataset
 from .directory import FINAL_FILES, RunDirectory
 from .record import read_record
 
@@ -183,7 +182,7 @@ class OrbitFiles:
             if file := self.files.get(int(rows["batch"][here[0]])):
                 starts, row = file.starts[each], rows["row"][here]
                 first[here], count[here] = starts[row], starts[row + 1] - starts[row]
-        return first, count
+        return first * width, count * width
 
     def read(self, number: int, dataset: Dataset, first: int, count: int) -> bytes:
         """Return `count` values of a batch's dataset from value `first` on, as bytes."""

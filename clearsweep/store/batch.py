@@ -5,7 +5,6 @@ import contextlib
 import hashlib
 import io
 import json
-import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,10 +20,10 @@ from ..grid import Grid
 from ..layout import SECTION_COUNT, Column, Layout
 from ..verdict import Verdict
 from . import durable
+from .datasets import CASE, EVENT, NODE, SAMPLE, SECTION, Dataset, event_datasets, life_datasets, section_datasets
 
 ID_LENGTH = 16  # hexadecimal characters of a case_id
 GROUP_ROWS = 4096  # rows of a group of the summary
-CASE, SAMPLE, EVENT, SECTION = "case", "sample", "event", "section"
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names are older than what they are called
 HASH_LENGTH = 16  # hexadecimal characters of a checksum in a name
 _NAME = re.compile(r"[0-9a-f]{16}-([0-9a-f]{16})\.(h5|parquet)")
@@ -67,22 +66,6 @@ class Row(NamedTuple):
     case_id: str
     point: dict  # swept path -> value in SI
     trajectory: results.Trajectory
-
-
-class Dataset(NamedTuple):
-    """One dataset of the orbits: an array of `shape` per `each` (a case, a sample, an event or a section)."""
-
-    path: str
-    dtype: np.dtype
-    unit: str
-    description: str
-    each: str
-    shape: tuple[int, ...] = ()
-
-    @property
-    def width(self) -> int:
-        """Return how many values there are per `each`."""
-        return math.prod(self.shape)
 
 
 def summary_schema(form: Form) -> pa.Schema:
@@ -172,8 +155,8 @@ def datasets(form: Form) -> tuple[Dataset, ...]:
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
             for column in form.layout.channels
         ]
-        found += _event_datasets(form.layout)
-        found += _section_datasets(form.layout)
+        found += event_datasets(form.layout)
+        found += section_datasets(form.layout)
     for joint in form.layout.joints:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"
@@ -184,48 +167,19 @@ def datasets(form: Form) -> tuple[Dataset, ...]:
                 Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
                 for body in ("bearing", "journal")
             ]
-    return tuple(found)
-
-
-def _event_datasets(layout: Layout) -> list[Dataset]:
-    joints = h5py.enum_dtype({name: code for code, name in enumerate(layout.contacts)}, basetype="i1")
-    kinds = h5py.enum_dtype({kind: code for code, kind in enumerate(results.EVENT_KINDS)}, basetype="i1")
-    return [
-        Dataset("events/t", np.dtype("f8"), "s", "time of the event", EVENT),
-        Dataset("events/joint", joints, "1", "joint of the event", EVENT),
-        Dataset("events/kind", kinds, "1", "contact begins (on) or ends (off)", EVENT),
-        Dataset("events/rate", np.dtype("f8"), "m/s", "closing rate, closing positive", EVENT),
-        Dataset(
-            "events/force_peak",
-            np.dtype("f8"),
-            "N",
-            "largest normal force of the contact that ends there, 0 at an onset",
-            EVENT,
-        ),
-    ]
-
-
-def _section_datasets(layout: Layout) -> list[Dataset]:
-    """Return the datasets of what is kept at crank angle 0 of every revolution."""
-    if not layout.sections:
-        return []
-    channels = {channel.name: channel for channel in layout.channels}
-    text = "turns of the crank, its angle over 2 pi, at each section"
-    found = [Dataset(SECTION_COUNT, np.dtype("i8"), "1", text, SECTION)]
-    for name, path in layout.sections:
-        text = f"{channels[name].description}, at crank angle 0"
-        found.append(Dataset(path, np.dtype("f8"), channels[name].unit, text, SECTION))
-    return found
+    return (*found, *life_datasets(form.layout))
 
 
 def offsets_of(form: Form) -> dict[str, Dataset]:
-    """Return the datasets that say where a case begins, by what they count: samples, and events if there are any."""
+    """Return the datasets that say where a case begins, by what they count: samples, and what else there is."""
     text = "first {} of each case; the last value is their number"
     found = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
     if form.histories:
         found[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
         if form.layout.sections:
             found[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
+    if form.layout.life:
+        found[NODE] = Dataset(f"{results.HISTORY}offsets", np.dtype("i8"), "1", text.format(NODE), CASE)
     return found
 
 
@@ -257,8 +211,12 @@ def orbits_bytes(form: Form, rows: list[Row]) -> bytes:
 
 
 def _count(form: Form, trajectory: results.Trajectory, each: str) -> int:
-    if trajectory.status != "ok" or not form.histories:
+    if trajectory.status != "ok":
         return 0  # a failed case keeps no history
+    if each == NODE:
+        return len(trajectory.history["revolutions"])
+    if not form.histories:
+        return 0
     if each == SECTION:
         return len(trajectory.poincare.get(SECTION_COUNT, ()))
     return len(trajectory.t) if each == SAMPLE else len(trajectory.events)
@@ -272,6 +230,9 @@ def _gathered(form: Form, dataset: Dataset, rows: list[Row]) -> np.ndarray:
     if dataset.each == SECTION:
         parts = [path.poincare[dataset.path] for path in good if dataset.path in path.poincare]
         return np.concatenate([np.empty(0, dataset.dtype), *parts])
+    if dataset.each == NODE:
+        parts = [path.history[dataset.path.removeprefix(results.HISTORY)] for path in good]
+        return np.concatenate([np.empty((0, *dataset.shape)), *parts])
     if dataset.each == EVENT:
         name = dataset.path.removeprefix("events/")
         values = np.concatenate([np.empty(0, results.EVENT_DTYPE), *(path.events for path in good)])[name]

@@ -27,6 +27,7 @@ from .batch import (
     batch_files,
     datasets,
     file_name,
+    id_text,
     named_hash,
     orbits_bytes,
     read_done,
@@ -185,6 +186,11 @@ class RunDirectory:
             else:
                 durable.set_aside(path)
         told += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
+        if kept := durable.kept_in(self.scratch):  # of cases whose process was killed after it had committed them
+            rows = self.rows()
+            done = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
+            for case_id in done.intersection(kept):
+                durable.discard(kept[case_id])
         return told
 
     def look(self, *, histories: bool = True) -> dict[Path, str]:

@@ -26,6 +26,7 @@ _KINDS = {
     stat.S_IFBLK: "a device",
 }
 _PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note)|stop)")  # names of what a run leaves where it is killed
+_KEPT = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # of what the next run of the case goes on from
 
 
 def check_regular(path: Path) -> None:
@@ -103,6 +104,17 @@ def passing(folder: Path, name: str) -> Path:
     return folder / f".clearsweep-{name}"
 
 
+def kept(folder: Path, case_id: str) -> Path:
+    """Return the path of a file that lives until its case is committed, also where its run is killed."""
+    return passing(folder, f"{case_id}.life")
+
+
+def kept_in(folder: Path) -> dict[str, Path]:
+    """Return the files of this kind in a folder, by the identities of their cases."""
+    names = os.listdir(folder) if folder.is_dir() else []
+    return {match.group(1): folder / name for name in names if (match := _KEPT.fullmatch(name))}
+
+
 @contextlib.contextmanager
 def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
     """Yield the name under which to create a file, and to sync it; at the end it takes the place of `path`.
@@ -174,7 +186,8 @@ def probe(folder: Path) -> None:
 
 def strangers(folder: Path) -> list[str]:
     """Return the names in a folder for passing files that no run has given."""
-    return [name for name in os.listdir(folder) if not _PASSING.fullmatch(name)] if folder.is_dir() else []
+    names = os.listdir(folder) if folder.is_dir() else []
+    return [name for name in names if not _PASSING.fullmatch(name) and not _KEPT.fullmatch(name)]
 
 
 def sync(path: Path) -> None:

@@ -15,7 +15,8 @@ from .. import results
 from ..errors import ClearsweepError, DirectoryError, InputError
 from ..layout import SECTION_COUNT, Layout
 from . import durable
-from .batch import EVENT, GROUP_ROWS, SAMPLE, SECTION, open_table, values_of
+from .batch import GROUP_ROWS, open_table, values_of
+from .datasets import EVENT, NODE, SAMPLE, SECTION
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
 from .judged import SEEK_FILE
 from .record import check_form, damaged, read_record
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd  # loaded only where a frame is made
 
 
-_OFFSETS = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets"}
+_OFFSETS = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
 
 
 class StoredRun:
@@ -205,6 +206,21 @@ class StoredRun:
                 for joint in self.layout.joints
                 if joint.wear_bins
             }
+
+    def history(self, case_id: str) -> dict[str, np.ndarray]:
+        """Return how the life of one case went on, as Trajectory.history; {} where there is no `life`.
+
+        Of a failed case the arrays are empty.
+        """
+        if not self.layout.life:
+            return {}
+        place = self._place(case_id)
+        with self._orbits() as file:
+            start, stop = file[_OFFSETS[NODE]][place : place + 2]
+            names: list[str] = []
+            group = file[results.HISTORY]
+            group.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+            return {name: group[name][start:stop] for name in names if name != "offsets"}
 
     def full_id(self, begin: str) -> str:
         """Return the case_id that begins with `begin`; InputError where none does, or several do."""

@@ -16,7 +16,7 @@ class _Functions(NamedTuple):
     signature: Callable[[Case], Hashable] = simulation.signature
     compile_for: Callable[[Case], None] = simulation.compile_for
     compile_loop: Callable[[Case], None] = simulation.compile_loop
-    solve: Callable[[Case], Trajectory] = simulation.solve
+    solve: Callable[..., Trajectory] = simulation.solve
     derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
     warnings: Callable[[Case], list[str]] = simulation.warnings
 

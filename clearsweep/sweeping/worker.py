@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol
 from .. import resources, store
 from ..case import Case
 from ..catalogue import Catalogue
-from ..errors import ClearsweepError, InputError, brief
+from ..errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
 from ..grid import Grid
 from ..results import Trajectory
 from ..store import durable
@@ -51,8 +51,8 @@ class Simulator(Protocol):
     def compile_loop(self, case: Case, /) -> None:
         """Compile what a case shares with all others, or load it from the cache."""
 
-    def solve(self, case: Case, /) -> Trajectory:
-        """Return the result of a case."""
+    def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
+        """Return the result of a case; only one with a life is given a log, and goes on from it."""
 
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
         """Return name -> (value, SI unit) of what follows from other values."""
@@ -160,15 +160,19 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
             f"the worker on {platform.node()} has another version of clearsweep than the program "
             "that sends it work; install the same one everywhere"
         )
-    rows, begin, stop = [], time.perf_counter(), os.fspath(job.stop)
+    rows, logs, begin, stop = [], list[store.Unfinished](), time.perf_counter(), os.fspath(job.stop)
     with signals.patience(), _noting(job.note(batch)) as note:
         for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
             if signals.requested() or os.path.exists(stop):
                 break
             note.say(index)
-            rows.append(store.Row(task.case_id, point, _solve(job, case, note.handle)))
+            log = store.Unfinished(job.directory, task.case_id) if case.life else None
+            rows.append(store.Row(task.case_id, point, _solve(job, case, log, note.handle)))
+            logs += [log] if log else []
         seconds = time.perf_counter() - begin
         committed = store.commit(job.directory, job.form, batch.name, rows) if rows else None
+        for log in logs:
+            log.discard()
     return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
 
 
@@ -226,12 +230,14 @@ def read_note(job: Job, batch: Batch) -> Note | None:
         return None
 
 
-def _solve(job: Job, case: Case, note: int) -> Trajectory:
+def _solve(job: Job, case: Case, log: store.Unfinished | None, note: int) -> Trajectory:
     """Return the result of one case; whatever goes wrong in it becomes its status."""
     if job.case_timeout:  # a watchdog ends the process, even inside compiled code, and says so in the note
         faulthandler.dump_traceback_later(job.case_timeout, exit=True, file=note)
     try:
-        return job.simulator.solve(case)
+        return job.simulator.solve(case, log) if log else job.simulator.solve(case)
+    except (StorageError, DirectoryError):
+        raise  # of the log: no case can be stored
     except InputError as error:
         return failure("refused", str(error))
     except Exception as error:

@@ -1,0 +1,156 @@
+"""The keys of `life`: how long a case is to wear, how closely that is extrapolated, and what it asks of other keys."""
+
+from ..catalogue import Field
+from .draft import Draft
+from .keys import Number, Section, Shape, Use, Word
+
+LIFE = "life"
+OF = ("wear_depth_max", "clearance_growth")
+SHALLOW = 0.1  # of the bearing's radius: what is worn off deeper is no small change of its shape
+WHOLE = 1e-9  # revolutions: how near to a whole number of them a block has to be
+_PATH = "simulate.time_budget"
+TIME_BUDGET = Field(
+    "time_budget",
+    "s",
+    "process time after which a case is given up, however long it is; no part of its identity; none with `life` unless "
+    "it is written",
+    0.0,
+    1e9,
+    high_open=False,
+    default=600.0,
+)
+_FIELDS = (
+    Field("limit", "m", "what `of` may come to"),
+    Field(
+        "tolerance",
+        "1",
+        "share of what wears off in a jump that its rates before and after may place differently, and half-width of "
+        "the 95 % interval of a block's wear rate over the rate",
+        1e-4,
+        0.5,
+        low_open=False,
+        high_open=False,
+        default=0.05,
+    ),
+    Field(
+        "max_revolutions",
+        "1",
+        "revolutions, `discard` included, after which a block ends however well it knows its wear rate",
+        0.0,
+        1e6,
+        high_open=False,
+        default=500.0,
+    ),
+    Field(
+        "blocks",
+        "1",
+        "blocks of revolutions, at most",
+        2,
+        1e6,
+        low_open=False,
+        high_open=False,
+        default=200,
+        whole=True,
+    ),
+    Field("longest_jump", "1", "revolutions from one block to the next, at most; left out: no bound", optional=True),
+)
+
+
+def enter(tree: Shape) -> None:
+    """Enter the section where anything may wear, revolution by revolution."""
+    wearing = tuple(path.split(".")[1] for path in tree if path.startswith("joints.") and path.endswith(".wear"))
+    if not wearing or "simulate.revolutions" not in tree:
+        return
+    tree[LIFE] = Section("wear on until a limit is reached, by jumps from block to block of revolutions", "optional")
+    tree[f"{LIFE}.joint"] = Word(wearing, "the joint that is judged; it needs `wear`")
+    tree[f"{LIFE}.of"] = Word(
+        OF,
+        "the depth of the deepest bin of either body, or the largest increase of the eccentricity at first touch",
+        OF[0],
+    )
+    for field in _FIELDS:
+        tree[f"{LIFE}.{field.name}"] = Number((Use(field),), field.name == "limit")
+
+
+def put_patience(draft: Draft) -> None:
+    """Take its default from the time that a case may take where that is a life."""
+    if LIFE in draft.shape and _PATH in draft.shape:
+        field = TIME_BUDGET._replace(default=None, optional=True)
+        draft.shape[_PATH] = Number((Use(field),), sweep=False)
+
+
+def check(draft: Draft) -> None:
+    """Note what does not fit together with `life`."""
+    if LIFE not in draft.shape:
+        return
+    joint = draft.values.get(f"{LIFE}.joint")
+    if joint is not None:
+        _joint(draft, str(joint))
+    for path, reason in (
+        ("simulate.until", "a life makes its blocks as long as the wear rate needs"),
+        ("simulate.error_check", "a life tells its own error, in the interval of its revolutions"),
+    ):
+        if path in draft.sections or path in draft.values:
+            draft.problems.add(draft.place(path), path, f"is of no use beside life: {reason}; leave it out")
+    _blocks(draft)
+    _repeats(draft)
+
+
+def _joint(draft: Draft, joint: str) -> None:
+    """Check that the joint that is judged wears, and that its limit is a small change of its shape."""
+    path, own = f"{LIFE}.joint", f"joints.{joint}"
+    if own not in draft.shape:
+        wearing = [name.split(".")[1] for name in draft.shape if name.startswith("joints.") and name.endswith(".wear")]
+        some = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
+        draft.problems.add(draft.place(path), path, f"{joint} has no clearance here; {some}")
+        return
+    if f"{own}.wear" not in draft.shape:
+        sentence = (
+            "is missing; a life needs the wear of the joint that it judges: write such as {law: archard, coefficient: "
+            "2e-14 m^2/N}"
+        )
+        draft.problems.add(draft.place(path), f"{own}.wear", sentence)
+    limits, radii = draft.reached(f"{LIFE}.limit"), draft.reached(f"{own}.bearing_radius")
+    if limits and radii and max(limits) > SHALLOW * min(radii):
+        path = f"{LIFE}.limit"
+        sentence = (
+            f"found {draft.said(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
+            f"{draft.said(f'{own}.bearing_radius', min(radii))}: what is worn is to be a small change of the shape"
+        )
+        draft.problems.add(draft.place(path), path, sentence)
+
+
+def _blocks(draft: Draft) -> None:
+    """Check that blocks are of whole revolutions, and that the longest is not the shorter."""
+    path = f"{LIFE}.max_revolutions"
+    least, most = draft.reached("simulate.revolutions"), draft.reached(path)
+    if least and most and min(most) < max(least):
+        sentence = (
+            f"found {draft.said(path, min(most))}; allowed: at least "
+            f"{draft.said('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
+        )
+        draft.problems.add(draft.place(path), path, sentence)
+    discards = draft.reached("simulate.discard") or (2.0,)
+    for turns in least:
+        for discard in discards:
+            window = turns - (discard if turns > 2.0 or draft.there("simulate.discard") else 0.0)
+            if abs(window - round(window)) > WHOLE or round(window) < 1:
+                where = "simulate.revolutions"
+                sentence = (
+                    f"found {window:.6g} revolutions after simulate.discard; with life they have to be a whole number, "
+                    "as what wears off in them is taken for that of all"
+                )
+                draft.problems.add(draft.place(where), where, sentence)
+                return
+
+
+def _repeats(draft: Draft) -> None:
+    """Check that nothing drives or loads the mechanism in another way as time goes on."""
+    tables = {path: values for path, values in draft.values.items() if isinstance(values, dict)}
+    for path, table in tables.items():
+        if path.startswith(("drive.", "loads.")) and "time" in table:
+            sentence = (
+                "goes on over time, while a life takes one block of revolutions for all: write a table over "
+                "crank_angle, or a constant speed"
+            )
+            draft.problems.add(draft.place(path), path, sentence)

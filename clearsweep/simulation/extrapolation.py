@@ -1,0 +1,241 @@
+"""Many cycles from few: what blocks of revolutions wear off, extrapolated in jumps until a limit is reached.
+
+What has worn is a vector x, a block tells its rates r(x) per revolution, and dx/dn = r(x) is integrated by a predictor
+and a corrector.  The next block is run with x* = x + M r(x) and tells r(x*); along that way rates are taken to change
+evenly with what is judged, so that where the trapezoidal rule arrives, x + M (r(x) + r') / 2, they are r' = r + alpha
+(r* - r), alpha = 1 / (1 - (q* - q) / 2 q), q being the rates of what is judged.  r' serves the next jump: each costs
+one block.  The share of what wears off in a jump that the rates before and after it put in different places,
+sum |r* - r| / sum (r* + r), decides on M: beyond the tolerance the jump is made again at half the length.  What the
+95 % intervals of the rates explain of the difference does not count.  (Jumps whose length adapts itself: Mukras, Kim,
+Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor and corrector: Heun's method, of order two.)
+"""
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+SAFETY = 0.9  # of the jump whose error would be the tolerance
+GROWTH, SHRINKAGE = 2.0, 0.5  # of a jump over the last one, at most and at least
+LEAST_GROWTH = 0.1  # of the mean rate of what is judged: shares of slower ones are of this
+BEYOND = 1.1  # of the way to the limit: the last jump is to pass it
+FURTHEST_BEND = 0.5  # of half the change of a rate over itself that is corrected for
+FURTHEST = 2.0**60  # times the first guess at the way to the limit: beyond, it is never reached
+
+
+class Block(Protocol):
+    """What a block of revolutions tells."""
+
+    rate: np.ndarray  # (n,) per revolution
+    width: np.ndarray  # (n,) half of its 95 % interval, inf where it is not known
+
+
+class Judge(Protocol):
+    """What the limit is of: a function of the vector of what has worn."""
+
+    def value(self, state: np.ndarray, /) -> float:
+        """Return what it comes to."""
+
+    def slope(self, state: np.ndarray, /) -> np.ndarray:
+        """Return its derivatives (n,)."""
+
+
+class Plan(NamedTuple):
+    """How far to go, and in which jumps."""
+
+    limit: float
+    tolerance: float
+    blocks: int  # at most
+    least: float  # revolutions, of a jump: those of a block
+    longest: float
+    first: np.ndarray  # (n,) what each element may grow by in the first jump, inf: that does not matter
+    groups: tuple[slice, ...]  # of the vector; in each of them shares in different places are told apart
+    constant: bool  # no rate depends on what has worn
+    alike: bool  # all blocks are of one motion, so that their rates err alike
+
+
+class Node(NamedTuple):
+    """What has worn after so many revolutions, and how it goes on from there."""
+
+    revolutions: float
+    state: np.ndarray
+    rate: np.ndarray  # (n,) per revolution
+    block: Any  # the Block that tells so
+
+
+class Life(NamedTuple):
+    """How it went on, and when it came to its limit."""
+
+    nodes: tuple[Node, ...]  # from 0 to the limit, or as far as the blocks reached
+    reached: bool
+    low: float  # revolutions, ends of the 95 % interval; nan: not known
+    high: float  # inf: unbounded
+    jump_error: (
+        float  # change of the revolutions, over themselves, where every other block is left out; nan: not reached
+    )
+    blocks: int  # that were run
+
+    @property
+    def revolutions(self) -> float:
+        """Return the revolutions to the limit, or those that were run."""
+        return self.nodes[-1].revolutions
+
+
+def lived(measure: Callable[[np.ndarray], Any], judge: Judge, plan: Plan, start: np.ndarray) -> Life | None:
+    """Return how what wears goes on from `start`, (n,), to its limit; None where a block failed.
+
+    measure : what has worn -> the Block that is run with it, None where it failed
+    """
+    first = measure(start)
+    if first is None:
+        return None
+    nodes, blocks = [Node(0.0, start, first.rate, first)], 1
+    grows = first.rate > 0.0
+    jump = float(np.min(plan.first[grows] / first.rate[grows], initial=math.inf))
+    while plan.constant or blocks < plan.blocks:
+        here = nodes[-1]
+        fastest = max(float(here.rate[group].max(initial=0.0)) for group in plan.groups)
+        if fastest == 0.0:
+            break
+        needed = revolutions_to(plan.limit, judge, here, fastest)
+        if plan.constant:
+            if math.isinf(needed):
+                break
+            nodes.append(Node(needed, here.state + needed * here.rate, here.rate, first))
+            return _interval(nodes, blocks, judge, plan)
+        jump = max(min(jump, plan.longest, BEYOND * needed), plan.least)
+        ahead = here.state + jump * here.rate
+        there = measure(ahead)
+        blocks += 1
+        if there is None:
+            return None
+        off = misplaced(here, there, plan.groups)
+        if off > plan.tolerance and jump > plan.least:
+            jump *= SHRINKAGE
+            continue
+        rate = _corrected(here.rate, there.rate, judge.slope(ahead))
+        end = Node(here.revolutions + jump, here.state + 0.5 * jump * (here.rate + rate), rate, there)
+        if judge.value(end.state) >= plan.limit:
+            nodes.append(_cut(plan.limit, judge, here, end))
+            return _interval(nodes, blocks, judge, plan, jump)
+        nodes.append(end)
+        jump *= min(max(SAFETY * plan.tolerance / off, SHRINKAGE), GROWTH) if off else GROWTH
+    low = nodes[-1].revolutions
+    return Life(tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, blocks=blocks)
+
+
+def _corrected(before: np.ndarray, after: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Return the rates where the trapezoidal rule arrives, of those `before` and `after` the predicted jump.
+
+    slope : of what is judged
+    """
+    first, last = float(slope @ before), float(slope @ after)
+    bend = min(max(0.5 * (last - first) / first, -FURTHEST_BEND), FURTHEST_BEND) if first > 0.0 else 0.0
+    rate: np.ndarray = np.maximum(before + (after - before) / (1.0 - bend), 0.0)
+    return rate
+
+
+def _within(here: Node, end: Node, part: float) -> Node:
+    """Return what has worn a `part` (revolutions) into a jump, in which the rates go evenly from one to the other."""
+    share = part / (end.revolutions - here.revolutions)
+    rate = here.rate + share * (end.rate - here.rate)
+    return Node(here.revolutions + part, here.state + 0.5 * part * (here.rate + rate), rate, end.block)
+
+
+def _cut(limit: float, judge: Judge, here: Node, end: Node) -> Node:
+    """Return where between two nodes the limit is reached."""
+    jump = end.revolutions - here.revolutions
+    return _within(here, end, _root(lambda part: judge.value(_within(here, end, part).state) - limit, jump))
+
+
+def misplaced(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
+    """Return the share of what wears off that rates before and after put in different places, in the worst group."""
+    allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (here.block, there)))
+    off = np.maximum(np.abs(there.rate - here.rate) - allowed, 0.0)
+    shares = [0.0]
+    for group in groups:
+        both = float((here.rate + there.rate)[group].sum())
+        shares.append(float(off[group].sum()) / both if both else 0.0)
+    return max(shares)
+
+
+def revolutions_to(limit: float, judge: Judge, here: Node, fastest: float) -> float:
+    """Return in how many revolutions at constant rates, of which `fastest` is the largest, the limit is reached.
+
+    inf: never.
+    """
+
+    def value(part: float) -> float:
+        return judge.value(here.state + part * here.rate)
+
+    first = last = (limit - value(0.0)) / fastest
+    while value(last) < limit:
+        last *= 2.0
+        if last > FURTHEST * first:
+            return math.inf
+    return _root(lambda part: value(part) - limit, last)
+
+
+def _root(function: Callable[[float], float], last: float) -> float:
+    """Return where a function that is below zero at 0 and not at `last` comes to zero."""
+    from scipy.optimize import brentq
+
+    return float(brentq(function, 0.0, last, xtol=1e-14 * last, rtol=1e-14))
+
+
+def _interval(nodes: list[Node], blocks: int, judge: Judge, plan: Plan, jump: float | None = None) -> Life:
+    """Return a life that has come to its limit, in a `jump` that was made longer, with its interval.
+
+    With q the rate of what is judged, revolutions are the integral of dq / q: where a rate is off by a share of itself,
+    the revolutions for which it stands are off by the same share.  Shares that the intervals of the rates allow are
+    independent from block to block unless the blocks are alike; the error of the jumps is what leaving out every other
+    block changes, of one jump the rate after it.
+    """
+    total = nodes[-1].revolutions
+    slopes = [judge.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # of what each jump comes to
+    floor = LEAST_GROWTH * plan.limit / total
+    growth = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
+    weights: dict[int, float] = {}  # of each block: revolutions for which its rate stands, times its share
+    for k, stands in enumerate(_standing(nodes, jump)):
+        block = nodes[k].block
+        weights[id(block)] = weights.get(id(block), 0.0) + stands * _width(slopes[k], block) / growth[k]
+    spread = (math.fsum(weights.values()) if plan.alike else math.hypot(*weights.values())) / total
+    error = abs(_coarser(nodes, slopes, growth)) / total
+    off = math.hypot(spread, error)
+    low, high = total / (1.0 + off), total / (1.0 - off) if off < 1.0 else math.inf
+    return Life(tuple(nodes), reached=True, low=low, high=high, jump_error=error, blocks=blocks)
+
+
+def _standing(nodes: list[Node], jump: float | None) -> list[float]:
+    """Return the revolutions for which the block of each node stands; the last jump may have been longer."""
+    stands = [0.0] * len(nodes)
+    for k in range(len(nodes) - 1):
+        part = nodes[k + 1].revolutions - nodes[k].revolutions
+        bend = 0.5 * part * part / (jump if jump and k == len(nodes) - 2 else part)
+        stands[k] += part - bend
+        stands[k + 1] += bend
+    return stands
+
+
+def _width(slope: np.ndarray, block: Block) -> float:
+    """Return half of the 95 % interval of the rate of what is judged; bins that take part err together."""
+    counts = slope != 0.0
+    return float(np.abs(slope[counts]) @ block.width[counts])
+
+
+def _coarser(nodes: list[Node], slopes: list[np.ndarray], growth: list[float]) -> float:
+    """Return by how many revolutions a life differs where every other node is left out; of one jump, the rate after it.
+
+    slopes, growth : of what is judged, where the jump from each node ends, and how fast it grows at each node
+    """
+    last = len(nodes) - 1
+    kept = sorted({0, *range(last, -1, -2)})
+    total = 0.0
+    for k, m in itertools.pairwise(kept):
+        here, there = nodes[k], nodes[m]
+        rates = here.rate + (there.rate if last > 1 else here.rate)
+        missing = 0.5 * (there.revolutions - here.revolutions) * rates - (there.state - here.state)
+        total += float(slopes[m - 1] @ missing) / growth[m]
+    return total

@@ -1,0 +1,169 @@
+"""The life of a case: blocks of revolutions, each run with what has worn before it, from which wear is extrapolated.
+
+Every block begins as the case does, with `discard` again, and not where the one before it ended: between the two its
+surfaces have moved by more than a penetration, so that nothing is true any more of the contacts there.  So a block is a
+function of what has worn and of nothing else, blocks err independently of each other, and what they told is all that
+has to be kept for a life that is killed to come to the same end.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from ..mechanics.joint.wear.contract import Worn
+from ..wording import count
+from .extrapolation import Life, Node, Plan
+from .first_touch import Touch, first_touch
+from .life_block import Log, Part, Told, parts_of, read, written
+from .scene import Scene, build
+from .window import finer
+
+FIRST = 0.02  # of the smallest clearance that may wear off in the first jump
+FRESH = 0.1  # of the distance of a running-in that may be slid in the first jump
+HOUR = 3600.0  # s
+
+
+class Ageing:
+    """What wears in a case: the vector of what has worn, the blocks that tell how fast, and what follows from it."""
+
+    def __init__(self, scene: Scene, log: Log | None):
+        """Take the scene with nothing worn, and where to keep what blocks tell."""
+        assert scene.case.life is not None  # asked of cases that have one
+        self.scene, self.log, self.life, self.parts = scene, log, scene.case.life, parts_of(scene.case)
+        self.size = self.parts[-1].slid + 2
+        self.told = read(log.read() if log else None, self.size)
+        self.recalled = 0  # of them that were asked for in this process
+        self.spent = float(self.told[-1].seconds[1]) if self.told else 0.0  # s, process time before this process
+        self.judged = next(part for part in self.parts if part.name == self.life.joint)
+
+    @property
+    def alike(self) -> bool:
+        """Return whether nothing that has worn changes the motion."""
+        return not any(joint.wear.evolve for joint in self.scene.case.joints if joint.wear)
+
+    @property
+    def constant(self) -> bool:
+        """Return whether nothing that has worn changes how it goes on."""
+        return self.alike and not any(joint.wear.running_in for joint in self.scene.case.joints if joint.wear)
+
+    def plan(self) -> Plan:
+        """Return how far to go, and in which jumps."""
+        case, life, first = self.scene.case, self.life, np.full(self.size, math.inf)
+        for part in self.parts:
+            first[part.both] = FIRST * min(joint.clearance for joint in case.joints)
+            wear = case.joints[part.place].wear
+            if wear and wear.running_in:
+                first[part.slid] = FRESH * wear.running_in["distance"]
+        return Plan(
+            limit=life.limit,
+            tolerance=life.tolerance,
+            blocks=life.blocks,
+            least=case.simulate.revolutions - case.simulate.discard,
+            longest=life.longest_jump,
+            first=first,
+            groups=tuple(part.both for part in self.parts),
+            constant=self.constant,
+            alike=self.alike,
+        )
+
+    def scene_at(self, state: np.ndarray) -> Scene:
+        """Return the scene with what has worn."""
+        worn = {part.name: Worn(state[part.bearing], state[part.journal], state[part.slid]) for part in self.parts}
+        scene = build(self.scene.case, worn)
+        return dataclasses.replace(scene, deadline=self.scene.deadline, verdict=self.scene.verdict)
+
+    def recall(self) -> Told | None:
+        """Return what the next block told in an earlier process, None where it has yet to be run."""
+        if self.recalled == len(self.told):
+            return None
+        self.recalled += 1
+        return self.told[self.recalled - 1]
+
+    def keep(self, told: Told) -> None:
+        """Keep what a block told beside what those before it did."""
+        self.told.append(told)
+        self.recalled += 1
+        if self.log:
+            self.log.keep(written(self.told))
+
+    def touch(self, part: Part, state: np.ndarray) -> Touch:
+        """Return where the journal of a joint comes furthest before it touches."""
+        turned = self.told[0].turned[:, part.place]
+        clearance = self.scene.case.joints[part.place].clearance
+        return first_touch(clearance, state[part.bearing], state[part.journal], turned)
+
+    def value(self, state: np.ndarray) -> float:
+        """Return what is judged (m) of what has worn."""
+        if self.life.of == "clearance_growth":
+            return self.touch(self.judged, state).growth
+        return float(state[self.judged.both].max())
+
+    def slope(self, state: np.ndarray) -> np.ndarray:
+        """Return the derivatives (n,) of what is judged."""
+        slope, part = np.zeros(self.size), self.judged
+        if self.life.of == "clearance_growth":
+            touch = self.touch(part, state)
+            slope[[part.bearing.start + touch.bearing, part.journal.start + touch.journal]] = touch.slant
+        else:
+            slope[part.first + int(np.argmax(state[part.both]))] = 1.0
+        return slope
+
+    def ended(self, life: Life, told: Told) -> Life:
+        """Return a life whose last node has the block that was run with what had worn by then."""
+        end = life.nodes[-1]._replace(rate=told.rate, block=told)
+        return life._replace(nodes=(*life.nodes[:-1], end), blocks=life.blocks + 1)
+
+    def figures(self, life: Life) -> dict[str, float | int | None]:
+        """Return what a life came to, as columns of the summary."""
+        end, judged = life.nodes[-1], self.judged.column
+        numbers = {
+            f"{judged}_life_revolutions": life.revolutions if life.reached else math.nan,
+            f"{judged}_life_hours": end.state[-1] / HOUR if life.reached else math.nan,
+            f"{judged}_life_low": life.low,
+            f"{judged}_life_high": life.high,
+            f"{judged}_life_jump_error": life.jump_error,
+        }
+        numbers |= {f"{part.column}_clearance_growth": self.touch(part, end.state).growth for part in self.parts}
+        figures: dict[str, float | int | None] = {
+            name: float(value) if math.isfinite(value) else None for name, value in numbers.items()
+        }
+        return figures | {f"{judged}_life_blocks": life.blocks}
+
+    def remark(self, life: Life) -> str:
+        """Return why a life did not come to its limit; '' where it did."""
+        if life.reached:
+            return ""
+        judged = f"{self.life.joint}: "
+        if life.blocks < self.life.blocks:
+            return f"{judged}nothing wears, so that life.limit is never reached"
+        return (
+            f"{judged}life.limit was not reached in {life.revolutions:.6g} revolutions, all that "
+            f"{count(life.blocks, 'block')} came to; life.blocks allows more, a larger life.tolerance longer jumps"
+        )
+
+    def history(self, life: Life) -> dict[str, np.ndarray]:
+        """Return how a life went on, by dataset below `history/`, node by node."""
+        nodes, layouts = life.nodes, self.scene.layout.joints
+        found = {"revolutions": np.array([node.revolutions for node in nodes])}
+        for part in self.parts:
+            found |= {
+                f"{part.column}/{name}": np.array([self._at(part, node)[name] for node in nodes])
+                for name in ("wear_depth_max", "clearance", "force_peak", "wear_rate")
+            }
+            bins = layouts[part.place].wear_bins
+            for body, where in (("bearing", part.bearing), ("journal", part.journal)):
+                profiles = [node.state[where] for node in nodes]
+                found[f"{part.column}/profile_{body}"] = np.array(
+                    [profile if bins == part.bins else finer(profile, bins) for profile in profiles]
+                )
+        return found
+
+    def _at(self, part: Part, node: Node) -> dict[str, float]:
+        """Return what the history tells of a joint at a node."""
+        return {
+            "wear_depth_max": float(node.state[part.both].max()),
+            "clearance": self.scene.case.joints[part.place].clearance + self.touch(part, node.state).growth,
+            "force_peak": float(node.block.force_peak[part.place]),
+            "wear_rate": float(node.rate[part.both].max() / node.rate[-1]),
+        }

@@ -1,0 +1,182 @@
+"""A block of revolutions of a life: when it is long enough, and what it tells of how fast its joints wear."""
+
+import io
+import math
+import zipfile
+from collections import deque
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ..case import Case
+from ..mechanics.joint.wear.contract import FINEST, SLID
+from ..mechanics.mechanism.contract import body_angles
+from ..mechanics.observe.tally import FORCE_MAX, OPENED
+from ..mechanics.solver.event import Work
+from .batch_means import Blocks, Interval
+from .run import Run
+from .scene import Scene
+from .sums import half_width
+from .watch import Moment, moment_of
+from .window import by_joint
+
+PARTS = 24  # of a revolution, at which it is noted how the bodies of the joints are turned
+
+
+class Part(NamedTuple):
+    """A joint that wears, and where what it has lost stands in the vector of what has worn."""
+
+    place: int  # of the joint among all
+    name: str
+    column: str
+    bins: int  # of each body
+    first: int  # bin of the bearing; those of the journal follow
+    slid: int  # m, the way slid
+
+    @property
+    def bearing(self) -> slice:
+        """Return where the depths (m) of the bearing stand."""
+        return slice(self.first, self.first + self.bins)
+
+    @property
+    def journal(self) -> slice:
+        """Return where the depths (m) of the journal stand."""
+        return slice(self.first + self.bins, self.first + 2 * self.bins)
+
+    @property
+    def both(self) -> slice:
+        """Return where the depths (m) of both stand."""
+        return slice(self.first, self.first + 2 * self.bins)
+
+
+def parts_of(case: Case) -> tuple[Part, ...]:
+    """Return the joints of a case that wear: first the bins of all, then the way of each, then the time."""
+    wearing = [(place, joint, joint.wear) for place, joint in enumerate(case.joints) if joint.wear]
+    bins = [min(wear.bins, FINEST) for *_, wear in wearing]
+    firsts = [2 * sum(bins[:k]) for k in range(len(bins))]
+    return tuple(
+        Part(place, joint.name, joint.column, bins[k], firsts[k], 2 * sum(bins) + k)
+        for k, (place, joint, _) in enumerate(wearing)
+    )
+
+
+class Told(NamedTuple):
+    """What a block of revolutions told; n elements: depths (m) of all bins, ways (m), the time (s)."""
+
+    rate: np.ndarray  # (n,) per revolution
+    width: np.ndarray  # (n,) half of its 95 % interval, inf where it is not known
+    force_peak: np.ndarray  # (joints,) N
+    turned: np.ndarray  # (PARTS, joints) rad, angle of the journal's body less that of the bearing's, over a revolution
+    counts: np.ndarray  # see solver.event
+    seconds: np.ndarray  # (2,) s, that integrating took, and of process time, that all took until then
+
+
+class Rates:
+    """Watches a block, which ends when the wear rate of the joint that is judged is known well enough."""
+
+    parts = PARTS
+
+    def __init__(self, scene: Scene):
+        """Prepare for a block of `scene`."""
+        case, save = scene.case, scene.case.save
+        assert case.life is not None  # asked of cases that have one
+        self.judged, self.tolerance = wear_rate(case.life.column), case.life.tolerance
+        self.blocks = Blocks(scene.layout, [wear_rate(part.column) for part in parts_of(case)])
+        self.discard, self.least, self.seen = case.simulate.discard, case.simulate.revolutions, 0
+        self.revolutions = self.discard
+        self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
+        self.turned: list[list[float]] = []
+        self.interval: Interval | None = None
+        # moments of the run, oldest first, from which what is saved can be run again
+        self.starts: deque[Moment] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
+
+    def see(self, work: Work) -> bool:
+        """Return whether the block may end with this revolution."""
+        part, self.seen = self.seen % PARTS, self.seen + 1
+        if len(self.turned) < PARTS:
+            angles = body_angles(self.mechanism, work.y)
+            self.turned.append([side * (far - near) for side, (near, far) in zip(self.sides, angles, strict=True)])
+        if part:
+            return False
+        self.starts.append(moment_of(work))
+        if self.seen == 1:
+            return False  # a revolution has just begun; all other times that are seen are equally far from its end
+        self.revolutions = self.discard + (self.seen - 1) // PARTS
+        if self.blocks.note(work) or self.interval is None:
+            self.interval = self.blocks.interval(self.judged)
+        return self.interval.within(self.tolerance) and self.revolutions >= self.least
+
+
+def wear_rate(joint: str) -> str:
+    """Return the column of a joint's wear rate."""
+    return f"{joint}_wear_rate_max"
+
+
+def longest_block(case: Case) -> float:
+    """Return the most revolutions of a block: `discard` and whole ones."""
+    assert case.life is not None
+    discard = case.simulate.discard
+    return discard + math.floor(case.life.max_revolutions - discard + 1e-9)
+
+
+def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> Told:
+    """Return what a block told that has been run; `process_time`: s, that all took until then."""
+    parts = parts_of(scene.case)
+    turns = watch.revolutions - watch.discard
+    whole: Any = run.tally  # mypy takes it for a tuple of anything
+    tally = by_joint(whole, scene.layout)
+    depths = tally.wear.reshape(len(scene.layout.joints), 2, -1)
+    rate, width = np.zeros(parts[-1].slid + 2), np.zeros(parts[-1].slid + 2)
+    rate[-1] = (float(run.work.end[run.work.time]) - float(whole.whole[OPENED])) / turns
+    for part in parts:
+        rate[part.both] = depths[part.place, :, : part.bins].ravel() / turns
+        before = scene.worn[part.name].slid
+        rate[part.slid] = (tally.account[part.place, SLID] - before) / turns
+        width[part.both] = _widths(watch.blocks, part) * rate[-1]
+    peaks = np.array(tally.joint[:, FORCE_MAX])
+    seconds = np.array([run.duration, process_time])
+    return Told(rate, width, peaks, np.array(watch.turned), run.counts.copy(), seconds)
+
+
+def _widths(blocks: Blocks, part: Part) -> np.ndarray:
+    """Return half of the 95 % intervals of how fast (m/s) the bins of a joint wear, inf from fewer than two blocks."""
+    widths = np.full(2 * part.bins, math.inf)
+    if len(blocks.ends) > 2:
+        figure = wear_rate(part.column)
+        depths = np.array([sums[figure].reshape(2, -1)[:, : part.bins].ravel() for _, sums in blocks.ends])
+        rates = np.diff(depths, axis=0) / np.diff([time for time, _ in blocks.ends])[:, None]
+        worn = rates.any(axis=0)
+        widths[:] = 0.0
+        widths[worn] = [half_width(each) for each in rates.T[worn]]
+    return widths
+
+
+class Log(Protocol):
+    """Where what the blocks of a case told is kept until it is done."""
+
+    def read(self) -> bytes | None:
+        """Return what was kept last, None where nothing was."""
+
+    def keep(self, content: bytes) -> None:
+        """Keep this in its place."""
+
+
+def written(told: Sequence[Told]) -> bytes:
+    """Return what blocks told as bytes, from which `read` makes the same to the last bit."""
+    content = io.BytesIO()
+    rows: dict[str, Any] = {name: np.array([getattr(each, name) for each in told]) for name in Told._fields}
+    np.savez(content, **rows)
+    return content.getvalue()
+
+
+def read(content: bytes | None, size: int) -> list[Told]:
+    """Return what `written` was given, of vectors of this size; [] where it was nothing of the kind."""
+    if content is None:
+        return []
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            rows = [file[name] for name in Told._fields]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return []
+    return [Told(*row) for row in zip(*rows, strict=True)] if rows[0].shape[1:] == (size,) else []

@@ -1,0 +1,70 @@
+"""The figures of merit of a life, as `figures` has the others; `life` finds them, under these names."""
+
+from ..catalogue import Figure, Shown
+
+LIFE = (
+    Figure(
+        "life_revolutions",
+        "1",
+        "revolutions until `life.limit` is reached; null: it was not",
+        of="joint",
+        needs=("judged",),
+        differs=False,
+        shown=(Shown("wear", "life (rev.)", 1), Shown("sample", "life (rev.)", 7), Shown("effects", "life", 3)),
+    ),
+    Figure(
+        "life_hours",
+        "h",
+        "the same in hours",
+        of="joint",
+        needs=("judged",),
+        differs=False,
+        shown=(Shown("wear", "life (hours)", 2),),
+    ),
+    Figure(
+        "life_low",
+        "1",
+        "lower end of the 95 % interval of the life, revolutions; where the limit was not reached those that were run",
+        of="joint",
+        needs=("judged",),
+        differs=False,
+        shown=(Shown("wear", "life, low (rev.)", 3),),
+    ),
+    Figure(
+        "life_high",
+        "1",
+        "upper end, revolutions; null: unbounded, or not known",
+        of="joint",
+        needs=("judged",),
+        differs=False,
+        shown=(Shown("wear", "life, high (rev.)", 4),),
+    ),
+    Figure(
+        "life_jump_error",
+        "1",
+        "change of the life, over itself, where only every other block counts: jumps twice as long; null: not reached",
+        of="joint",
+        needs=("judged",),
+        differs=False,
+        shown=(Shown("wear", "error of jumps", 72),),
+    ),
+    Figure(
+        "life_blocks",
+        "1",
+        "blocks of revolutions that were run for it",
+        of="joint",
+        needs=("judged",),
+        kind="int",
+        differs=False,
+        shown=(Shown("wear", "blocks", 73),),
+    ),
+    Figure(
+        "clearance_growth",
+        "m",
+        "largest increase, over directions, of the eccentricity at which the surfaces touch first, at the life's end",
+        of="joint",
+        needs=("wear", "life"),
+        differs=False,
+        shown=(Shown("wear", "clearance growth", 5),),
+    ),
+)

@@ -1,0 +1,142 @@
+"""What an integration came to: its trajectory with the figures, the status in words."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..layout import SECTION_COUNT, Layout
+from ..mechanics.observe.record import sample_states
+from ..mechanics.observe.tally import OPENED
+from ..mechanics.solver import event as events
+from ..mechanics.solver import loop
+from ..results import EVENT_DTYPE, Trajectory
+from ..validity import message_of
+from .figures import figures_of
+from .remarks import remarks
+from .revolutions import begun, period_in, spreads_of
+from .run import TIME_BUDGET, Run, control_of, onset_rates, unit_of
+from .scene import Scene
+from .window import Window, by_joint, wear_of
+
+_STATUS = {
+    loop.OK: ("ok", ""),
+    loop.STEP_BUDGET: (
+        "step-budget",
+        "took {steps:,} steps and {rejected:,} that were rejected, all {budget:,} it may, having got to {time:.6g} s"
+        "{whole}; simulate.step_budget allows more",
+    ),
+    loop.EVENT_BUDGET: (
+        "event-budget",
+        "met all {events:,} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
+    ),
+    TIME_BUDGET: (
+        "time-budget",
+        "took the {patience:.6g} s of process time that it may, having got to {time:.6g} s{whole} in {steps:,} steps; "
+        "simulate.time_budget allows more",
+    ),
+    loop.NOT_FINITE: (
+        "not-finite",
+        "the motion is no longer finite at {time:.6g} s; look for masses, stiffness or clearance far from each other",
+    ),
+    loop.STEP_UNDERFLOW: (
+        "step-underflow",
+        "no step is small enough at {time:.6g} s; a looser tolerance may help, or a force law without jumps",
+    ),
+    loop.TIME_LIMIT: (
+        "time-limit",
+        "took {time:.6g} s of motion{whole}, as long as it may; simulate.time_limit allows more",
+    ),
+    loop.STALLED: (
+        "stalled",
+        "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank does not get through; more torque, a "
+        "flywheel or a larger initial speed help, or smaller loads",
+    ),
+}
+
+
+def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
+    """Return the trajectory that an integration came to."""
+    status, text = _STATUS[run.status]
+    whole = f" of {end:.6g} s" if math.isfinite(end) else ""
+    if scene.turning.free:
+        whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
+    message = text.format(
+        time=run.work.y[run.work.time],
+        turned=(run.work.y[run.work.along] - scene.turning.at(0.0)) / (2.0 * math.pi),
+        whole=whole,
+        events=int(run.work.counts[events.EVENTS]),
+        steps=int(run.work.counts[events.STEPS]),
+        rejected=int(run.work.counts[events.REJECTED]),
+        patience=scene.case.simulate.time_budget,
+        budget=control_of(scene, end, keep_events=False).step_budget,
+    )
+    failed = run.status != loop.OK
+    summary = dict.fromkeys(column.name for column in scene.layout.columns)
+    window = window_of(scene, run, end)
+    summary |= figures_of(window, failed=failed)
+    if failed:
+        return Trajectory(status, message, summary, units=scene.layout.units)
+    summary |= run.figures
+    message = message_of(*remarks(scene, run, window, summary))
+    names = [channel.name for channel in scene.layout.channels]
+    histories = (
+        dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
+    )
+    logged = _events_of(scene.layout, run.events)
+    sections, units = sections_of(scene, run), scene.layout.units
+    return Trajectory(status, message, summary, histories, logged, window.wear, sections, units)
+
+
+def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
+    """Return the journals' places and rates at crank angle 0 of every revolution, by channel; {} if not asked for."""
+    turns: Any = run.work.turns  # mypy takes it for a tuple of anything
+    sections = run.marks.sections[run.marks.sections < turns.passed[0]]
+    if not len(run.marks.sections) or not run.work.sample.code:
+        return {}
+    channels = scene.layout.channels
+    values = np.zeros((len(sections), len(channels)))
+    sample_states(run.work, turns.states[sections], values)
+    found = {channel.name: values[:, place].copy() for place, channel in enumerate(channels)}
+    counted = np.round(run.marks.turns[sections] + begun(scene)).astype("i8")
+    return {SECTION_COUNT: counted} | {section: found[name] for name, section in scene.layout.sections}
+
+
+def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
+    """Return the event log of a run, (events, 5), as a structured array."""
+    found = np.empty(len(log), EVENT_DTYPE)
+    names = np.array(layout.contacts)
+    found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
+    found["joint"] = names[log[:, 1].astype(int)]
+    found["kind"] = np.where(log[:, 2] == loop.ONSET, "on", "off")
+    return found
+
+
+def window_of(scene: Scene, run: Run, end: float) -> Window:
+    """Return what an integration up to `end` (s) came to."""
+    settings, turning = scene.case.simulate, scene.mechanism.turns
+    tally = by_joint(run.tally, scene.layout)
+    return Window(
+        case=scene.case,
+        mechanism=scene.mechanism,
+        layout=scene.layout,
+        joints=scene.value.joints,
+        tally=tally,
+        wear=wear_of(scene.layout, tally),
+        counts=run.counts,
+        seconds=run.duration,
+        duration=_duration(scene, run, end),
+        turns=settings.revolutions - settings.discard if turning else 1.0,
+        spreads=spreads_of(scene, run.marks, run.work.turns),
+        period=period_in(scene, run.marks, run.work.turns, unit_of(scene)),
+        onset=onset_rates(run),
+    )
+
+
+def _duration(scene: Scene, run: Run, end: float) -> float:
+    """Return how long (s) the window of an integration up to `end` is."""
+    if not scene.mechanism.turns:
+        return float(run.work.end[run.work.time])
+    if scene.turning.free:
+        return float(run.work.end[run.work.time] - run.tally.whole[OPENED])
+    return end - scene.turning.at(scene.case.simulate.discard)

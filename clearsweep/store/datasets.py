@@ -1,0 +1,84 @@
+"""The datasets of the orbits beside time histories and wear: events, sections, how a life went on."""
+
+import math
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+
+from .. import results
+from ..layout import SECTION_COUNT, Layout
+
+CASE, SAMPLE, EVENT, SECTION, NODE = "case", "sample", "event", "section", "node"
+
+
+class Dataset(NamedTuple):
+    """One dataset of the orbits: an array of `shape` per `each` (case, sample, event, section or node of a life)."""
+
+    path: str
+    dtype: np.dtype
+    unit: str
+    description: str
+    each: str
+    shape: tuple[int, ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Return how many values there are per `each`."""
+        return math.prod(self.shape)
+
+
+def event_datasets(layout: Layout) -> list[Dataset]:
+    """Return the datasets of contact events."""
+    joints = h5py.enum_dtype({name: code for code, name in enumerate(layout.contacts)}, basetype="i1")
+    kinds = h5py.enum_dtype({kind: code for code, kind in enumerate(results.EVENT_KINDS)}, basetype="i1")
+    return [
+        Dataset("events/t", np.dtype("f8"), "s", "time of the event", EVENT),
+        Dataset("events/joint", joints, "1", "joint of the event", EVENT),
+        Dataset("events/kind", kinds, "1", "contact begins (on) or ends (off)", EVENT),
+        Dataset("events/rate", np.dtype("f8"), "m/s", "closing rate, closing positive", EVENT),
+        Dataset(
+            "events/force_peak",
+            np.dtype("f8"),
+            "N",
+            "largest normal force of the contact that ends there, 0 at an onset",
+            EVENT,
+        ),
+    ]
+
+
+def section_datasets(layout: Layout) -> list[Dataset]:
+    """Return the datasets of what is kept at crank angle 0 of every revolution."""
+    if not layout.sections:
+        return []
+    channels = {channel.name: channel for channel in layout.channels}
+    text = "turns of the crank, its angle over 2 pi, at each section"
+    found = [Dataset(SECTION_COUNT, np.dtype("i8"), "1", text, SECTION)]
+    for name, path in layout.sections:
+        text = f"{channels[name].description}, at crank angle 0"
+        found.append(Dataset(path, np.dtype("f8"), channels[name].unit, text, SECTION))
+    return found
+
+
+#: What the history of a life tells of each joint that wears: name, unit, text, and whether it is one value per bin.
+_OF_JOINT = (
+    ("wear_depth_max", "m", "largest depth worn off either body", False),
+    ("clearance", "m", "largest eccentricity, over directions, at which the surfaces touch first", False),
+    ("force_peak", "N", "largest normal force in the block that was run there", False),
+    ("wear_rate", "m/s", "how fast the bin wears that wears fastest", False),
+    ("profile_bearing", "m", "depth worn off the bearing in angular bins of its own frame", True),
+    ("profile_journal", "m", "depth worn off the journal in angular bins of its own frame", True),
+)
+
+
+def life_datasets(layout: Layout) -> list[Dataset]:
+    """Return the datasets of how a life went on, from node to node."""
+    if not layout.life:
+        return []
+    text = "revolutions from the start, where nothing has worn, to the limit or as far as the life was run"
+    found = [Dataset(f"{results.HISTORY}revolutions", np.dtype("f8"), "1", text, NODE)]
+    for joint in layout.joints:
+        for name, unit, text, binned in _OF_JOINT if joint.wear_bins else ():
+            path, shape = f"{results.HISTORY}{joint.name}/{name}", (joint.wear_bins,) if binned else ()
+            found.append(Dataset(path, np.dtype("f8"), unit, text, NODE, shape))
+    return found

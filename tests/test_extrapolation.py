@@ -1,0 +1,208 @@
+"""Wear is extrapolated to the life that follows from the law of its rate, and says how far it may be off."""
+
+import math
+
+import numpy as np
+import pytest
+
+from clearsweep.simulation.extrapolation import Plan, lived, misplaced
+from clearsweep.simulation.first_touch import first_touch
+
+SCALE, RATE = 0.3, 1e-6  # m, over which the made-up rates change; m per revolution
+
+
+class Told:
+    """What a made-up block told."""
+
+    def __init__(self, rate, share=0.0):
+        """Take the rates, and the half-width of their interval over themselves."""
+        self.rate = np.array(rate, float)
+        self.width = share * self.rate
+
+
+class Deepest:
+    """The deepest of all bins."""
+
+    def value(self, state):
+        """Return its depth."""
+        return float(state.max())
+
+    def slope(self, state):
+        """Return which it is."""
+        return (np.arange(state.size) == np.argmax(state)).astype(float)
+
+
+def plan(**other):
+    bins = slice(0, other.pop("bins", 1))
+    usual = {
+        "limit": 1.0,
+        "tolerance": 0.05,
+        "blocks": 400,
+        "least": 1.0,
+        "longest": math.inf,
+        "first": np.full(bins.stop, 0.02),
+        "groups": (bins,),
+        "constant": False,
+        "alike": False,
+    }
+    return Plan(**usual | other)
+
+
+def life(rates, share=0.0, **other):
+    asked = plan(**other)
+    return lived(lambda state: Told(rates(state), share), Deepest(), asked, np.zeros(asked.first.size))
+
+
+#: Rates over what has worn, and the revolutions until it is 1 m: the integral of 1 / rate.
+LAWS = {
+    "falling": (lambda h: RATE * np.exp(-h / SCALE), SCALE * (math.exp(1.0 / SCALE) - 1.0) / RATE),
+    "growing": (lambda h: RATE * (1.0 + h / SCALE), SCALE * math.log1p(1.0 / SCALE) / RATE),
+    "root": (lambda h: RATE / (h + 0.05), (0.5 + 0.05) / RATE),
+    "even": (lambda h: RATE + 0.0 * h, 1.0 / RATE),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_life_is_that_of_the_law_of_its_rate_within_its_interval(law):
+    rates, exact = LAWS[law]
+    found = life(rates)
+    assert found.reached
+    assert found.revolutions == pytest.approx(exact, rel=3e-3)
+    assert found.low <= exact <= found.high
+    assert found.nodes[-1].state[0] == pytest.approx(1.0, rel=1e-12)
+    assert np.all(np.diff([node.revolutions for node in found.nodes]) > 0.0)
+
+
+@pytest.mark.parametrize("law", ["falling", "growing"])
+def test_jumps_half_as_long_leave_a_quarter_of_the_error_which_is_what_a_life_says_of_itself(law):
+    rates, exact = LAWS[law]
+    found = {longest: life(rates, tolerance=0.5, longest=longest * exact) for longest in (0.02, 0.01, 0.005)}
+    errors = [abs(each.revolutions / exact - 1.0) for each in found.values()]
+    assert errors[0] > 3.4 * errors[1] > 3.4**2 * errors[2]
+    assert all(error <= each.jump_error for error, each in zip(errors, found.values(), strict=True))
+    assert abs(found[0.02].revolutions / found[0.01].revolutions - 1.0) < 0.02
+    assert found[0.01].blocks > 1.8 * found[0.02].blocks
+
+
+def test_a_tighter_tolerance_costs_blocks_and_gives_accuracy():
+    rates, exact = LAWS["falling"]
+    loose, tight = life(rates, tolerance=0.2), life(rates, tolerance=0.02)
+    assert abs(tight.revolutions / exact - 1.0) < 0.1 * abs(loose.revolutions / exact - 1.0)
+    assert loose.blocks < 20 < tight.blocks
+    assert tight.jump_error < 0.1 * loose.jump_error
+
+
+def test_a_rate_that_nothing_changes_takes_one_block_and_has_the_interval_of_the_block():
+    found = life(LAWS["even"][0], share=0.1, constant=True, alike=True)
+    assert found.blocks == 1
+    assert found.jump_error == 0.0
+    assert found.revolutions == pytest.approx(1.0 / RATE, rel=1e-12)
+    assert found.low == pytest.approx(1.0 / (1.1 * RATE), rel=1e-12)
+    assert found.high == pytest.approx(1.0 / (0.9 * RATE), rel=1e-12)
+
+
+def test_independent_blocks_narrow_the_interval_and_blocks_of_one_motion_do_not():
+    even = LAWS["even"][0]
+    apart, alike = life(even, share=0.1), life(even, share=0.1, alike=True)
+    assert alike.high == pytest.approx(1.0 / (0.9 * RATE), rel=1e-6)
+    assert 1.0 / RATE < apart.high < 0.97 * alike.high
+
+
+def test_what_intervals_explain_does_not_shorten_jumps():
+    chance = np.random.default_rng(5)
+    rates, exact = LAWS["growing"]
+    lives = [
+        lived(lambda h: Told(rates(h) * (1.0 + 0.1 * chance.standard_normal(1)), 0.196), Deepest(), plan(), np.zeros(1))
+        for _ in range(40)
+    ]
+    assert np.mean([each.blocks for each in lives]) < 2.0 * life(rates).blocks
+    assert sum(each.low <= exact <= each.high for each in lives) >= 36
+    assert np.mean([each.revolutions for each in lives]) == pytest.approx(exact, rel=0.03)
+
+
+def test_a_pit_that_wanders_is_followed():
+    """Bins wear where they are least worn, so that all come down together: the deepest is one of many."""
+    bins = 8
+
+    def rates(state):
+        shares = np.exp(-(state - state.min()) / 0.05) * np.linspace(1.0, 2.0, bins)
+        return RATE * bins * shares / shares.sum()
+
+    found = life(rates, bins=bins)
+    assert found.reached
+    depth = found.nodes[-1].state
+    assert depth.sum() == pytest.approx(bins * RATE * found.revolutions, rel=1e-9)
+    finest = life(rates, bins=bins, tolerance=0.01)
+    assert found.revolutions == pytest.approx(finest.revolutions, rel=0.02)
+    assert np.allclose(depth, finest.nodes[-1].state, atol=0.02)
+
+
+def test_a_rate_that_moves_elsewhere_is_seen_though_its_sum_stays():
+    here, there = Told([1.0, 0.0]), Told([0.0, 1.0])
+    here.block = here
+    assert misplaced(here, there, (slice(0, 2),)) == 1.0
+    assert misplaced(here, here, (slice(0, 2),)) == 0.0
+    assert misplaced(here, there, (slice(0, 0),)) == 0.0
+
+
+def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
+    found = life(lambda h: RATE * np.exp(-h / 0.01), blocks=12)
+    assert not found.reached
+    assert found.blocks == 12
+    assert found.low == found.revolutions > 0.0
+    assert math.isinf(found.high)
+    assert math.isnan(found.jump_error)
+    still = life(lambda h: 0.0 * h)
+    assert (still.reached, still.blocks, still.revolutions) == (False, 1, 0.0)
+    assert not life(lambda h: 0.0 * h, constant=True).reached
+
+
+def test_a_block_that_fails_ends_it():
+    count = iter(range(3))
+    assert lived(lambda h: Told([RATE]) if next(count) < 2 else None, Deepest(), plan(), np.zeros(1)) is None
+    assert lived(lambda h: None, Deepest(), plan(), np.zeros(1)) is None
+
+
+# ---------------------------------------------------------------------------------------------- first touch
+
+BINS, CLEARANCE = 360, 1e-4
+
+
+def touched(bearing, journal, turn, direction):
+    """Return the eccentricity at first touch, found by moving the journal out until the gap closes somewhere."""
+    angles = np.arange(BINS)
+    gap = CLEARANCE + bearing + np.roll(journal, turn)
+    low, high = 0.0, 2.0 * gap.max()
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        closed = np.any(gap - middle * np.cos(2.0 * math.pi * (angles - direction) / BINS) < 0.0)
+        low, high = (low, middle) if closed else (middle, high)
+    return low
+
+
+def pit(middle, half, depth):
+    off = (np.arange(BINS) - middle + BINS / 2) % BINS - BINS / 2
+    return depth * np.maximum(1.0 - (off / half) ** 2, 0.0)
+
+
+def test_the_eccentricity_at_first_touch_is_that_at_which_the_gap_closes():
+    bearing, journal = pit(40, 30, 2e-5), pit(200, 25, 1e-5)
+    turns = [0, 100, 190, 230]
+    found = first_touch(CLEARANCE, bearing, journal, 2.0 * math.pi * np.array(turns) / BINS)
+    naive = {(t, d): touched(bearing, journal, t, d) for t in turns for d in range(BINS)}
+    (turn, direction), most = max(naive.items(), key=lambda each: each[1])
+    assert found.growth == pytest.approx(most - CLEARANCE, rel=1e-6, abs=1e-15)
+    assert found.journal == (found.bearing - turn) % BINS
+    assert abs(found.bearing - direction) < 60
+    depth = bearing[found.bearing] + journal[found.journal]
+    assert (CLEARANCE + depth) * found.slant == pytest.approx(CLEARANCE + found.growth, rel=1e-12)
+
+
+def test_a_body_that_is_worn_all_round_widens_the_joint_and_one_narrow_pit_does_not():
+    even, none = np.full(BINS, 1e-5), np.zeros(BINS)
+    assert first_touch(CLEARANCE, even, none, [0.0]).growth == pytest.approx(1e-5, rel=1e-12)
+    assert first_touch(CLEARANCE, even, even, [1.0]).growth == pytest.approx(2e-5, rel=1e-12)
+    assert first_touch(CLEARANCE, none, none, [0.3, 2.0]).growth == 0.0
+    narrow = none.copy()
+    narrow[7] = 1e-4
+    assert first_touch(CLEARANCE, narrow, none, [0.0]).growth < 2e-4 * (1.0 - math.cos(2.0 * math.pi / BINS))

@@ -1,0 +1,338 @@
+"""A case wears until its limit, block by block, tells how it went on, and goes on where it was killed."""
+
+import copy
+import math
+
+import fake_physics
+import h5py
+import numpy as np
+import pytest
+from fake_sweeps import sweep
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep import grid, simulation, store
+from clearsweep.errors import InputError
+from clearsweep.simulation import life as lives
+from clearsweep.simulation.life_block import Told, read, written
+
+LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
+WORN = {
+    "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "bins": 72},
+    "simulate.tolerance": 1e-6,
+    "simulate.revolutions": 3,
+    "simulate.discard": 1,
+    "save.orbits": "last",
+    "save.revolutions": 1,
+    "save.samples": 36,
+}
+
+
+def source(changes=None, **keys):
+    """Return a grid dict of a joint that wears, with this in the section `life`."""
+    return slider_crank("rod-slider", changes=copy.deepcopy(WORN) | {"life": LIFE | keys} | (changes or {}))
+
+
+def loaded(changes=None, **keys):
+    return grid.load(source(changes, **keys), simulation.catalogue())
+
+
+# ---------------------------------------------------------------------------------------------- grid
+
+
+def test_a_life_is_part_of_a_case_and_left_out_it_is_none():
+    base = grid.load(slider_crank("rod-slider", changes=WORN), simulation.catalogue())
+    assert base.case(0).life is None
+    assert "life" not in base.written_case(0)
+    ids = {loaded(**keys).case_id(0) for keys in ({}, {"limit": "30 um"}, {"of": "clearance_growth"}, {"blocks": 20})}
+    assert len(ids | {base.case_id(0)}) == 5
+    assert loaded(of="wear_depth_max", blocks=200).case_id(0) == loaded().case_id(0)
+    again = grid.load(loaded().resolved(), simulation.catalogue())
+    assert again.case(0) == loaded().case(0)
+    assert again.case_id(0) == loaded().case_id(0)
+
+
+def test_a_limit_can_be_swept():
+    swept = loaded({"sweep": {"life.limit": ["10 um", "20 um"]}})
+    assert [swept.case(k).life.limit for k in range(2)] == [1e-5, 2e-5]
+
+
+def test_a_life_may_take_as_long_as_it_does_unless_its_grid_says_otherwise():
+    assert loaded().case(0).simulate.time_budget == math.inf
+    assert loaded({"simulate.time_budget": 60.0}).case(0).simulate.time_budget == 60.0
+    assert loaded({"life": None}).case(0).simulate.time_budget == 600.0
+    assert loaded({"simulate.time_budget": 60.0}).case_id(0) == loaded().case_id(0)
+
+
+TIMES = {"time": [0.0, 1.0], "fx": [0.0, 10.0]}
+MISTAKES = {
+    "joint without clearance": ({}, {"joint": "crank-rod"}, "life.joint: crank-rod has no clearance here; name one"),
+    "no joint of the mechanism": ({}, {"joint": "rod-slide"}, "did you mean 'rod-slider'"),
+    "no wear": ({"joints.rod-slider.wear": None}, {}, "rod-slider.wear: is missing; a life needs the wear"),
+    "deep": (
+        {},
+        {"limit": "1.1 mm"},
+        "life.limit: found 1.1 mm; allowed: at most 0.1 of joints.rod-slider.bearing_rad",
+    ),
+    "no limit": ({}, {"limit": None}, "life.limit: found nothing; expected a quantity in m"),
+    "of what": ({}, {"of": "depth"}, "life.of: unknown word 'depth' (known: wear_depth_max, clearance_growth)"),
+    "one block": ({}, {"blocks": 1}, "life.blocks: found 1, out of range; allowed: a whole number at least 2"),
+    "half a block": ({"simulate.revolutions": 3.5}, {}, "found 2.5 revolutions after simulate.discard; with life they"),
+    "short": (
+        {},
+        {"max_revolutions": 2},
+        "life.max_revolutions: found 2; allowed: at least 3, the value of simulate.re",
+    ),
+    "until": ({"simulate.until": {"figure": "rod_slider_force_rms"}}, {}, "simulate.until: is of no use beside life"),
+    "checked": ({"simulate.error_check": True}, {}, "simulate.error_check: is of no use beside life"),
+    "run-up": ({"drive.speed": {"table": {"time": [0, 1], "speed": [1, 2]}}}, {}, "goes on over time, while a life"),
+    "load": ({"loads": {"push": {"on": "slider", "table": TIMES}}}, {}, "loads.push.table: goes on over time"),
+    "swept": ({"sweep": {"life.blocks": [10, 20]}}, {}, "life.blocks"),
+}
+
+
+@pytest.mark.parametrize(("changes", "keys", "said"), MISTAKES.values(), ids=MISTAKES)
+def test_what_a_life_cannot_be_is_refused_with_what_to_do(changes, keys, said):
+    with pytest.raises(InputError) as caught:
+        loaded(changes, **keys)
+    assert said in str(caught.value)
+
+
+# ---------------------------------------------------------------------------------------------- store
+
+
+def test_histories_of_lives_are_stored_ragged_and_read_again(tmp_path):
+    made_up = fake_physics.grid(masses=4, wear=True, life=LIFE | {"limit": "20 um"})
+    sweep(made_up, tmp_path / "run", executor="serial", show_progress=False)
+    run = clearsweep.open(tmp_path / "run")
+    held = grid.load(made_up, fake_physics.CATALOGUE)
+    for k in range(len(held)):
+        expected, found = fake_physics.trajectory(held.case(k)).history, run.history(held.case_id(k))
+        assert found.keys() == expected.keys()
+        assert all(np.array_equal(found[name], expected[name]) for name in found)
+    with h5py.File(tmp_path / "run" / "orbits.h5") as file:
+        assert file["history/offsets"][-1] == sum(
+            len(run.history(held.case_id(k))["revolutions"]) for k in range(len(held))
+        )
+        assert file["history/rod_slider/profile_bearing"].shape == (file["history/offsets"][-1], 36)
+        for name in ("revolutions", "offsets", "rod_slider/clearance", "rod_slider/profile_journal"):
+            assert {"units", "description"} <= file[f"history/{name}"].attrs.keys()
+    assert not (tmp_path / "run" / "tmp").exists()
+
+
+def test_what_has_no_life_has_nothing_of_it(tmp_path):
+    sweep(fake_physics.grid(masses=2, wear=True), tmp_path / "run", executor="serial", show_progress=False)
+    run = clearsweep.open(tmp_path / "run")
+    assert run.history(run.summary["case_id"][0]) == {}
+    assert not [name for name in run.columns if "life" in name or "growth" in name]
+    with h5py.File(tmp_path / "run" / "orbits.h5") as file:
+        assert "history" not in file
+
+
+def test_failed_lives_keep_no_history(tmp_path):
+    made_up = fake_physics.grid(masses=2, gravities=(0.0, fake_physics.FAILS), wear=True, life=LIFE)
+    sweep(made_up, tmp_path / "run", executor="serial", show_progress=False)
+    run = clearsweep.open(tmp_path / "run")
+    for case_id, status in zip(run.summary["case_id"], run.summary["status"], strict=True):
+        assert (len(run.history(case_id)["revolutions"]) > 0) == (status == "ok")
+
+
+def test_a_log_is_whole_or_nothing_and_goes_with_its_case(tmp_path):
+    (tmp_path / "tmp").mkdir()
+    log = store.Unfinished(tmp_path, "0123456789abcdef")
+    assert log.read() is None
+    log.keep(b"one")
+    log.keep(b"two\n\0")
+    assert log.read() == b"two\n\0"
+    (path,) = (tmp_path / "tmp").iterdir()
+    path.write_bytes(path.read_bytes()[:-1] + b"x")
+    assert log.read() is None
+    log.discard()
+    log.discard()
+    assert not list((tmp_path / "tmp").iterdir())
+
+
+@pytest.mark.slow
+def test_logs_outlive_a_run_until_their_cases_are_done(tmp_path):
+    made_up = fake_physics.grid(masses=2, gravities=(0.0, fake_physics.DIES), wear=True, life=LIFE)
+    sweep(made_up, tmp_path / "run", jobs=1, show_progress=False)
+    held = grid.load(made_up, fake_physics.CATALOGUE)
+    killed = {f".clearsweep-{held.case_id(k)}.life" for k in range(4) if held.point(k)["mechanism.gravity"]}
+    assert {path.name for path in (tmp_path / "run" / "tmp").iterdir()} == killed
+    done = next(held.case_id(k) for k in range(4) if not held.point(k)["mechanism.gravity"])
+    store.Unfinished(tmp_path / "run", done).keep(b"of a process that was killed after its commit")
+    sweep(made_up, tmp_path / "run", jobs=1, show_progress=False)
+    assert {path.name for path in (tmp_path / "run" / "tmp").iterdir()} == killed
+
+
+def test_what_blocks_told_is_read_as_it_was_written_and_nothing_else_is():
+    chance = np.random.default_rng(3)
+    told = [
+        Told(*(chance.standard_normal(shape) for shape in (7, 7, 2, (24, 2), 12, 2)))._replace(counts=np.arange(12) + k)
+        for k in range(3)
+    ]
+    content = written(told)
+    again = read(content, 7)
+    assert len(again) == 3
+    for one, other in zip(told, again, strict=True):
+        assert all(a.tobytes() == b.tobytes() and a.dtype == b.dtype for a, b in zip(one, other, strict=True))
+    assert read(content, 8) == read(content[:-40], 7) == read(b"", 7) == read(None, 7) == []
+
+
+# ---------------------------------------------------------------------------------------------- motion
+
+heavy = pytest.mark.heavy
+
+
+def lived(changes=None, log=None, **keys):
+    return clearsweep.simulate(clearsweep.load_case(source(changes, **keys)), log=log)
+
+
+class KilledError(Exception):
+    """Stands for the death of a process."""
+
+
+class Memory:
+    """A log in memory, whose process is killed when it has kept so many blocks."""
+
+    def __init__(self, most=math.inf):
+        """Take how many."""
+        self.content, self.kept, self.most = None, 0, most
+
+    def read(self):
+        """Return what was kept."""
+        return self.content
+
+    def keep(self, content):
+        """Keep it, or be killed."""
+        self.content, self.kept = content, self.kept + 1
+        if self.kept >= self.most:
+            raise KilledError
+
+
+@heavy
+def test_a_wear_rate_that_nothing_changes_is_found_in_one_block():
+    found = lived()
+    summary, history = found.summary, found.history
+    assert found.status == "ok"
+    assert found.message == ""
+    assert summary["rod_slider_life_blocks"] == 1
+    length = summary["rod_slider_life_revolutions"]
+    turns = round((found.t[-1] * 5000.0 / 60.0) - 1.0)
+    assert turns > 8
+    assert length == pytest.approx(2e-5 / summary["rod_slider_wear_depth_max"] * turns, rel=1e-9)
+    assert summary["rod_slider_life_hours"] == pytest.approx(length / 5000.0 / 60.0, rel=1e-9)
+    assert summary["rod_slider_life_low"] < length < summary["rod_slider_life_high"]
+    assert summary["rod_slider_life_jump_error"] == 0.0
+    assert history["revolutions"].tolist() == [0.0, length]
+    assert history["rod_slider/profile_bearing"].shape == (2, 72)
+    depth = max(history[f"rod_slider/profile_{body}"][-1].max() for body in ("bearing", "journal"))
+    assert history["rod_slider/wear_depth_max"][-1] == depth == pytest.approx(2e-5, rel=1e-12)
+    assert history["rod_slider/wear_rate"] == pytest.approx([summary["rod_slider_wear_rate_max"]] * 2, rel=1e-9)
+    assert history["rod_slider/force_peak"].tolist() == [summary["rod_slider_force_peak"]] * 2
+    growth = summary["rod_slider_clearance_growth"]
+    assert 2e-5 <= growth <= 4e-5
+    assert history["rod_slider/clearance"] == pytest.approx([5e-4, 5e-4 + growth], rel=1e-12)
+    assert found["history/revolutions"] is history["revolutions"]
+    assert len(repr(found)) < 200
+    plain = clearsweep.simulate(
+        clearsweep.load_case(slider_crank("rod-slider", changes=WORN | {"simulate.revolutions": turns + 1}))
+    )
+    assert all(np.array_equal(found[name], plain[name]) for name in plain.channels)
+    assert np.array_equal(found.events, plain.events)
+    assert summary["rod_slider_force_rms"] == plain.summary["rod_slider_force_rms"]
+    assert plain.history == {}
+
+
+@heavy
+def test_clearance_growth_is_a_limit_as_well():
+    found = lived(of="clearance_growth")
+    assert found.summary["rod_slider_clearance_growth"] == pytest.approx(2e-5, rel=1e-6)
+    assert found.history["rod_slider/wear_depth_max"][-1] < 2e-5
+    assert found.summary["rod_slider_life_revolutions"] < lived().summary["rod_slider_life_revolutions"]
+
+
+@heavy
+def test_what_does_not_wear_has_no_life_and_says_so():
+    found = lived({"joints.rod-slider.wear.coefficient": 0.0})
+    assert found.status == "ok"
+    assert found.summary["rod_slider_life_revolutions"] is None
+    assert found.summary["rod_slider_life_high"] is None
+    assert found.summary["rod_slider_life_low"] == 0.0
+    assert "nothing wears" in found.message
+
+
+@heavy
+@pytest.mark.parametrize("kept", [1, 3])
+def test_a_life_that_was_killed_comes_to_the_same_end_to_the_last_bit(monkeypatch, kept):
+    monkeypatch.setattr(lives.Ageing, "alike", False)  # as if what has worn changed the motion
+    whole = lived(limit="60 um")
+    assert whole.summary["rod_slider_life_blocks"] > 4
+    log = Memory(most=kept)
+    with pytest.raises(KilledError):
+        lived(log=log, limit="60 um")
+    resumed = Memory()
+    resumed.content = log.content
+    again = lived(log=resumed, limit="60 um")
+    assert resumed.kept == whole.summary["rod_slider_life_blocks"] - 1 - kept  # the last one need not be kept
+    assert again.history.keys() == whole.history.keys()
+    assert all(again.history[name].tobytes() == whole.history[name].tobytes() for name in whole.history)
+    timings = {"run_time"}
+    assert {k: v for k, v in again.summary.items() if k not in timings} == {
+        k: v for k, v in whole.summary.items() if k not in timings
+    }
+    assert all(np.array_equal(again[name], whole[name]) for name in whole.channels)
+
+
+@heavy
+def test_a_life_that_fails_says_in_which_block():
+    found = lived({"simulate.event_budget": 1})
+    assert found.status == "event-budget"
+    assert found.message.startswith("block 1 of its life: met all ")
+    assert found.history == {}
+    assert found.summary["rod_slider_life_revolutions"] is None
+
+
+@heavy
+def test_time_that_a_killed_life_took_counts_towards_its_budget(monkeypatch):
+    monkeypatch.setattr(lives.Ageing, "alike", False)
+    log = Memory(most=2)
+    with pytest.raises(KilledError):
+        lived(log=log)
+    told = read(log.content, 2 * 72 + 2)
+    spent = [each._replace(seconds=np.array([0.1, 1000.0])) for each in told]
+    resumed = Memory()
+    resumed.content = written(spent)
+    assert lived({"simulate.time_budget": 900.0}, log=resumed).status == "time-budget"
+
+
+@pytest.mark.slow
+def test_a_joint_that_runs_in_lives_as_long_as_the_law_says():
+    """The motion does not change, so that of what wears off per revolution only the coefficient does."""
+    steady, initial, distance = 2e-15, 2e-14, 100.0
+    running = {
+        "joints.rod-slider.wear.running_in": {"initial": initial, "distance": distance},
+        "joints.rod-slider.wear.coefficient": steady,
+        "joints.rod-slider.clearance": 1e-5,
+        "joints.rod-slider.contact.restitution": 0.1,
+    }
+    at_once = lived({key: value for key, value in running.items() if "running" not in key}, limit="3 um")
+    found = lived(running, limit="3 um", tolerance=0.05)
+    assert found.status == "ok"
+    pace = at_once.history["rod_slider/wear_depth_max"][-1] / at_once.history["revolutions"][-1]  # m per revolution
+    turns = found.summary["rod_slider_life_revolutions"]
+    assert turns < at_once.summary["rod_slider_life_revolutions"]
+    rates = found.history["rod_slider/wear_rate"] * 60.0 / 5000.0 / pace  # over the steady one
+    assert rates[0] == pytest.approx(initial / steady, rel=0.02)
+    # rates fall to the steady one with the way slid, which is as long in each revolution
+    fresh = (rates - 1.0) / (initial / steady - 1.0)
+    per_turn = -np.log(fresh[1:]) / found.history["revolutions"][1:]
+    assert np.ptp(per_turn) < 0.05 * per_turn.mean()
+    exact = 3e-6 / pace
+    ways = per_turn.mean()
+    guess = turns
+    for _ in range(50):
+        worn = pace * (guess + (initial / steady - 1.0) * (1.0 - math.exp(-ways * guess)) / ways)
+        guess *= 3e-6 / worn
+    assert exact > guess
+    assert turns == pytest.approx(guess, rel=0.02)
