@@ -115,7 +115,7 @@ def percent(share: float) -> str:
     """Return a share in whole per cent."""
     if missing(share):
         return DASH
-    return f"{100.0 * share:.0f}{BLANK}%" if share >= 0.01 else f"under 1{BLANK}%"
+    return f"{100.0 * share:.0f}{BLANK}%" if share >= 0.01 or share == 0.0 else f"under 1{BLANK}%"
 
 
 def count(number: int, noun: str, plural: str | None = None) -> str:

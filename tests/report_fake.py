@@ -149,6 +149,30 @@ class Run(OfFrame):
             }
         )
 
+    def event_blocks(self):
+        """Yield the events of all cases, those of failed ones left out."""
+        if self.histories:
+            one, good = self.events(""), (self.summary["status"] == "ok").to_numpy()
+            values = {"t": one["t"].to_numpy(), "joint": np.zeros(len(one), int)}
+            values["kind"] = (one["kind"] == "off").to_numpy(int)
+            yield np.where(good, len(one), 0), {name: np.tile(each, good.sum()) for name, each in values.items()}
+
+    def poincare(self, case_id):
+        """Return ten revolutions of a journal that wanders the more the faster the crank turns."""
+        names = [path.removeprefix("poincare/") for _, path in self.layout.sections]
+        if not self.histories or not names:
+            return pd.DataFrame({"revolution": [], **{name: [] for name in names}})
+        point, turn = self._point(case_id), np.arange(11)
+        speed, clearance = point.get("drive.speed", 5000 * RPM), point.get("joints.rod-slider.clearance", 5e-4)
+        aside = 0.3 * speed / (5000 * RPM) * np.sin(1.7 * turn)
+        values = {
+            "x": clearance * np.cos(aside),
+            "y": clearance * np.sin(aside),
+            "vx": 0.1 * aside,
+            "vy": 0.2 * aside**2,
+        }
+        return pd.DataFrame({"revolution": turn, **{name: values[name.rsplit("/", 1)[-1]] for name in names}})
+
     def wear(self, case_id):
         """Return lobed wear depths, m."""
         middle = (np.arange(360) + 0.5) * np.pi / 180

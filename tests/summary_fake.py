@@ -1,5 +1,7 @@
 """What a made-up run reads of its summary, a frame, as the store reads it column by column."""
 
+import pandas as pd
+
 
 class OfFrame:
     """The reading side of a store whose summary is the frame `summary`, its units in `attrs`."""
@@ -23,3 +25,11 @@ class OfFrame:
     def column(self, name):
         """Return one column."""
         return self.summary[name]
+
+    def event_blocks(self):
+        """Yield nothing: no events were kept."""
+        yield from ()
+
+    def poincare(self, case_id):
+        """Return that nothing was kept at crank angle 0."""
+        return pd.DataFrame()

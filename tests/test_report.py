@@ -237,6 +237,7 @@ def test_tables_hold_every_case_in_si_with_units(tmp_path):
         "certainty.csv",
         "effects.csv",
         "failed.csv",
+        "kinds_of_motion.csv",
         "peaks_rod_slider.csv",
         "slider.csv",
         "wear_rod_slider.csv",

@@ -219,6 +219,8 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
                 SQUARE,
             )
         )
+        if joint == study.hardest_joint():
+            drawn.append(_unrolled(where, (x, y, force), float(clearance)))
     drawn += _in_space(study, case_id, joint, saved)
     angle, levels = saved.angle, _levels(study, case_id, joint)
     over, paint = "time", saved.painter(force, "N", "normal force")
@@ -226,6 +228,21 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
         over, paint = "crank angle", partial(motion.force, angle=angle, normal=force, levels=levels)
     alt = f"Normal force over {over}, at most {_most(force, 'N')} among the samples."
     return [*drawn, Picture(f"Normal force{where}", "", alt, paint, FLAT)]
+
+
+def _unrolled(where: str, course: tuple[np.ndarray, ...], clearance: float) -> Picture:
+    """Return the gap of a journal over the direction of its centre; course : x, y (m), normal force (N)."""
+    x, y, force = course
+    times = motion.magnified(x, y, clearance)
+    below = f"; below zero, penetration drawn {times:g} times as deep" if times > 1.0 else ""
+    least = wording.text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
+    return Picture(
+        f"Journal orbit unrolled{where}",
+        f"The gap in the direction of the journal centre{below}.",
+        f"Gap over the direction of the journal centre, at least {least}.",
+        lambda ax: motion.unrolled(ax, x, y, force, clearance),
+        SQUARE,
+    )
 
 
 def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:

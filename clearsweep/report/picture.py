@@ -36,6 +36,7 @@ STYLE: dict[Any, Any] = {
 }
 
 
+LONG = 1000  # characters of a curve's coordinates
 PLAYED = 8  # s, that dots take for their way
 
 
@@ -118,8 +119,13 @@ def capital(name: str) -> str:
 
 
 def _rounded(attribute: re.Match[str]) -> str:
-    """Return coordinates rounded to a hundredth of a point."""
-    return re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), attribute[0])
+    """Return coordinates rounded to a hundredth of a point, those of long curves, most of a page, to a tenth."""
+    digits = 1 if len(attribute[0]) > LONG else 2
+    return re.sub(
+        rf"\d+\.\d{{{digits + 1},}}",
+        lambda number: f"{float(number[0]):.{digits}f}".rstrip("0").rstrip("."),
+        attribute[0],
+    )
 
 
 def _moving(picture: Picture, axes: Axes, key: str) -> str:

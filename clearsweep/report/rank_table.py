@@ -38,11 +38,7 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
         columns += [*estimate_columns("limits exceeded, lower half"), *estimate_columns("upper half")]
     rows = []
     for figure, sample in itertools.product(judged(study), samples):
-        values = sample.figures[figure.column]
-        known = np.isfinite(values)
-        if known.sum() < LEAST or np.ptp(values[known]) == 0.0:
-            continue
-        for path, alone, held in _correlations({path: drawn[path][known] for path in names}, values[known]):
+        for path, alone, held in correlations(study, sample, figure.column):
             head = (figure.name, figure.unit, *point_cells(study, sample), names[path])
             halves = _halves(study, sample, drawn[path]) if limited else []
             rows.append((*head, *estimate_cells(alone, "1"), *estimate_cells(held, "1"), *halves))
@@ -56,13 +52,21 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
     return Table("rank_drivers", "What drives the spread", note, tuple(columns), rows)
 
 
-def _correlations(drawn: dict[str, np.ndarray], values: np.ndarray) -> list[tuple[str, Estimate, Estimate]]:
-    """Return variable, rank correlation with a figure, and that with the others held, the strongest first."""
-    found = []
+def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, Estimate, Estimate]]:
+    """Return variable, rank correlation with a figure, and that with the others held, the strongest first.
+
+    [] of too few cases, and of a figure that does not vary.
+    """
+    values, found = sample.figures[column], []
+    known = np.isfinite(values)
+    if known.sum() < LEAST or np.ptp(values[known]) == 0.0:
+        return []
+    table = study.run.grid["sample"]["drawn"]
+    drawn = {path: np.asarray(table[path], float)[known] for path in variables(study)}
     for path, x in drawn.items():
         others = [other for name, other in drawn.items() if name != path]
-        alone, held = ranks.rank_correlation(x, values), ranks.partial_rank_correlation(x, values, others)
-        found.append((path, alone, held))
+        alone = ranks.rank_correlation(x, values[known])
+        found.append((path, alone, ranks.partial_rank_correlation(x, values[known], others)))
     return sorted(found, key=lambda each: -abs(np.nan_to_num(each[2].value)))
 
 

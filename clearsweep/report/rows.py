@@ -30,6 +30,7 @@ class Rows:
     ) -> None:
         """Take the case_id of all rows of a summary, which are `chosen`, its columns of words, and what is computed."""
         self._run, self._texts, self._derived = run, texts, derived or {}
+        self.chosen = chosen  # (rows of the summary,)
         self._chosen = slice(None) if chosen.all() else chosen
         self.index = pd.Index(ids[self._chosen], name="case_id")
         self.columns = [name for name in run.columns if name != "case_id"] + list(self._derived)

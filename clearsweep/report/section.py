@@ -83,6 +83,7 @@ class Section(NamedTuple):
     key: str
     title: str
     blocks: list[Block]
+    folded: bool = False  # only its heading is seen until a reader opens it
 
     @property
     def tables(self) -> list[Table]:

@@ -228,7 +228,7 @@ def _per_hours(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
 
 
 def _per_strokes(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
-    return 1e6 * cases[joint.column("wear_depth_max")] / _turns(cases, base)
+    return 1e6 * cases[joint.column("wear_depth_max")] / window(cases, base)[1]
 
 
 #: Of the figures that are computed here: name, unit, the column that they need, what makes them.
@@ -239,13 +239,13 @@ _MADE = (
 )
 
 
-def _turns(cases: Rows, base: Mapping) -> pd.Series:
-    """Return how many turns of the crank the window of each finished case has; NaN where that is not known."""
+def window(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
+    """Return the revolutions before the recorded window of each finished case, and those in it; NaN where unknown."""
     asked, before = (cases.get(path, dig(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
-    if before is None:  # it follows from the revolutions, which vary
-        before = 2.0 * (asked > 2.0)
+    before = 2.0 * (asked > 2.0) if before is None else before  # it follows from the revolutions, which vary
+    before = pd.Series(before, cases.index, dtype="float64")
     turns = pd.Series(cases.get("revolutions_run", asked), cases.index, dtype="float64") - before
-    return turns.where(turns > 0.0)
+    return before, turns.where(turns > 0.0)
 
 
 def joint_of(case: Case, joint: Joint) -> CaseJoint:
@@ -313,6 +313,20 @@ def largest(values: np.ndarray) -> float:
     return float(values.max())
 
 
+def smallest(values: np.ndarray) -> float:
+    """Return the worst of what should be large."""
+    return float(values.min())
+
+
+def median(values: np.ndarray) -> float:
+    """Return the middle of what is neither worse where it is more nor where it is less."""
+    return float(np.median(values))
+
+
+#: What a place of a figure shows of its cases, in words.
+CALLED: dict[Callable[[np.ndarray], float], str] = {largest: "Largest", smallest: "Smallest", median: "Median"}
+
+
 def dig(tree: Mapping, path: str) -> Any:
     """Return the value at a dotted path of a nested mapping, None where there is none."""
     value: Any = tree
@@ -350,8 +364,22 @@ def _axes(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -
             axes.append(ends._replace(values=ordered, digits=DIGITS, scattered=True))
         else:
             axes.append(_axis(path, different, units.get(path, "1"), joints))
-    fits = grid.noted_fits(record)
+    axes, fits = _alike(axes, units), grid.noted_fits(record)
     return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
+
+
+def _alike(axes: list[Axis], units: Mapping[str, str]) -> list[Axis]:
+    """Return axes of which those of one kind, such as the clearances of several joints, have one unit."""
+    kinds: dict[tuple[str, str], list[float]] = {}
+    for axis in axes:
+        if axis.numeric:
+            kinds.setdefault(_kind(axis, units), []).extend(axis.values)
+    scales = {kind: wording.scale(kind[1], values, speed=kind[0] == "speed") for kind, values in kinds.items()}
+    return [axis._replace(scale=scales[_kind(axis, units)]) if axis.numeric else axis for axis in axes]
+
+
+def _kind(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:
+    return axis.path.rsplit(".", 1)[-1], units.get(axis.path, "1")
 
 
 def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:

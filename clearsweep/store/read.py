@@ -169,6 +169,18 @@ class StoredRun:
         frame.attrs["units"] = {"t": "s", "joint": "", "kind": "", "rate": "m/s", "force_peak": "N"}
         return frame
 
+    def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
+        """Yield how many events each case has, and t (s), joint, kind of them all, for some thousand cases at a time.
+
+        joint : place in `layout.contacts`; kind : in `results.EVENT_KINDS`.  Nothing where `save.orbits` is none.
+        """
+        with self._orbits() as file:
+            offsets = file["events/offsets"][:] if "events" in file else np.zeros(1, "i8")
+            for first in range(0, len(offsets) - 1, GROUP_ROWS):
+                ends = offsets[first : first + GROUP_ROWS + 1]
+                part = slice(int(ends[0]), int(ends[-1]))
+                yield np.diff(ends), {name: file[f"events/{name}"][part] for name in ("t", "joint", "kind")}
+
     @property
     def seek(self) -> "pd.DataFrame | None":
         """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None where nothing was sought."""

@@ -1,9 +1,11 @@
 """The drawings that compare cases: effects, strips, curves, heat maps, clouds, histograms."""
 
+import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import FuncFormatter
@@ -37,6 +39,7 @@ BINS_DRAWN = 41  # edges of a histogram's bars, at most
 POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
 POINTS_DRAWN = 50_000  # of clouds with more, points that others cover are left out
 LINES_BESIDE, NAME_SIZE = 24, 6.5  # names beside a drawing, at least as many lines; points
+LONG = 10  # letters of a curve's name beyond which the names stand above
 CELLS_SEEN = 300  # side by side in a cloud: each is smaller than a point
 DECADES = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
 
@@ -48,6 +51,49 @@ class Curve(NamedTuple):
     colour: str
     band: bool  # with the range from the 10th to the 90th percentile, and a solid line
     effect: MainEffect
+
+
+class Family(NamedTuple):
+    """One figure (SI) over an axis, a curve for each value of another, and the bound that it is to keep to."""
+
+    axis: Axis
+    title: str  # of the legend; '' for none
+    names: list[str]  # of the curves
+    curves: np.ndarray  # (names, values of the axis)
+    bound: np.ndarray | None  # (values of the axis,)
+
+
+def family(ax: Axes, drawn: Family, unit: str, name: str) -> None:
+    """Draw the curves of a family, the bound as a line across."""
+    known = drawn.curves[np.isfinite(drawn.curves)]
+    scale, (places, spacing) = wording.scale(unit, known), _places(drawn.axis)
+    shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(drawn.names)))
+    for curve, word, shade in zip(drawn.curves, drawn.names, shades, strict=True):
+        there = np.isfinite(curve)
+        marker = "o" if len(places) <= TICKS_NAMED else None
+        style: dict[str, Any] = {"marker": marker, "markersize": 3.5, "linewidth": 1.4}
+        ax.plot(places[there], curve[there] / scale.factor, color=shade, label=word or None, **style)
+    if drawn.bound is not None:
+        ax.plot(places, drawn.bound / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
+        known = np.concatenate([known, drawn.bound[np.isfinite(drawn.bound)]])
+    ax.set(xlabel=drawn.axis.label(), ylabel=with_unit(name, scale))
+    if spacing == "log":
+        ax.set_xscale("log")
+    if len(places) <= TICKS_NAMED:
+        name_values(ax.xaxis, drawn.axis, places)
+    elif spacing == "log":
+        logarithmic(ax, "x")
+    if known.min() > 0.0 and known.max() > DECADES * known.min():
+        logarithmic(ax, "y")
+    elif known.min() >= 0.0:
+        ax.set_ylim(0.0, 1.08 * known.max() / scale.factor or None)
+    plain_axes(ax)
+    if any(drawn.names):
+        where: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.03)}
+        title = re.sub(r" (?=[\[(])", "\n", drawn.title)
+        if max(map(len, drawn.names)) > LONG:
+            where, title = {"loc": "lower left", "bbox_to_anchor": (-0.12, 1.0), "ncols": 2}, ""
+        ax.legend(title=title, handlelength=1.4, frameon=False, **where)
 
 
 def effect(ax: Axes, curves: Sequence[Curve], unit: str, limits: tuple[float, float], name: str) -> None:
@@ -199,12 +245,17 @@ def _rows(ax: Axes, names: Sequence[str]) -> None:
     plain_axes(ax)
 
 
-def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name: str) -> None:
-    """Draw a figure (SI, shape (values of `up`, values of `across`), NaN where no case finished) as a heat map."""
-    shown = table / scale.factor
-    finite = shown[np.isfinite(shown)]
-    wide = finite.size and finite.min() > 0.0 and finite.max() > DECADES * finite.min()
-    norm = LogNorm(finite.min(), finite.max()) if wide else Normalize(*_ends(finite))
+def heat(
+    ax: Axes, table: np.ndarray, axes: tuple[Axis, Axis], scale: Scale, name: str, span: tuple[float, float]
+) -> None:
+    """Draw a figure (SI, shape (values of the second axis, of the first), NaN where no case finished) as a heat map.
+
+    `span` : SI, the ends of the colours.
+    """
+    (across, up), shown = axes, table / scale.factor
+    low, high = (end / scale.factor for end in span)
+    wide = low > 0.0 and high > DECADES * low
+    norm = LogNorm(low, high) if wide else Normalize(low, high)
     ax.set_facecolor("#e8ebee")  # what shows through where no case finished
     edges = [np.arange(size + 1) - 0.5 for size in shown.shape[::-1]]
     mesh = ax.pcolormesh(
@@ -232,7 +283,7 @@ def heat(ax: Axes, table: np.ndarray, across: Axis, up: Axis, scale: Scale, name
     name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())
     ax.tick_params(length=0)
-    colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=bool(wide))
+    colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=wide)
 
 
 def cloud(
@@ -318,7 +369,3 @@ def _places(axis: Axis) -> tuple[np.ndarray, str]:
         return np.arange(len(axis.values), dtype=float), "name"
     places = np.asarray(axis.values, float) / axis.scale.factor
     return places, "log" if places.min() > 0.0 and places.max() >= 8.0 * places.min() else "linear"
-
-
-def _ends(finite: np.ndarray) -> tuple[float, float]:
-    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)

@@ -9,7 +9,9 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ... import wording
-from .style import BLUE, GREY, INK, PALE, RED, colour_bar, over_crank, plain_axes
+from .style import BLUE, GREY, INK, PALE, RED, colour_bar, over_crank, plain_axes, stems
+
+DEEPEST = 0.4  # of the clearance, as deep as the deepest penetration is drawn where a gap is unrolled
 
 
 def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
@@ -44,12 +46,64 @@ def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: 
     ax.yaxis.set_major_locator(MaxNLocator(5))
 
 
+def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
+    """Draw the gap of a journal (m) over the direction in which its centre is, penetration as often `magnified`."""
+    scale, around = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
+    gap, times = clearance - np.hypot(x, y), magnified(x, y, clearance)
+    deepest = max(float(-gap.min()), 0.0)
+    height = np.where(gap < 0.0, times * gap, gap) / scale.factor
+    apart = np.abs(np.diff(around)) > 180.0  # a line that goes once round
+    ax.plot(
+        np.insert(around, np.flatnonzero(apart) + 1, np.nan),
+        np.insert(height, np.flatnonzero(apart) + 1, np.nan),
+        color=GREY,
+        linewidth=0.5,
+        alpha=0.8,
+        rasterized=len(x) > 5000,
+    )
+    ax.axhspan(min(float(height.min()), 0.0) * 1.1, 0.0, color="#f6e7dd", linewidth=0, zorder=0)
+    ax.axhline(0.0, color=INK, linewidth=1.0)
+    touching = force > 0.0
+    if touching.any():
+        unit = wording.scale("N", force)
+        points = ax.scatter(
+            around[touching],
+            height[touching],
+            c=force[touching] / unit.factor,
+            s=4,
+            cmap="viridis",
+            zorder=3,
+            linewidths=0,
+            rasterized=True,
+        )
+        colour_bar(ax, points, f"normal force [{unit.unit}]")
+    below = [] if deepest == 0.0 else [-deepest, -0.5 * deepest]
+    above = [tick for tick in MaxNLocator(4).tick_values(0.0, max(float(height.max()), 0.0)) if tick >= 0.0]
+    names = [wording.short(value / scale.factor, 2).replace("-", wording.MINUS) for value in below]
+    ax.set_yticks([*(times * value / scale.factor for value in below), *above], [*names, *map(_short, above)])
+    ax.set(
+        xlim=(-180.0, 180.0),
+        ylim=(min(float(height.min()), 0.0) * 1.1, 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor)),
+        xlabel="direction of the journal centre [°]",
+        ylabel=f"gap [{scale.unit}]",
+    )
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    plain_axes(ax)
+
+
+def magnified(x: np.ndarray, y: np.ndarray, clearance: float) -> float:
+    """Return how many times deeper penetration is drawn than a gap of its size is high: one digit, at least 1."""
+    deepest = float(np.hypot(x, y).max()) - clearance
+    return max(float(f"{DEEPEST * clearance / deepest:.1g}"), 1.0) if deepest > 0.0 else 1.0
+
+
+def _short(value: float) -> str:
+    return wording.short(float(value), 3)
+
+
 def force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
     """Draw the normal force (N) over the crank angle (rad), with named levels (N) as horizontal lines."""
     scale = wording.scale("N", [*normal, *(level for _, level in levels)])
-    ax.fill_between(
-        np.degrees(angle), normal / scale.factor, color=BLUE, alpha=0.25, linewidth=0, rasterized=len(angle) > 5000
-    )
     ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7, rasterized=len(angle) > 5000)
     for (name, level), colour, dash in zip(levels, (RED, INK), ("--", ":"), strict=False):
         ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=dash, label=name)
@@ -131,7 +185,7 @@ def wear_map(ax: Axes, depth: np.ndarray, length: float) -> None:
 def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:
     """Draw the closing rate (m/s) of every contact onset over the crank angle (rad), and the elastic limit."""
     scale = wording.scale("m/s", [*rate, floor])
-    ax.vlines(np.degrees(angle), 0.0, rate / scale.factor, color=BLUE, linewidth=0.6, rasterized=len(angle) > 500)
+    ax.plot(*stems(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
     ax.axhline(floor / scale.factor, color=RED, linewidth=1.1, linestyle="--", label="elastic up to here (steel)")
     ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))

@@ -47,7 +47,7 @@ def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, 
     if all(size <= most for size, most in zip(failing.shape, WRITTEN, strict=True)):
         for (row, column), fails in np.ndenumerate(failing):
             margin = margins[row, column]
-            number = wording.plain(float(100.0 * margin), 2) if np.isfinite(margin) else ""
+            number = f"{wording.plain(float(100.0 * margin), 2)}{wording.BLANK}%" if np.isfinite(margin) else ""
             word = wording.DASH if np.isnan(fails) else "no" if fails else "ok"
             text = f"{word}\n{number}".strip()
             ax.text(column, row, text, ha="center", va="center", fontsize=7, color=INK)

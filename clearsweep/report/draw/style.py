@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import XAxis, YAxis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
-from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 
 from ... import wording
 from ...wording import Scale
@@ -66,8 +66,10 @@ def logarithmic(ax: Axes, which: str) -> None:
     side.set_minor_locator(NullLocator())
 
 
-def colour_bar(ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bool = False) -> None:
-    """Draw the bar that says what the colours of a drawing mean."""
+def colour_bar(
+    ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bool = False, whole: bool = False
+) -> None:
+    """Draw the bar that says what the colours of a drawing mean; `whole`: numbers without a fraction."""
     bar = ax.figure.colorbar(coloured, ax=ax, fraction=0.05, pad=0.03)
     bar.set_label(name)
     bar.outline.set_visible(False)
@@ -76,6 +78,8 @@ def colour_bar(ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bo
     if logarithmic:
         bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         bar.ax.yaxis.set_minor_locator(NullLocator())
+    if whole:
+        bar.ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 3)))
 
 
@@ -87,6 +91,12 @@ def named_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
     bar.outline.set_visible(False)
     if bar.solids is not None:
         bar.solids.set_rasterized(True)
+
+
+def stems(x: np.ndarray, low: float, high: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+    """Return upright lines at `x` as one line with gaps: a file of one path, not of hundreds."""
+    lines = np.broadcast_arrays(x, low, high, np.nan)
+    return np.stack([lines[0], lines[0], lines[3]], axis=-1).ravel(), np.stack(lines[1:], axis=-1).ravel()
 
 
 def plain_axes(ax: Axes) -> None:

@@ -28,7 +28,8 @@ class Player {
     this.rings = this.joints.map(joint => {
       const canvas = element("canvas", {role: "img", "aria-label": `Journal of ${joint.name} in its bearing`});
       return element("figure", {}, element("figcaption", {}, element("strong", {}, joint.name),
-        element("span", {}, `clearance ${joint.said}; penetration drawn ${numberText(joint.magnified)} times as deep`)), canvas);
+        element("span", {}, `clearance ${joint.said}${joint.magnified > 1 ?
+          `; penetration drawn ${numberText(joint.magnified)} times as deep` : ""}`)), canvas);
     });
     this.curves = element("div", {class: "curves"});
     this.root.append(element("p", {class: "tools"}, this.play, step(-1), step(1), this.slider, this.pace, this.where),

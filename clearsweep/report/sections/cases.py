@@ -6,7 +6,7 @@ from .. import player
 from ..motion import history, onsets, pictures
 from ..section import Block, Detail, Note, Section
 from ..shown import shown
-from ..study import Study
+from ..study import Joint, Study
 
 TITLES = {
     1: "The motion",
@@ -19,6 +19,7 @@ WHY = (
     ("Hardest loaded case", "Mildest loaded case"),
     ("Hardest loaded case", "Median case", "Mildest loaded case"),
 )
+NO_JOINT = Joint("-", "", wears=False)  # figures of the mechanism alone
 NOT_SAVED = Markup(
     "This run saved no time histories (<code>save: {orbits: none}</code>). <code>clearsweep show DIR CASE_ID</code> "
     "simulates one case again and draws it."
@@ -47,6 +48,11 @@ def _details(study: Study) -> list[Detail]:
 
 
 def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
-    """Return the figures of a case: name, value with unit."""
-    columns = shown(study, "case", study.hardest_joint())
-    return [(name, study.text(case_id, column)) for column, name in columns]
+    """Return the figures of a case: name, value with unit; of several joints one after another, each named."""
+    whole = {name for name, _ in shown(study, "case", NO_JOINT)}
+    figures: list[tuple[str, str]] = []
+    for joint in study.joints:
+        figures += [("joint", joint.title)] if len(study.joints) > 1 else []
+        columns = [each for each in shown(study, "case", joint) if each[0] not in whole]
+        figures += [(name, study.text(case_id, column)) for column, name in columns]
+    return figures + [(name, study.text(case_id, column)) for column, name in shown(study, "case", NO_JOINT)]

@@ -5,6 +5,8 @@ median.
 """
 
 import itertools
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,51 +15,88 @@ from ..draw import comparison
 from ..main_effects import main_effects
 from ..picture import Picture, Spot, capital
 from ..section import Gallery, Section, filled
-from ..study import P99, RATIO, Axis, Joint, Study, cells, largest, over_other_axes
+from ..study import CALLED, P99, RATIO, Axis, Joint, Study, cells, largest, median, over_other_axes, smallest
 from .drivers import ideal_varies
 
 SPOTS = 150  # cells of a map that say what they hold, at most: larger maps are pixels
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
 NO_WORSE = ("contact_fraction", "impacts_per_rev", "restitution")  # figures of which neither more nor less is worse
+LESS_IS_WORSE = ("film_thickness_min",)
 FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
+    ("film_thickness_min", "least film"),
+    ("film_loss", "loss in the film"),
     ("wear_depth_max", "wear depth"),
     ("restitution", "measured restitution"),
 )
+
+
+class Map(NamedTuple):
+    """One figure over a pair of axes: what each cell shows, (values of the second axis, of the first)."""
+
+    joint: Joint
+    column: str
+    name: str
+    pair: tuple[Axis, Axis]
+    table: np.ndarray
 
 
 def sections(study: Study) -> list[Section]:
     """Return the heat maps of each joint; [] where there are no two axes to map over."""
     if study.cases.empty:
         return []
-    return [_section(study, joint) for joint in study.joints]
+    maps = [each for joint in study.joints for each in _maps(study, joint)]
+    return [_section(study, joint, maps) for joint in study.joints]
 
 
-def _section(study: Study, joint: Joint) -> Section:
+def _section(study: Study, joint: Joint, maps: list[Map]) -> Section:
     note = "Every pair of swept values; the last maps show further figures over the pair that matters most. "
     if study.lead is P99:
-        note += "p99: the force exceeded during 1 % of the time, free flight included."
+        note += "p99: the force exceeded during 1 % of the time, free flight included. "
     worst = "Of the cases of a cell the worst is shown, of times in contact, impacts and restitution the median."
-    note += " The median of the cases of a cell is shown." if study.typical else f" {worst}"
+    note += "The median of the cases of a cell is shown." if study.typical else worst
     if "refine" in study.run.grid:
         note += " Cases that refine put between the values of the axes are left out."
+    note += " Maps of one figure share their colours."
     title = f"Heat maps{study.where(joint, ', joint {}')}"
-    return Section(f"maps-{joint.name}", title, filled([Gallery(note, _pictures(study, joint))]))
+    pictures = [_picture(study, each, _span(maps, each.name)) for each in maps if each.joint == joint]
+    return Section(f"maps-{joint.name}", title, filled([Gallery(note, pictures)]))
 
 
-def _pictures(study: Study, joint: Joint) -> list[Picture]:
+def _maps(study: Study, joint: Joint) -> list[Map]:
+    """Return the leading figure of a joint over every pair of axes, and further ones that vary over the first."""
     lead = joint.column(study.lead.figure)
     ranked = [effect.axis for effect in main_effects(study, lead)]
     pairs = [_in_order(study, pair) for pair in itertools.combinations(ranked, 2)][:PAIRS]
     if not pairs or not study.has(lead):
         return []
-    more = [(joint.column(RATIO), "p99 / ideal peak")] if ideal_varies(study, joint) else []
+    more = [(joint.column("force_peak_ratio"), "peak / ideal peak")]
+    more += [(joint.column(RATIO), "p99 / ideal peak")] if ideal_varies(study, joint) else []
     more.append((joint.column("impacts_per_rev"), study.onsets))
     more += [(joint.column(figure), name) for figure, name in FIGURES]
     if joint == study.hardest_joint():
         more.append((study.column("error_max"), f"{study.run.layout.output} error"))
-    leading = [_picture(study, lead, study.lead.name, pair) for pair in pairs]
-    return leading + [_picture(study, column, name, pairs[0]) for column, name in more if study.has(column)]
+    drawn = [(lead, study.lead.name, pair) for pair in pairs]
+    drawn += [(column, name, pairs[0]) for column, name in more if study.has(column)]
+    maps = [Map(joint, *each, _table(study, each[0], each[2])) for each in drawn]
+    return [each for each in maps if each.column == lead or np.nanmin(each.table) < np.nanmax(each.table)]
+
+
+def _span(maps: list[Map], name: str) -> tuple[float, float]:
+    """Return the ends (SI) of a figure in all of its maps."""
+    tables = [each.table for each in maps if each.name == name]
+    return min(float(np.nanmin(table)) for table in tables), max(float(np.nanmax(table)) for table in tables)
+
+
+def _table(study: Study, column: str, pair: tuple[Axis, Axis]) -> np.ndarray:
+    return over_other_axes(study, study.cases[column].to_numpy(float), pair, _reduced(study, column))
+
+
+def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
+    """Return what a cell shows of the values of its cases."""
+    if study.typical or column.endswith(NO_WORSE):
+        return median
+    return smallest if column.endswith(LESS_IS_WORSE) else largest
 
 
 def _in_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:
@@ -66,40 +105,36 @@ def _in_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:
     return across, up
 
 
-def _picture(study: Study, column: str, name: str, pair: tuple[Axis, Axis]) -> Picture:
-    across, up = pair
-    values = study.cases[column].to_numpy(float)
-    reduced = np.median if study.typical or column.endswith(NO_WORSE) else largest
-    table = over_other_axes(study, values, pair, reduced)
-    scale = wording.scale(study.unit(column), table[np.isfinite(table)])
-    others = [axis.name for axis in study.swept() if axis not in pair]
-    word = "Largest" if reduced is largest else "Median"
+def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
+    (across, up), table = shown.pair, shown.table
+    scale = wording.scale(study.unit(shown.column), span)
+    others = [axis.name for axis in study.swept() if axis not in shown.pair]
+    word = CALLED[_reduced(study, shown.column)]
     caption = f"{word} over {wording.sentence_list(others)}." if others else "One case per cell."
     lowest, highest = (scale.text(value) for value in (np.nanmin(table), np.nanmax(table)))
     return Picture(
-        f"{capital(name)}: {across.name} {wording.TIMES} {up.name}",
+        f"{capital(shown.name)}: {across.name} {wording.TIMES} {up.name}",
         caption,
-        f"Heat map of {name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
-        lambda ax: comparison.heat(ax, table, across, up, scale, name),
-        spots=_spots(study, values, pair, scale, worst=reduced is largest),
+        f"Heat map of {shown.name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
+        lambda ax: comparison.heat(ax, table, shown.pair, scale, shown.name, span),
+        spots=_spots(study, shown, scale),
     )
 
 
-def _spots(
-    study: Study, values: np.ndarray, pair: tuple[Axis, Axis], scale: wording.Scale, *, worst: bool
-) -> tuple[Spot, ...]:
+def _spots(study: Study, shown: Map, scale: wording.Scale) -> tuple[Spot, ...]:
     """Return what is said of every cell, its value with its place; it leads to its worst case, or to its only one."""
-    across, up = pair
+    across, up = shown.pair
     if len(across.values) * len(up.values) > SPOTS:
         return ()
+    reduced, values = _reduced(study, shown.column), study.cases[shown.column].to_numpy(float)
     spots = []
-    for place, cases in enumerate(cells(study, values, pair)):
+    for place, cases in enumerate(cells(study, values, shown.pair)):
         if len(cases):
             row, column = divmod(place, len(across.values))
             where = f"{across.name} {across.text(across.values[column])}, {up.name} {up.text(up.values[row])}"
-            many = f", {'largest' if worst else 'median'} of {len(cases)} cases" if len(cases) > 1 else ""
-            one = study.cases.index[cases[np.argmax(values[cases])]] if worst or len(cases) == 1 else ""
+            many = f", {CALLED[reduced].lower()} of {len(cases)} cases" if len(cases) > 1 else ""
+            value = reduced(values[cases])
+            one = study.cases.index[cases[values[cases] == value][0]] if reduced is not median or not many else ""
             low, high = (column - 0.5, row - 0.5), (column + 0.5, row + 0.5)
-            value = float((np.max if worst else np.median)(values[cases]))
             spots.append(Spot(low, high, f"{scale.text(value)}: {where}{many}", one))
     return tuple(spots)

@@ -1,20 +1,27 @@
 """The section on a sample: how the figures spread, how likely limits are exceeded, what drives the spread."""
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from ... import wording
 from ...errors import InputError
 from .. import sensitivity
 from ..draw import comparison
+from ..draw.style import RED
 from ..picture import Picture, capital
-from ..rank_table import rank_table
+from ..rank_table import correlations, rank_table
 from ..sample_tables import Judged, effect_table, index_table, judged, limit_table, spread_table
 from ..section import Block, Gallery, Section, Sentences, filled
-from ..sensitivity import Setting
+from ..sensitivity import Estimate, Setting
 from ..study import Study
 
 HISTOGRAMS = 12  # drawn at most
 INDEPENDENT = ("sobol", "latin-hypercube", "random")  # methods whose points stand for the distributions
+SCATTERED = 3  # figures, and variables of each, that are drawn
+SCATTER_NOTE = (
+    "The figures over the variables that go with them most; in brackets the 95 % interval; dashed: the limit, where "
+    "one is set."
+)
 NOTE = "Share of the cases; dotted: 5 %, 50 % and 95 % quantiles; red: the limit, where one is set."
 
 
@@ -25,7 +32,7 @@ def sections(study: Study) -> list[Section]:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
         blocks: list[Block] = [spread_table(study, samples), limit_table(study, samples)]
-        blocks.append(rank_table(study, samples))
+        blocks += [rank_table(study, samples), Gallery(SCATTER_NOTE, _scatter(study, samples), small=True)]
         blocks.append(Gallery(NOTE, _histograms(study, samples), small=True))
         return [Section("sample", "Probabilistic study", filled(blocks))]
     return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
@@ -39,6 +46,35 @@ def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
     except InputError as refusal:
         return [Sentences([f"No sensitivity. {refusal}"])]
     return [Sentences(sentences), table]
+
+
+def _scatter(study: Study, samples: list[Setting]) -> list[Picture]:
+    """Return the first figures over the variables that go with each most, limited ones first; not of too few cases."""
+    figures = sorted(judged(study), key=lambda figure: not figure.limits)[:SCATTERED]
+    pictures = []
+    for figure in figures:
+        sample = max(samples, key=lambda each: float(np.nan_to_num(each.figures[figure.column]).max()))
+        found = correlations(study, sample, figure.column)[:SCATTERED]
+        pictures += [_cloud(study, sample, figure, path, alone) for path, alone, _ in found]
+    return pictures
+
+
+def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation: Estimate) -> Picture:
+    """Return one figure over one variable, with its rank correlation and its limit."""
+    y, x = sample.figures[figure.column], np.asarray(study.run.grid["sample"]["drawn"][path], float)
+    axis = next(axis for axis in study.axes if axis.path == path)
+    scale = wording.scale(figure.unit, y[np.isfinite(y)])
+    bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
+    low, high = (wording.plain(end, 2) for end in correlation[1:])
+    said = f"Rank correlation {wording.plain(correlation.value, 2)} ({low} to {high})."
+
+    def paint(ax: Axes) -> None:
+        comparison.cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
+        for bound in bounds:
+            ax.axhline(bound, color=RED, linewidth=1.2, linestyle="--")
+
+    title = f"{capital(figure.name)} over {axis.name}"
+    return Picture(title, said, f"{title}, {len(y)} cases. {said}", paint, size=(3.3, 2.8))
 
 
 def _histograms(study: Study, samples: list[Setting]) -> list[Picture]:

@@ -1,7 +1,9 @@
 """The cards at the top of the page: the largest figures of the run, each beside what it is to be compared with."""
 
+import numpy as np
+
 from ..section import Cards, Section
-from ..study import ELASTIC_TEXT, RATIO, Study
+from ..study import ELASTIC_TEXT, RATIO, Joint, Study
 
 
 def sections(study: Study) -> list[Section]:
@@ -9,31 +11,35 @@ def sections(study: Study) -> list[Section]:
     return [Section("summary", "", [Cards(_cards(study))])]
 
 
-def _worst_ratio(study: Study) -> str:
-    """Return the column with the largest ratio of all joints."""
-    columns = [joint.column("force_peak_ratio") for joint in study.joints]
-    return max(columns, key=lambda column: float(study.cases[column].max()) if study.has(column) else 0.0)
-
-
 def _cards(study: Study) -> list[tuple[str, str, str]]:
-    """Return name, value with unit, what it is beside."""
+    """Return name, value with unit, what it is beside; of a figure of joints the worst of all, its joint named."""
     finished, failed = len(study.cases), len(study.failed)
     cards = [("Cases finished", f"{finished} of {finished + failed}", f"{failed} failed" if failed else "none failed")]
     if study.cases.empty:
         return cards
-    joint = study.hardest_joint()
-    where = f"joint {joint.title}"
     figures = (
-        (joint.column(study.lead.figure), f"Largest {study.lead.name}", where),
-        (_worst_ratio(study), "Peak over ideal peak", "1: as without clearance"),
-        (joint.column(RATIO), "p99 over ideal peak", "blind to impacts under 1 % of a turn"),
-        (joint.column("force_rms"), "Largest force rms", where),
-        (joint.column("onset_rate_max"), "Fastest onset", f"steel elastic to {ELASTIC_TEXT}"),
-        (study.column("error_max"), f"Largest {study.run.layout.output} error", "off the ideal place"),
-        (joint.column("restitution"), "Measured restitution", "largest of all cases"),
-        (joint.column("wear_depth_max"), "Deepest wear", "in the recorded window"),
+        (study.lead.figure, f"Largest {study.lead.name}", ""),
+        ("force_peak_ratio", "Peak over ideal peak", "1: as without clearance"),
+        (RATIO, "p99 over ideal peak", "blind to impacts under 1 % of a turn"),
+        ("force_rms", "Largest force rms", ""),
+        ("onset_rate_max", "Fastest onset", f"steel elastic to {ELASTIC_TEXT}"),
+        ("error_max", f"Largest {study.run.layout.output} error", "off the ideal place"),
+        ("restitution", "Measured restitution", "largest of all cases"),
+        ("wear_depth_max", "Deepest wear", "in the recorded window"),
     )
-    for column, name, beside in figures:
-        if study.has(column):
-            cards.append((name, study.text(study.cases[column].idxmax(), column), beside))
+    for figure, name, beside in figures:
+        column, joint = _worst(study, figure)
+        if study.cases.largest(column) > 0.0:
+            where = study.where(joint, "joint {}") if joint else ""
+            said = "; ".join(filter(None, (where, beside))) or (f"joint {joint.title}" if joint else "")
+            cards.append((name, study.text(study.cases[column].idxmax(), column), said))
     return cards
+
+
+def _worst(study: Study, figure: str) -> tuple[str, Joint | None]:
+    """Return the column with the largest value of a figure, and its joint; None: it is of the mechanism."""
+    whole = study.column(figure)
+    if whole:
+        return whole, None
+    joint = max(study.joints, key=lambda joint: np.nan_to_num(study.cases.largest(joint.column(figure))))
+    return joint.column(figure), joint

@@ -44,8 +44,13 @@ def sections(study: Study) -> list[Section]:
         Cloud("How hard the journal arrives", onset, "fastest onset", p99, "force p99", elastic),
     )
     strongest = next((effect.axis for effect in main_effects(study, p99)), None)
-    pictures = [_picture(study, strongest, cloud) for cloud in clouds if study.has(cloud.x) and study.has(cloud.y)]
+    pictures = [_picture(study, strongest, cloud) for cloud in clouds if _varies(study, cloud.x, cloud.y)]
     return [Section("tradeoffs", "All cases at a glance", filled([Gallery("One point per finished case.", pictures)]))]
+
+
+def _varies(study: Study, *columns: str) -> bool:
+    """Return whether cases differ in each of some figures."""
+    return all(study.has(column) and study.cases[column].min() < study.cases[column].max() for column in columns)
 
 
 def _picture(study: Study, axis: Axis | None, cloud: Cloud) -> Picture:

@@ -1,0 +1,138 @@
+"""The drawings of kinds of motion: diagrams of points at crank angle 0, spectra, shares, maps of kinds."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Circle, Patch
+from matplotlib.ticker import MaxNLocator
+
+from ... import wording
+from ..spectrum import Spectrum
+from ..strobe import Points
+from ..study import Axis
+from .comparison import CELLS_VECTOR, WRITTEN
+from .passing import UNKNOWN
+from .style import BLUE, GREY, INK, PALE, RED, colour_bar, logarithmic, name_values, plain_axes, stems
+
+KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from calm to irregular, told apart in grey, too
+SHARE_COLOURS = ("#f0c48c", "#e0824a", "#86b8dc")
+ORDERS = 40  # of the crank that a spectrum shows
+FLOOR = 1e-5  # of the largest amplitude, below which nothing is drawn
+ABOVE: dict[str, Any] = {
+    "loc": "lower left",
+    "bbox_to_anchor": (0.0, 1.0),
+    "frameon": False,
+    "borderaxespad": 0.2,
+    "columnspacing": 1.0,
+    "handlelength": 1.2,
+}
+
+
+def bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
+    """Draw where journals are at crank angle 0 of every revolution over the values of an axis, in their clearance."""
+    scale = wording.scale("m", [*np.abs(points.x), *np.abs(points.y), *points.clearance])
+    over = points.value / axis.scale.factor
+    style: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.7, "rasterized": over.size > 60}
+    if np.isfinite(points.clearance).all():
+        for sign in (-1.0, 1.0):
+            ax.plot(over, sign * points.clearance / scale.factor, color=GREY, linewidth=0.8, linestyle=":")
+    for values, name, colour in ((points.x, "x", BLUE), (points.y, "y", RED)):
+        ax.plot(over, values / scale.factor, "o", color=colour, label=name, **style)
+    known = np.unique(over)
+    if known.min() > 0.0 and known.max() >= 8.0 * known.min():
+        logarithmic(ax, "x")
+    ax.set(xlabel=axis.label(), ylabel=f"journal centre [{scale.unit}]")
+    plain_axes(ax)
+    ax.legend(ncols=2, markerscale=2.0, **ABOVE)
+
+
+def section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:
+    """Draw the places (m) of a journal at crank angle 0, coloured by the revolution, in the circle of the clearance."""
+    scale = wording.scale("m", [*np.abs(x), *np.abs(y), clearance])
+    if clearance is not None:
+        ax.add_patch(Circle((0.0, 0.0), clearance / scale.factor, facecolor="#f3f6f9", edgecolor=INK, zorder=0))
+    _coloured(ax, x / scale.factor, y / scale.factor, revolution)
+    reach = 1.08 * max(float(np.hypot(x, y).max()), clearance or 0.0) / scale.factor
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    ax.set(xlabel=f"journal x [{scale.unit}]", ylabel=f"journal y [{scale.unit}]")
+
+
+def rates(ax: Axes, revolution: np.ndarray, vx: np.ndarray, vy: np.ndarray) -> None:
+    """Draw the rates (m/s) of a journal at crank angle 0, coloured by the revolution."""
+    scale = wording.scale("m/s", [*np.abs(vx), *np.abs(vy)])
+    _coloured(ax, vx / scale.factor, vy / scale.factor, revolution)
+    ax.set(xlabel=f"journal vx [{scale.unit}]", ylabel=f"journal vy [{scale.unit}]")
+    plain_axes(ax)
+
+
+def _coloured(ax: Axes, x: np.ndarray, y: np.ndarray, revolution: np.ndarray) -> None:
+    points = ax.scatter(x, y, c=revolution, s=14, cmap="viridis", linewidths=0, zorder=3, rasterized=len(x) > 2000)
+    colour_bar(ax, points, "revolution", whole=True)
+    for side in (ax.xaxis, ax.yaxis):
+        side.set_major_locator(MaxNLocator(5))
+
+
+def harmonics(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
+    """Draw amplitudes (SI) over the crank's orders, its harmonics marked, beside those of the ideal mechanism."""
+    most = float(actual.amplitude.max())
+    scale = wording.scale(unit, most)
+    seen = actual.order <= ORDERS
+    marks = stems(np.arange(1, ORDERS + 1), 0.0, 1.0)
+    ax.plot(*marks, transform=ax.get_xaxis_transform(), color=PALE, linewidth=0.5)
+    floor = FLOOR * most / scale.factor
+    height = actual.amplitude[seen] / scale.factor
+    lines = stems(actual.order[seen], floor, height.clip(min=floor))
+    ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
+    if ideal is not None:
+        whole = (ideal.order <= ORDERS) & (ideal.amplitude > FLOOR * most)
+        ax.plot(ideal.order[whole], ideal.amplitude[whole] / scale.factor, "_", color=RED, markersize=6, label="ideal")
+    ax.set(yscale="log", xlim=(0.0, ORDERS + 0.5), ylim=(floor, 3.0 * most / scale.factor))
+    ax.set(xlabel="order of the crank [1 / turn]", ylabel=f"amplitude of {name} [{scale.unit}]")
+    ax.spines[["top", "right"]].set_visible(False)
+    if ideal is not None:
+        ax.legend(ncols=2, **ABOVE)
+
+
+def shares(ax: Axes, axis: Axis, parts: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> None:
+    """Draw shares, (names, values of the axis), as bars on top of each other, one a value."""
+    places, under = np.arange(len(axis.values), dtype=float), np.zeros(len(axis.values))
+    for part, name, colour in zip(parts, names, colours, strict=True):
+        ax.bar(places, 100.0 * part, 0.86, under, color=colour, label=name, linewidth=0)
+        under += 100.0 * part
+    name_values(ax.xaxis, axis, places)
+    ax.set(xlabel=axis.label(), ylabel="share [%]", ylim=(0.0, 100.0))
+    plain_axes(ax)
+    ax.legend(ncols=4, **ABOVE)
+
+
+def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]) -> None:
+    """Draw the kind, a place in `names`, of every cell, (values of the second axis, of the first); NaN: no case.
+
+    `written` : (the same) what stands in the cells, where they are few.
+    """
+    across, up = axes
+    ax.set_facecolor(UNKNOWN)
+    edges = [np.arange(size + 1) - 0.5 for size in table.shape[::-1]]
+    ax.pcolormesh(
+        *edges,
+        np.ma.masked_invalid(table),
+        cmap=ListedColormap(KIND_COLOURS[: len(names)]),
+        vmin=-0.5,
+        vmax=len(names) - 0.5,
+        rasterized=table.size > CELLS_VECTOR,
+        edgecolors="white" if table.size <= WRITTEN[0] * WRITTEN[1] else "face",
+        linewidth=0.8,
+    )
+    if all(size <= most for size, most in zip(table.shape, WRITTEN, strict=True)):
+        for (row, column), words in np.ndenumerate(written):
+            ax.text(column, row, words, ha="center", va="center", fontsize=7, color=INK)
+    name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
+    name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
+    ax.set(xlabel=across.label(), ylabel=up.label())
+    ax.tick_params(length=0)
+    there = [place for place in range(len(names)) if (table == place).any()]
+    patches = [Patch(color=KIND_COLOURS[place], label=names[place]) for place in there]
+    ax.legend(handles=patches, ncols=4, **ABOVE)

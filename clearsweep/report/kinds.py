@@ -1,0 +1,90 @@
+"""What kind of motion each case has: how its journal bears, and after how many revolutions it repeats itself."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .study import Axis, Joint, Study, grouped, window
+
+SHORT = 10.0  # degrees of the crank: a contact that is over sooner is an impact
+CONTACTS = ("continuous contact", "contact and flight", "impacts", "free flight")
+PERIODS = ("1", "2", "n", "irregular")
+SHARES = ("free flight", "impacts", "lasting contact")
+
+
+class Kinds(NamedTuple):
+    """The kinds of some cases, (n,) each; -1 where one is not known."""
+
+    contact: np.ndarray  # place in CONTACTS
+    period: np.ndarray  # place in PERIODS
+    flight: np.ndarray  # share of the window's time
+    impact: np.ndarray  # the same of contacts shorter than SHORT; NaN where no events were kept
+    lasting: np.ndarray  # of other contacts
+
+    def shares(self) -> np.ndarray:
+        """Return the shares of time, (3, n), in the order of SHARES; of contacts all, where events were not kept."""
+        known = np.isfinite(self.impact)
+        lasting = np.where(known, self.lasting, 1.0 - self.flight)
+        return np.stack([self.flight, np.where(known, self.impact, 0.0), lasting])
+
+
+def of_joint(study: Study, joint: Joint) -> Kinds:
+    """Return the kinds of all finished cases, by the contacts of one joint."""
+    return study.cases.once(("kinds", joint.name), lambda: _of_joint(study, joint))
+
+
+def _of_joint(study: Study, joint: Joint) -> Kinds:
+    bearing = study.cases[joint.column("contact_fraction")].to_numpy(float)
+    onsets = study.cases[joint.column("impacts_per_rev")].to_numpy(float)
+    with np.errstate(all="ignore"):
+        usual = 360.0 * bearing / onsets  # degrees that a contact lasts
+    contact = np.select([bearing == 0.0, onsets == 0.0, usual < SHORT, np.isfinite(usual)], [3, 0, 2, 1], -1)
+    impact = short_contacts(study, joint)
+    lasting = np.clip(bearing - impact, 0.0, None)
+    return Kinds(contact.astype(np.int8), _periods(study), 1.0 - bearing, impact, lasting)
+
+
+def _periods(study: Study) -> np.ndarray:
+    """Return the place in PERIODS of every finished case; -1 where the run does not say."""
+    if "period" not in study.cases:
+        return np.full(len(study.cases), -1, np.int8)
+    period = study.cases["period"].to_numpy(float)
+    return np.select([period == 1.0, period == 2.0, period > 2.0], [0, 1, 2], 3).astype(np.int8)
+
+
+def short_contacts(study: Study, joint: Joint) -> np.ndarray:
+    """Return the share of the window's time that contacts shorter than SHORT take, of every finished case.
+
+    NaN where no events were kept, where the crank is free, and of joints that touch at several points.
+    """
+    speed = study.cases.get("drive.speed", study.base.get("drive", {}).get("speed"))
+    count, contacts = len(study.cases), study.run.layout.contacts
+    if joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
+        return np.full(count, np.nan)
+    turn = 2.0 * np.pi / np.broadcast_to(np.asarray(speed, float), count)  # s
+    before, turns = (part.to_numpy(float) for part in window(study.cases, study.base))
+    begin, kept = before * turn, study.cases.chosen
+    found, first = np.zeros(count), 0
+    for counts, events in study.run.event_blocks():
+        here = kept[first : first + len(counts)]
+        first += len(counts)
+        place = np.flatnonzero(np.repeat(here, counts) & (events["joint"] == contacts.index(joint.name)))
+        case = np.repeat(np.cumsum(here) - 1, counts)[place] + int(kept[: first - len(counts)].sum())
+        t, off = events["t"][place], events["kind"][place] == 1
+        pair = np.flatnonzero(~off[:-1] & off[1:] & (case[:-1] == case[1:]))
+        case, since, until = case[pair], t[pair], t[pair + 1]
+        short = (until - since < SHORT / 360.0 * turn[case]) & (until > begin[case])
+        case, since, until = case[short], since[short], until[short]
+        found += np.bincount(case, until - np.maximum(since, begin[case]), minlength=count)
+    return found / (turn * turns) if first else np.full(count, np.nan)
+
+
+def by_value(study: Study, joint: Joint, axis: Axis) -> list[tuple]:
+    """Return a row for each value of an axis: the value, its cases, their mean SHARES of time, shares of PERIODS."""
+    kinds, rows = of_joint(study, joint), []
+    times = kinds.shares()
+    for value, cases in zip(axis.values, grouped(study.places(axis), len(axis.values)), strict=True):
+        if len(cases):
+            periods = [float(np.mean(kinds.period[cases] == place)) for place in range(len(PERIODS))]
+            rows.append((value, len(cases), *(float(share) for share in times[:, cases].mean(axis=1)), *periods))
+    return rows

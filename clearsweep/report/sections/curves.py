@@ -1,0 +1,130 @@
+"""The figures that decide over the crank speed, or the first axis that has numbers: one curve for each clearance."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import wording
+from ...verdict import Limit, limits_of
+from ..draw import comparison
+from ..draw.comparison import Family
+from ..main_effects import main_effects
+from ..picture import Picture, capital
+from ..section import Gallery, Section, filled
+from ..shown import shown
+from ..study import CALLED, Axis, Joint, Study, grouped, largest, median, over_other_axes, smallest
+
+MOST = 7  # curves side by side that can be told apart
+PICTURES = 6
+LEAST = 3  # values that make a curve
+
+
+class Drawn(NamedTuple):
+    """One figure over an axis: a column, its name, its bound where it has one."""
+
+    column: str
+    name: str
+    limit: Limit | None = None
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where no axis has numbers that cases share."""
+    across = None if study.cases.empty else _across(study)
+    if across is None:
+        return []
+    beside = _beside(study, across)
+    pictures = [_picture(study, drawn, across, beside) for drawn in _drawn(study)[:PICTURES]]
+    note = "The worst of all cases at a point" if not study.typical else "The median of all cases at a point"
+    note += "; line across: the limit." if any(drawn.limit for drawn in _drawn(study)) else "."
+    return [Section("curves", f"Over {across.name}", filled([Gallery(note, pictures)]))]
+
+
+def _across(study: Study) -> Axis | None:
+    """Return the crank speed, or the first axis with enough numbers."""
+    numeric = [axis for axis in study.levels() if axis.numeric and len(axis.values) >= LEAST]
+    return next((axis for axis in numeric if axis.path == "drive.speed"), next(iter(numeric), None))
+
+
+def _beside(study: Study, across: Axis) -> Axis | None:
+    """Return the axis whose values have a curve each: a clearance, or what moves the force most."""
+    others = [effect.axis for effect in main_effects(study, study.hardest_joint().column(study.lead.figure))]
+    others = [axis for axis in others if axis is not across]
+    return next((axis for axis in others if axis.path.endswith(".clearance")), next(iter(others), None))
+
+
+def _drawn(study: Study) -> list[Drawn]:
+    """Return what is limited, then the peaks of every joint, over the ideal ones too, and the error of the output."""
+    found = {limit.column: Drawn(limit.column, _name(study, limit.column), limit) for limit in _limits(study)}
+    figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
+    columns = [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
+    for column in columns:
+        found.setdefault(column, Drawn(column, _name(study, column)))
+    return [drawn for drawn in found.values() if study.has(drawn.column)]
+
+
+def _limits(study: Study) -> list[Limit]:
+    return list(limits_of(study.run.grid.get("limits") or {}))
+
+
+def _name(study: Study, column: str) -> str:
+    """Return a column in words, as tables head it where one shows it."""
+    for joint in study.joints:
+        if column == joint.column("force_peak_ratio"):
+            return f"peak / ideal peak{study.where(joint, ' ({})')}"
+        if column.startswith(f"{joint.name}_"):
+            figure = column.removeprefix(f"{joint.name}_").replace("_", " ")
+            return _headings(study, joint).get(column, figure) + study.where(joint, " ({})")
+    if column == study.column("error_max"):
+        return f"{study.run.layout.output} error"
+    return column.replace("_", " ")
+
+
+def _headings(study: Study, joint: Joint) -> dict[str, str]:
+    return dict(shown(study, "forces", joint))
+
+
+def _picture(study: Study, drawn: Drawn, across: Axis, beside: Axis | None) -> Picture:
+    least = drawn.limit is not None and drawn.limit.kind == "at_least"
+    values = study.cases[drawn.column].to_numpy(float)
+    reduced = median if study.typical else smallest if least else largest
+    table = _table(study, values, (across, beside), reduced)
+    kept = np.unique(np.linspace(0, len(table) - 1, min(len(table), MOST)).round().astype(int))
+    names = [beside.short(beside.values[place]) if beside else "" for place in kept]
+    bound = None if drawn.limit is None else _bound(study, drawn.limit, across)
+    family = Family(across, beside.label() if beside else "", names, table[kept], bound)
+    unit = study.unit(drawn.column)
+    ends = " to ".join(wording.text(float(end), unit) for end in (np.nanmin(table), np.nanmax(table)))
+    others = [axis.name for axis in study.swept() if axis not in (across, beside)]
+    word = CALLED[reduced]
+    some = f"{len(kept)} of {len(table)} values of {beside.name}. " if beside and len(kept) < len(table) else ""
+    caption = some + (f"{word} over {wording.sentence_list(others)}." if others else "")
+    return Picture(
+        f"{capital(drawn.name)} over {across.name}",
+        caption,
+        f"{capital(drawn.name)} over {across.name}{f', a curve for each {beside.name}' if beside else ''}: {ends}.",
+        lambda ax: comparison.family(ax, family, unit, drawn.name),
+    )
+
+
+def _table(
+    study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduced: Callable[[np.ndarray], float]
+) -> np.ndarray:
+    """Return one value for each place of the second axis and of the first; of no second axis a single row."""
+    across, beside = axes
+    if beside is not None:
+        return over_other_axes(study, values, (across, beside), reduced)
+    row = np.full((1, len(across.values)), np.nan)
+    places = np.where(np.isfinite(values), study.places(across), -1)
+    for place, cases in enumerate(grouped(places, len(across.values))):
+        if len(cases):
+            row[0, place] = reduced(values[cases])
+    return row
+
+
+def _bound(study: Study, limit: Limit, across: Axis) -> np.ndarray:
+    """Return the strictest bound (SI) at each value of an axis."""
+    known = {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
+    strictest = smallest if limit.kind == "at_most" else largest
+    found: np.ndarray = _table(study, limit.bound(known), (across, None), strictest)[0]
+    return found

@@ -1,0 +1,204 @@
+"""How motions are of their kind: bearing, flying or striking; repeating or not; what they look like once a turn."""
+
+import numpy as np
+
+from ... import wording
+from .. import kinds, spectrum, strobe
+from ..draw import kinds as draw
+from ..kinds import CONTACTS, PERIODS, SHARES
+from ..main_effects import main_effects
+from ..motion import FLAT, SQUARE, courses, history, saved_of
+from ..picture import Picture, capital
+from ..section import Block, Gallery, Section, filled
+from ..study import Axis, Joint, Study, cells, largest, over_other_axes
+from ..table import Column, Quantity, Table, counted
+
+AXES = 4  # along which journals are drawn, at most
+LEAST = 3  # cases that make a diagram
+BARS = 30  # values of an axis whose shares are drawn side by side
+SMALL = (3.5, 2.9)  # inches
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where no drive turns the mechanism or no case finished."""
+    joint = study.hardest_joint()
+    if study.cases.empty or not study.driven or not study.has(joint.column("contact_fraction")):
+        return []
+    note = "Period: revolutions after which the force repeats itself; irregular: it was not seen to."
+    if not _oiled(study, joint):
+        where = study.where(joint, " of joint {}")
+        note = f"Contacts{where}: an impact is over within {kinds.SHORT:g}° of the crank. {note}"
+    blocks: list[Block] = [
+        Gallery(note, [*_maps(study, joint), *_shares(study, joint)], small=True),
+        _table(study, joint),
+        Gallery(_of_points(study), [*_diagrams(study, joint), *_once_a_turn(study, joint), *_spectra(study, joint)]),
+    ]
+    return [Section("motion-type", "Impacts and kinds of motion", filled(blocks))]
+
+
+def _oiled(study: Study, joint: Joint) -> bool:
+    """Return whether a film bears in a joint: its journal does not fly, however seldom it touches."""
+    return study.has(joint.column("film_thickness_min"))
+
+
+def _maps(study: Study, joint: Joint) -> list[Picture]:
+    """Return the maps of the least calm kind over the two axes that move the force most."""
+    ranked = [effect.axis for effect in main_effects(study, joint.column(study.lead.figure))][:2]
+    if len(ranked) < 2:
+        return []
+    across, up = sorted(ranked, key=study.axes.index)
+    others = [axis.name for axis in study.swept() if axis not in ranked]
+    found = []
+    of_joint = kinds.of_joint(study, joint)
+    drawn = [("Contact", of_joint.contact, CONTACTS), ("Period", of_joint.period, PERIODS)]
+    for name, values, words in drawn[_oiled(study, joint) :]:
+        known = np.where(values < 0, np.nan, values)
+        if np.isfinite(known).any():
+            found.append(_map(f"{name}: {across.name} {wording.TIMES} {up.name}", study, known, (across, up), words))
+    caption = (
+        f"The least calm over {wording.sentence_list(others)}, and how many are." if others else "One case per cell."
+    )
+    return [picture._replace(caption=caption) for picture in found]
+
+
+def _map(title: str, study: Study, values: np.ndarray, axes: tuple[Axis, Axis], words: tuple[str, ...]) -> Picture:
+    table = over_other_axes(study, values, axes, largest)
+    alike = [
+        f"{int((values[cases] == values[cases].max()).sum())} of {len(cases)}" if len(cases) > 1 else ""
+        for cases in cells(study, values, axes)
+    ]
+    counts = [f"{words[place]}: {int((table == place).sum())}" for place in range(len(words))]
+    alt = f"Map, cells of each kind. {'; '.join(counts)}."
+    return Picture(title, "", alt, lambda ax: draw.kinds(ax, table, np.reshape(alike, table.shape), axes, words), SMALL)
+
+
+def _shares(study: Study, joint: Joint) -> list[Picture]:
+    """Return the shares of time and of periods over the axis that moves the force most."""
+    ranked = [effect.axis for effect in main_effects(study, joint.column(study.lead.figure))]
+    axis = next((axis for axis in ranked if len(axis.values) <= BARS), None)
+    if axis is None:
+        return []
+    rows = kinds.by_value(study, joint, axis)
+    there = axis._replace(values=tuple(row[0] for row in rows))
+    parts = np.array([row[2:] for row in rows], float).T
+    times, periods = parts[: len(SHARES)], parts[len(SHARES) :]
+    pictures = []
+    if not _oiled(study, joint):
+        pictures.append(_bars("Share of time", there, times, SHARES, draw.SHARE_COLOURS))
+    if periods.any():
+        pictures.append(_bars("Cases by period", there, periods, PERIODS, draw.KIND_COLOURS))
+    return pictures
+
+
+def _bars(title: str, axis: Axis, parts: np.ndarray, names: tuple[str, ...], colours: tuple[str, ...]) -> Picture:
+    mean = "; ".join(f"{name} {wording.percent(part.mean())}" for name, part in zip(names, parts, strict=True))
+    return Picture(
+        f"{title} over {axis.name}",
+        "Mean of all cases that share the value.",
+        f"{title} over {axis.name}; in all {mean}.",
+        lambda ax: draw.shares(ax, axis, parts, names, colours),
+        SMALL,
+    )
+
+
+def _table(study: Study, joint: Joint) -> Table:
+    """Return the shares for each value of every axis."""
+    times = () if _oiled(study, joint) else SHARES
+    heads = ("axis", "value", "cases", *times, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
+    rows = []
+    for axis in study.levels():
+        for value, cases, *parts in kinds.by_value(study, joint, axis):
+            shares = (Quantity(part, wording.percent(part)) for part in parts[len(SHARES) - len(times) :])
+            rows.append((axis.name, Quantity(value, axis.text(value)), counted(cases), *shares))
+    note = "Of all cases that share the value: mean shares of the time, and the share of the cases with each period."
+    return Table("kinds_of_motion", "Kinds of motion", note, tuple(map(Column, heads)), rows)
+
+
+def _of_points(study: Study) -> str:
+    return (
+        "The journal once a turn, at crank angle 0 of every revolution of the recorded window: one point where the "
+        "motion repeats itself every revolution, n of period n, a cloud where it is irregular."
+    )
+
+
+def _diagrams(study: Study, joint: Joint) -> list[Picture]:
+    """Return the diagrams along the numeric axes, the one that moves the force most first."""
+    lead = joint.column(study.lead.figure)
+    beside = study.cases[lead].idxmax()
+    ranked = [effect.axis for effect in main_effects(study, lead)]
+    ranked += [axis for axis in study.swept() if axis.scattered]
+    found = [_diagram(study, joint, axis, beside) for axis in ranked if axis.numeric]
+    return [picture for picture in found if picture][:AXES]
+
+
+def _diagram(study: Study, joint: Joint, axis: Axis, beside: str) -> Picture | None:
+    points = strobe.along(study, joint, axis, beside)
+    if points.cases < LEAST:
+        return None
+    held = study.setting(beside, without=axis) if not axis.scattered else ""
+    return Picture(
+        f"Bifurcation diagram over {axis.name}{study.where(joint, ', joint {}')}",
+        f"At {held}; dotted: the clearance." if held else "Dotted: the clearance.",
+        f"Places of the journal at crank angle 0 over {axis.name}, {points.x.size} points of {points.cases} cases.",
+        lambda ax: draw.bifurcation(ax, points, axis),
+        FLAT,
+    )
+
+
+def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
+    """Return the Poincaré section of the hardest loaded case: its places and its rates."""
+    case_id = study.cases[joint.column(study.lead.figure)].idxmax()
+    frame = strobe.of_case(study, joint, case_id)
+    if len(frame) < strobe.LEAST:
+        return []
+    clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+    where, count = study.where(joint, ", joint {}"), wording.count(len(frame), "revolution")
+    revolution, x, y, vx, vy = (frame[name].to_numpy(float) for name in ("revolution", "x", "y", "vx", "vy"))
+    circle = None if clearance is None else float(clearance)
+    caption, alt = "The hardest loaded case.", f"of the hardest loaded case at crank angle 0, {count}."
+    return [
+        Picture(
+            f"Poincaré section: places{where}",
+            caption,
+            f"Places of the journal {alt}",
+            lambda ax: draw.section(ax, revolution, x, y, circle),
+            SQUARE,
+        ),
+        Picture(
+            f"Poincaré section: rates{where}",
+            caption,
+            f"Rates of the journal {alt}",
+            lambda ax: draw.rates(ax, revolution, vx, vy),
+            SQUARE,
+        ),
+    ]
+
+
+def _spectra(study: Study, joint: Joint) -> list[Picture]:
+    """Return the spectra of the joint's force and the output's acceleration in the hardest loaded case."""
+    case_id = study.cases[joint.column(study.lead.figure)].idxmax()
+    path = history(study.run, case_id)
+    saved = saved_of(study, case_id, path) if path is not None else None
+    if saved is None or saved.angle is None:
+        return []
+    wanted = (f"normal force{study.where(joint, f', {joint.title}')}", f"{study.run.layout.output} acceleration")
+    found = []
+    for course in courses(study, case_id, saved):
+        actual = spectrum.of_history(saved.angle, course.actual) if course.name in wanted else None
+        if actual is None or not actual.amplitude.any():
+            continue
+        ideal = None if course.ideal is None else spectrum.of_history(saved.angle, course.ideal)
+        found.append(_spectrum(course.name, course.unit, actual, ideal))
+    return found
+
+
+def _spectrum(name: str, unit: str, actual: spectrum.Spectrum, ideal: spectrum.Spectrum | None) -> Picture:
+    strongest = float(actual.order[actual.amplitude.argmax()])
+    most = wording.text(float(actual.amplitude.max()), unit)
+    return Picture(
+        f"Spectrum of {name}",
+        f"Hardest loaded case, {wording.count(actual.turns, 'turn')}; pale lines: harmonics of the crank.",
+        f"{capital(name)} over orders of the crank; largest amplitude {most} at order {strongest:g}.",
+        lambda ax: draw.harmonics(ax, actual, ideal, unit, name),
+        FLAT,
+    )

@@ -1,0 +1,34 @@
+"""Of which harmonics of the crank a history is made."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+TURN = 2.0 * np.pi
+
+
+class Spectrum(NamedTuple):
+    """Amplitudes over the crank's orders, oscillations in a turn; of a history of whole turns."""
+
+    order: np.ndarray  # (n,) multiples of 1 / turns, from there up
+    amplitude: np.ndarray  # (n,) in the unit of the history
+    turns: int  # of the history: its last order is half of the samples of a turn
+
+
+def of_history(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
+    """Return the spectrum of values at equal steps of the crank angle (rad); None of less than a turn.
+
+    No window: over whole turns what repeats itself with the crank is at whole orders and nowhere else.
+    """
+    steps = len(angle) - 1
+    if steps < 2:
+        return None
+    a_turn = TURN * steps / (angle[-1] - angle[0])  # samples
+    turns = int(np.floor(steps / a_turn + 1e-6))
+    count = round(turns * a_turn)
+    if turns < 1 or abs(count - turns * a_turn) > 1e-3:
+        return None
+    found = np.abs(np.fft.rfft(values[-count:])) * 2.0 / count
+    if count % 2 == 0:
+        found[-1] *= 0.5  # the highest order stands for itself alone
+    return Spectrum(np.arange(1, len(found)) / turns, found[1:], turns)

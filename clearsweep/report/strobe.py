@@ -1,0 +1,82 @@
+"""Journals seen once a revolution, at crank angle 0: along an axis of a run, and in one case."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from .study import WAYS, Axis, Joint, Study, window
+
+MOST = 120  # cases along an axis: more are no denser on paper
+LEAST = 3  # points of a case that make a picture
+
+
+class Points(NamedTuple):
+    """Where a journal is at crank angle 0 of each revolution of some cases, one after another; (n,) each."""
+
+    value: np.ndarray  # of the axis, SI
+    x: np.ndarray  # m
+    y: np.ndarray  # m
+    clearance: np.ndarray  # m, of the case; NaN where it is none of a circle
+    cases: int
+
+
+def of_case(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
+    """Return x, y (m), vx, vy (m/s) and `revolution` of a journal at crank angle 0 in the recorded window of a case."""
+    frame = study.run.poincare(case_id)
+    if frame.empty:
+        return frame
+    before, _ = window(study.cases, study.base)
+    frame = frame[frame["revolution"] >= before.iloc[study.cases.place(case_id)]]
+    columns = {f"{joint.name}/{name}": name for name in ("x", "y", "vx", "vy")}
+    return frame.rename(columns=columns)[["revolution", *columns.values()]].reset_index(drop=True)
+
+
+def along(study: Study, joint: Joint, axis: Axis, beside: str) -> Points:
+    """Return the points of the cases along an axis that share all other values with the case `beside`."""
+    values = study.cases[axis.path].to_numpy(float)
+    places = [place for place in line(study, axis, beside) if np.isfinite(values[place])]
+    found = [(place, of_case(study, joint, study.cases.index[place])) for place in places]
+    found = [(place, frame) for place, frame in found if len(frame)]
+    clearances = [_clearance(study, joint, study.cases.index[place]) for place, _ in found]
+    counts = [len(frame) for _, frame in found]
+
+    def gathered(name: str) -> np.ndarray:
+        return np.concatenate([np.empty(0), *(frame[name].to_numpy(float) for _, frame in found)])
+
+    return Points(
+        np.repeat(values[[place for place, _ in found]], counts),
+        gathered("x"),
+        gathered("y"),
+        np.repeat(np.array(clearances, float), counts),
+        len(found),
+    )
+
+
+def line(study: Study, axis: Axis, beside: str) -> list[int]:
+    """Return the places of the cases along an axis whose other values are those of a case, at most MOST, by value.
+
+    Of an axis whose values are drawn, or in step with others, these vary along with it.
+    """
+    together = _together(study, axis)
+    alike, here = np.ones(len(study.cases), bool), study.cases.place(beside)
+    for other in study.swept():
+        if other is not axis and other.path not in together:
+            places = study.places(other)
+            alike &= places == places[here]
+    found = np.flatnonzero(alike)
+    found = found[np.argsort(study.cases[axis.path].to_numpy(float)[found], kind="stable")]
+    return found[np.unique(np.linspace(0, len(found) - 1, min(len(found), MOST)).round().astype(int))].tolist()
+
+
+def _together(study: Study, axis: Axis) -> set[str]:
+    """Return the paths whose values change with those of an axis: in step with it, or drawn with it."""
+    record = study.run.grid
+    groups = [{*(record.get(way) or {})} for way in WAYS if way in ("zip", "cases")]
+    groups.append({*(record.get("sample") or {}).get("drawn", {})})
+    return next((group for group in groups if axis.path in group), {axis.path})
+
+
+def _clearance(study: Study, joint: Joint, case_id: str) -> float:
+    value = study.value(case_id, f"joints.{joint.title}.clearance")
+    return np.nan if value is None else float(value)
