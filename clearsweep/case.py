@@ -263,6 +263,7 @@ class Save(NamedTuple):
     orbits: str
     samples: int  # per revolution; without a crank in all
     revolutions: float = 0.0  # the last ones, where `orbits` is 'last'
+    worst: int = 0  # worst cases of which the revolution of the largest peak is kept, too: of a run, not of a case
 
 
 class Case(NamedTuple):

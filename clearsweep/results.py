@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,13 @@ EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", 
 HISTORY = "history/"  # what names of datasets of a life begin with
 #: Figures that differ from run to run of the same case.
 TIMINGS = frozenset({"run_time"})
+
+
+class Peak(NamedTuple):
+    """The revolution of a case in which its largest normal force lies."""
+
+    turns: float  # revolutions before its first sample
+    path: "Trajectory"  # up to its end, histories of it alone
 
 
 @dataclass(frozen=True, repr=False)

@@ -138,6 +138,11 @@ class Fake:
         return []
 
     @staticmethod
+    def peak(case, joint, revolutions):
+        """Return a made-up revolution, the fourth, whose motion is that of the case."""
+        return results.Peak(3.0, trajectory(case._replace(save=case.save._replace(orbits="last"))))
+
+    @staticmethod
     def solve(case, log=None):
         """Return a made-up trajectory, or fail in the way that the case's gravity says; note in a log that it began."""
         if log:

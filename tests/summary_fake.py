@@ -7,6 +7,7 @@ class OfFrame:
     """The reading side of a store whose summary is the frame `summary`, its units in `attrs`."""
 
     seek = None  # nothing is sought
+    worst = ()  # no revolution of a peak is saved
 
     @property
     def columns(self):

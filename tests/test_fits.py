@@ -1,5 +1,6 @@
 """Fits of ISO 286: limits as published, a grid that is written with them, and what a mistake is told."""
 
+import copy
 import dataclasses
 import itertools
 import json
@@ -93,6 +94,17 @@ def test_an_axis_of_fits_mixes_with_plain_clearances_and_outlives_its_record():
         json.dumps({"fits": {path: [fit._asdict() for fit in cases.fits[path]] for path in cases.fits}})
     )
     assert dataclasses.replace(again, fits=noted_fits(record)).fits == cases.fits
+
+
+@pytest.mark.parametrize("axis", [{"fits": ["H7/f7", "H8/e8"]}, ["0.1 mm", "0.2 mm"]])
+def test_a_fit_may_be_written_where_its_clearance_is_swept(axis):
+    source = copy.deepcopy(TEXT_AS_DICT) | {"sweep": {CLEARANCE: axis}}
+    source["joints"]["rod-slider"]["clearance"] = {"fit": "H7/g6"}
+    both, plain = load(source), at({"sweep": {CLEARANCE: axis}})
+    assert (both.axes, both.fits) == (plain.axes, plain.fits)
+    source["joints"]["rod-slider"]["clearance"] = {"fit": "H7/zz9"}
+    with pytest.raises(InputError, match="zz9"):
+        load(source)
 
 
 def test_fits_in_step_with_the_radius_are_taken_at_the_diameter_of_their_row():

@@ -172,7 +172,7 @@ def test_the_ideal_machine_is_the_one_without_open_joints(drive):
     built = planar.build(machine, {}, {})
     known, angle = planar.ideal_of(machine), np.array([0.9])
     time, rate = known.passed(angle)
-    acceleration, _ = known.balance(known.at(angle), rate, time)
+    acceleration, *_ = known.balance(known.at(angle), rate, time)
     free = len(built.lengths)
     y = np.array([*(angle if free else ()), *(rate if free else ()), time[0]])
     pose = contract.place(built.value, y)
@@ -208,6 +208,17 @@ def test_the_ideal_slider_crank_is_the_closed_form():
         assert mine == pytest.approx(theirs, rel=1e-12, abs=1e-12 * np.max(np.abs(theirs)))
     for name, force in expected.reactions.items():
         assert found.reactions[name] == pytest.approx(force, rel=1e-11, abs=1e-11 * np.max(np.abs(force)))
+    most = np.max(np.abs(expected.torque))
+    assert found.torque == pytest.approx(expected.torque, rel=1e-11, abs=1e-11 * most)
+
+
+def test_the_ideal_torque_turns_nothing_in_a_turn_and_does_the_work_of_a_load():
+    angles = np.linspace(0.0, 2.0 * math.pi, 720, endpoint=False)
+    free = planar.ideal(slider_crank(), angles)
+    assert abs(np.mean(free.torque)) < 1e-12 * np.max(np.abs(free.torque))
+    pushed = planar.ideal(slider_crank(loads=(Push("push", At("slider", "pin"), -50.0, 0.0, 0.0),)), angles)
+    work = 50.0 * free.velocity / 100.0  # power over the speed
+    assert pushed.torque - free.torque == pytest.approx(work, rel=1e-9, abs=1e-10)
 
 
 def translational(**drive):

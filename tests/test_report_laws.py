@@ -9,7 +9,7 @@ from mechanism_cases import PAIR, changed
 from report_fake import RPM, Run
 from test_report import Page
 
-from clearsweep import grid, report, simulation
+from clearsweep import grid, report, simulation, verdict
 from clearsweep.case import Contact, Joint, Material, Materials
 from clearsweep.report import elastic_comparison, study
 from clearsweep.report.picture import svg
@@ -259,3 +259,32 @@ def test_every_law_that_is_drawn_is_named():
     assert all(f">{name}<" in drawing for name in names)
     assert len(set(re.findall(r"#[0-9a-f]{6}", drawing.lower()))) >= 8
     assert len(elastic_comparison.CURVE) > 20
+
+
+@pytest.mark.parametrize(
+    ("limit", "told"),
+    [
+        (70000.0, "decides whether the limits are kept in 1 of 3 designs, such as at crank speed 3000 rpm: kept with "),
+        (1e9, "does not move the verdict on 3 designs: each keeps to the limits with every one"),
+        (1.0, "does not move the verdict on 3 designs: each exceeds a limit with every one"),
+        (20000.0, "lankarani-nikravesh, exceeded with exact"),
+    ],
+)
+def test_whether_the_choice_moves_the_verdict_is_said_first(limit, told):
+    run = of_laws()
+    peak = run.summary[PEAK]
+    run.grid["limits"] = {PEAK: limit}
+    run.summary[verdict.EXCEEDED] = np.where(peak > limit, PEAK, "")
+    run.summary[verdict.MARGIN] = 1.0 - peak / limit
+    (part,) = [part for part in of_choice(run) if part.key.endswith("contact_law")]
+    first = part.blocks[0].texts[0].replace("\u00a0", " ")
+    assert told in first
+    table = next(table for table in part.tables if table.key.endswith("_verdict"))
+    for law, designs, beyond, smallest, _ in table.rows:
+        mine = peak[run.summary[LAW] == law]
+        assert (designs.value, beyond.value) == (3, int((mine > limit).sum()))
+        assert smallest == pytest.approx(1.0 - mine.max() / limit, rel=1e-12)
+
+
+def test_without_limits_nothing_is_said_of_a_verdict():
+    assert not any(table.key.endswith("_verdict") for part in of_choice(of_laws()) for table in part.tables)

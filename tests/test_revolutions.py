@@ -6,7 +6,7 @@ from mechanism_cases import slider_crank
 from scipy import stats
 
 import clearsweep
-from clearsweep.simulation import revolutions, spread
+from clearsweep.simulation import peak_revolution, revolutions, spread
 
 FRICTION = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
 TURN = 0.012  # s
@@ -69,6 +69,27 @@ def test_a_peak_belongs_to_the_revolution_of_its_contact():
     assert path.summary["rod_slider_force_peak_median_low"] == pytest.approx(np.sort(peaks[1:])[0], rel=1e-12)
     assert path.summary["rod_slider_force_peak_p95_high"] is None
     assert path.summary["period"] is None
+
+
+def test_the_revolution_of_the_largest_peak_has_the_bits_of_the_whole_run():
+    changes = SHORT | {"simulate.revolutions": 7, "save": {"orbits": "all", "samples": 90}}
+    scene = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
+    whole, found = clearsweep.simulate(scene), peak_revolution(scene.case, 0, 7.0)
+    first = int(found.turns)
+    assert 1 <= first == found.turns <= 6
+    same = [name for name in whole.summary if name not in ("run_time", "rhs_evaluations")]  # which sampling adds to
+    assert [found.path.summary[name] for name in same] == [whole.summary[name] for name in same]
+    here = slice(90 * first, 90 * first + 91)
+    usual = np.isin(found.path.t, whole.t)
+    for name in ("t", "slider/x", "joints/rod_slider/force_normal"):
+        assert np.array_equal(found.path[name][usual], whole[name][here])
+    assert 91 < found.path.t.size < 91 + 62
+    force = found.path["joints/rod_slider/force_normal"].max()
+    assert 0.9 < force / whole.summary["rod_slider_force_peak"] <= 1.0 + 1e-12  # in between it is sampled densely
+    ended = whole.events[whole.events["kind"] == "off"]
+    hardest = ended[ended["t"] > TURN][np.argmax(ended["force_peak"][ended["t"] > TURN])]
+    assert hardest["force_peak"] == pytest.approx(whole.summary["rod_slider_force_peak"], rel=1e-12)
+    assert 0.0 < hardest["t"] / TURN - first < 1.2  # of a contact that ends there or soon after
 
 
 def test_a_journal_that_stays_on_its_bearing_repeats_itself_every_revolution():

@@ -13,8 +13,8 @@ from summary_fake import OfFrame
 from clearsweep import grid, wording
 from clearsweep.report import case_table, rows, study
 from clearsweep.report.draw import comparison
+from clearsweep.sweeping.crew import within
 from clearsweep.sweeping.shard import each_once
-from clearsweep.sweeping.sweep import within
 
 
 @pytest.fixture

@@ -21,6 +21,7 @@ from clearsweep import grid as grids
 from clearsweep.errors import DirectoryError, InputError
 from clearsweep.sweeping import merge as merging
 from clearsweep.sweeping import sweep as sweeping
+from clearsweep.sweeping.crew import case_ids
 from clearsweep.sweeping.shard import Shard
 
 pytestmark = pytest.mark.heavy
@@ -52,7 +53,7 @@ def test_every_case_is_in_one_shard_and_shards_are_equally_large():
 
 def test_no_axis_falls_to_one_shard_alone():
     held = grids.load(grid(4, [0.1 * k for k in range(16)]), CATALOGUE)
-    ids = sweeping.case_ids(held)
+    ids = case_ids(held)
     for k in range(1, 5):
         mine = np.flatnonzero(np.isin(ids, Shard(k, 4).ids(ids)))
         assert len({held.point(i)["mechanism.slider.mass"] for i in mine.tolist()}) > 1

@@ -34,15 +34,19 @@ def put_numbers(draft: Draft, values_of: Callable[[str], tuple[float, ...]]) -> 
     for path, node in list(draft.shape.items()):
         if not isinstance(node, Number) or not node.uses[0].field.fit:
             continue
-        there = draft.swept if path in draft.swept else draft.written
-        if path in there and _has_fit(there[path]):
+        for there in (draft.written, draft.swept):
+            if path not in there or not _has_fit(there[path]):
+                continue
+            reader = _Reader(draft, path, values_of)
             try:
-                there[path] = _Reader(draft, path, values_of).numbers(there[path])
+                there[path] = (reader.single if there is draft.written else reader.numbers)(there[path])
             except _WrongFitError as error:
                 if str(error):
                     draft.problems.add(error.written, path, str(error))
                 for known in (draft.shape, draft.swept, draft.written):  # it is told already what is wrong with it
                     known.pop(path, None)
+            if there is draft.written and path in draft.swept:
+                draft.fits.pop(path, None)  # what is written beside an axis has no case
 
 
 class _WrongFitError(Exception):
@@ -68,13 +72,14 @@ class _Reader:
         self.radius = f"{path.rpartition('.')[0]}.bearing_radius"
         self.radii = values_of(self.radius)
 
+    def single(self, written: WrittenValue) -> WrittenValue:
+        """Return what is `written` outside of all axes, a radial clearance (m) in place of its fit."""
+        return self._mean(written, self.radii[:1] if self.path in self.draft.swept else self.radii)
+
     def numbers(self, written: WrittenValue) -> WrittenValue:
-        """Return what is `written`, radial clearances (m) in place of its fits."""
-        way = self.draft.way.get(self.path) if self.path in self.draft.swept else None
-        if way == "sample":
+        """Return the axis that is `written`, radial clearances (m) in place of its fits."""
+        if self.draft.way.get(self.path) == "sample":
             return _like(written, self._spread(written))
-        if way is None:
-            return self._mean(written, self.radii)
         items = written.value
         if isinstance(items, dict):
             if set(items) != {"fits"} or not isinstance(items["fits"].value, list):

@@ -38,6 +38,7 @@ from .values import read_draft
 SCHEMA_VERSION = 4
 MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 5 us each, 100 s
 
+_WORST = "save.worst"  # what is found of a finished run
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 
 
@@ -164,6 +165,11 @@ class Grid:
         units = {column.name: column.unit for column in self.layout.columns}
         return Verdict(figures_of(self.figures, units), limits_of(self.limits))
 
+    @property
+    def worst(self) -> int:
+        """Return of how many of the worst cases the revolution of the largest peak is saved."""
+        return int(self._values.get(_WORST, 0))
+
     @cached_property
     def size(self) -> int:
         """Return the number of cases, however many."""
@@ -238,7 +244,7 @@ class Grid:
 
     def frame(self) -> dict[str, Any]:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
-        fixed = {path: value for path, value in self._base.items() if path != f"simulate.{PATIENCE}"}
+        fixed = {path: value for path, value in self._base.items() if path not in (f"simulate.{PATIENCE}", _WORST)}
         return fixed | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
 
     def resolved(self) -> dict[str, Any]:

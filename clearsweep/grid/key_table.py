@@ -137,6 +137,17 @@ _SAMPLES = Field(
 _SAVED = Field(
     "revolutions", "1", "the last revolutions that `last` saves; default 2, or all where there are fewer", optional=True
 )
+_WORST = Field(
+    "worst",
+    "1",
+    "the revolution of the largest peak is saved, too, of so many cases: those with the largest force_peak_ratio",
+    1,
+    1000,
+    low_open=False,
+    high_open=False,
+    optional=True,
+    whole=True,
+)
 _ORBITS = Word(("none", "last", "all"), "which time histories are saved", "last")
 _METHOD = Word(
     ("auto", "explicit", "implicit"),
@@ -205,7 +216,7 @@ def _revolutions(tree: Shape, judged: tuple[str, ...], others: tuple[str, ...]) 
     tree["simulate.until.figure"] = Word(judged, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     enter_numbers(tree, "simulate.until", _UNTIL, sweep=False)
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
-    enter_numbers(tree, "save", (_SAVED, _SAMPLES), sweep=False)
+    enter_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST), sweep=False)
 
 
 def _impacts(tree: Shape) -> None:

@@ -91,7 +91,8 @@ def courses(study: Study, case_id: str, saved: History) -> list[Course]:
         name = f"{study.run.layout.output} acceleration"
         found.append(Course(name, acceleration.unit, saved.values(acceleration.name), without))
     torques = [channel for channel in _own(study, saved) if channel.name.endswith("/torque")]
-    return found + [Course(_words(channel), channel.unit, saved.values(channel.name)) for channel in torques]
+    torque = ideal.torque if ideal else None
+    return found + [Course(_words(channel), channel.unit, saved.values(channel.name), torque) for channel in torques]
 
 
 def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
@@ -99,7 +100,7 @@ def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
     saved = saved_of(study, case_id, path)
     joints = [picture for joint in study.joints for picture in _joint(study, case_id, joint, saved)]
     output = _output(study, case_id, saved)
-    return [*joints, *output, *_torque(study, saved)] if output else _bodies(study, saved) + joints
+    return [*joints, *output, *_torque(study, case_id, saved)] if output else _bodies(study, saved) + joints
 
 
 def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[Picture]:
@@ -166,16 +167,17 @@ def _acceleration(study: Study, saved: History) -> Column | None:
     return next((each for each in _of_body(study, saved, study.run.layout.output) if each.unit == unit), None)
 
 
-def _torque(study: Study, saved: History) -> list[Picture]:
-    """Return the torque of the drive, where the mechanism has that channel."""
-    drawn = []
+def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
+    """Return the torque of the drive, beside the ideal mechanism's, where the mechanism has that channel."""
+    ideal, drawn = _ideal(study, case_id, saved), []
     for channel in _own(study, saved):
         if channel.name.endswith("/torque"):
             values, name = saved.values(channel.name), _words(channel)
             free = study.has("crank_speed_min")
             caption = "What the drive gives." if free else "What the drive must give to hold the crank speed."
             alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
-            drawn.append(Picture(capital(name), caption, alt, saved.painter(values, channel.unit, name), FLAT))
+            paint = saved.painter(values, channel.unit, name, ideal.torque if ideal else None)
+            drawn.append(Picture(capital(name), caption, alt, paint, FLAT))
     return drawn
 
 

@@ -12,6 +12,7 @@ from ..results import Trajectory
 from .advice import advice_text
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
+from .peak_revolution import peak_revolution
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .trajectory import compile_for, compile_loop, simulate
@@ -38,6 +39,7 @@ __all__ = [
     "load",
     "load_case",
     "mechanism_of",
+    "peak_revolution",
     "penetration_limit",
     "restitution",
     "signature",

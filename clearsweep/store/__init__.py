@@ -13,6 +13,7 @@ from .read import StoredRun, newest, verify
 from .record import now, read_record
 from .state import status, status_text
 from .unfinished import Unfinished
+from .worst import Worst
 
 __all__ = [
     "SCRATCH",
@@ -24,6 +25,7 @@ __all__ = [
     "RunDirectory",
     "StoredRun",
     "Unfinished",
+    "Worst",
     "commit",
     "difference",
     "id_text",

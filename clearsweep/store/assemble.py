@@ -36,6 +36,7 @@ from .batch import (
 from .datasets import CASE, Dataset
 from .directory import FINAL_FILES, RunDirectory
 from .record import read_record
+from .worst import Again, worst_cases, write_worst
 
 HELD_ROWS = 32768  # rows of the summary held in memory at a time, all of whole batches
 CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
@@ -46,12 +47,18 @@ FORMAT = ("v110", "v110")  # of HDF5: the first in which all that is not data ha
 
 
 def merge(
-    run: RunDirectory, form: Form, rows: np.ndarray, *, say: Callable[[str], None] = lambda _: None
+    run: RunDirectory,
+    form: Form,
+    rows: np.ndarray,
+    *,
+    say: Callable[[str], None] = lambda _: None,
+    again: Again = lambda worst: [None] * len(worst),
 ) -> dict[str, str]:
     """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless they do.
 
     Return what tells the next run whether they are still what they should be: the mark of their content, checksums.
-    `say` is given a sentence for each that is not.
+    `say` is given a sentence for each that is not.  `again` computes the revolution of the largest peak of the worst
+    cases.
     """
     mark = _mark(run, form, rows)
     known: dict[str, str] = read_record(run.path).get("merged", {})
@@ -63,12 +70,17 @@ def merge(
             if found.get(name) != known[name]:
                 state = "damaged (its checksum is not that in run.json)" if name in found else "missing"
                 say(f"{name}: {state}; made anew of the batches")
+    worst = worst_cases(form, lambda schema: summary_groups(run, schema, rows)) if form.worst else []
+    peaks = [(case, peak) for case, peak in zip(worst, again(worst) if worst else [], strict=True) if peak]
     with durable.storing(run.path):
         with contextlib.ExitStack() as finished:
             summary, orbits = (
                 finished.enter_context(durable.publishing(run.path / name, run.scratch)) for name in FINAL_FILES
             )
             _write_orbits(orbits, run, form, rows, mark)
+            if peaks:
+                with h5py.File(orbits, "r+", libver=FORMAT) as file:
+                    write_worst(file, form, peaks)
             _write_summary(summary, run, form, rows, mark)
             for path in (summary, orbits):
                 durable.sync(path)

@@ -45,6 +45,7 @@ class Form(NamedTuple):
     histories: bool  # False: neither samples nor events are stored
     frame: str  # hash of all that the cases of a run share
     verdict: Verdict = Verdict()  # what the grid makes of the columns: not of batches, but of the merged summary
+    worst: int = 0  # cases of which the merged orbits hold the revolution of the largest peak
 
     @classmethod
     def of(cls, grid: Grid) -> "Form":
@@ -57,7 +58,7 @@ class Form(NamedTuple):
         text = json.dumps(frame, default=lambda value: value.item())
         text = json.dumps(json.loads(text, parse_int=float), sort_keys=True)  # 1 and 1.0 are one value
         frame_hash = hashlib.sha256(text.encode()).hexdigest()
-        return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict)
+        return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict, grid.worst)
 
 
 class Row(NamedTuple):

@@ -20,6 +20,7 @@ from .datasets import EVENT, NODE, SAMPLE, SECTION
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
 from .judged import SEEK_FILE
 from .record import check_form, damaged, read_record
+from .worst import GROUP, JOINT, OFFSETS, TURNS
 
 if TYPE_CHECKING:
     import pandas as pd  # loaded only where a frame is made
@@ -204,6 +205,34 @@ class StoredRun:
         units = {channel.name.replace("joints/", "", 1): channel.unit for channel in self.layout.channels}
         frame = frame.rename(columns=lambda name: name.removeprefix("poincare/"))
         frame.attrs["units"] = {name: units.get(name, "1") for name in frame}
+        return frame
+
+    @property
+    def worst(self) -> list[str]:
+        """Return the cases of which the revolution of the largest peak was saved (`save.worst`), the worst first."""
+        with self._orbits() as file:
+            return [case_id.decode() for case_id in file[f"{GROUP}/case_id"][:]] if GROUP in file else []
+
+    def peak_revolution(self, case_id: str) -> "pd.DataFrame":
+        """Return the time histories of the revolution of a case in which its largest peak lies; InputError: not saved.
+
+        Columns and `attrs["units"]` as those of `orbit`; `attrs["joint"]` is the joint of the peak ('rod_slider'),
+        `attrs["turns"]` the number of revolutions before.
+        """
+        import pandas as pd
+
+        case_id, channels = self.full_id(case_id), self.layout.channels
+        with self._orbits() as file:
+            saved = file[f"{GROUP}/case_id"][:].tolist() if GROUP in file else []
+            if case_id.encode() not in saved:
+                known = ", ".join(each.decode() for each in saved) or "none; `save: {worst: 3}` asks for them"
+                raise InputError(f"{self.directory}: the peak of {case_id} was not saved (those that were: {known})")
+            place = saved.index(case_id.encode())
+            start, stop = file[OFFSETS][place : place + 2]
+            frame = pd.DataFrame({column.name: file[f"{GROUP}/{column.name}"][start:stop] for column in channels})
+            frame.attrs["joint"] = self.layout.joints[int(file[JOINT][place])].name
+            frame.attrs["turns"] = float(file[TURNS][place])
+        frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
         return frame
 
     def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..case import Case
 from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
-from . import executors, signals, sweep
+from . import crew, executors, signals, sweep
 from .bracket import usual_probes
 from .shard import Shard, each_once
 from .simulator import SIMULATION
@@ -64,9 +64,9 @@ def estimate(
     directory = sweep.directory_of(grid, out, part)
     directory.check(grid)
     directory.look()
-    ids = sweep.case_ids(grid)
+    ids = crew.case_ids(grid)
     wanted = part.ids(ids) if part else each_once(ids)
-    pending = sweep.missing(ids, wanted, directory.rows(), retry_failed=False)
+    pending = crew.missing(ids, wanted, directory.rows(), retry_failed=False)
     jobs = jobs or executors.cores()
     times, events = _pilot(grid, pending, simulator) if len(pending) else ([], 0.0)
     mean = float(np.mean(times)) if times else None
@@ -136,7 +136,7 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[
     with signals.catching():
         workers = executors.Local(1, load=simulator.load)
         try:
-            sweep.warm(workers, grid, pending, simulator)
+            crew.warm(workers, grid, pending, simulator)
             cases = [grid.case(index) for index in pending[chosen(len(pending))].tolist()]
 
             def timed(case: Case) -> tuple[float, int]:

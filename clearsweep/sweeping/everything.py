@@ -12,6 +12,7 @@ from .. import store
 from ..grid.refined import REFINE
 from ..grid.sought import SEEK
 from ..grid.variations import WAYS
+from .crew import Crew, Options
 from .simulator import SIMULATION
 from .sweep import conclude, facts
 from .worker import Simulator
@@ -30,11 +31,12 @@ def everything(directory: str | Path, simulator: Simulator = SIMULATION) -> Iter
     with tempfile.TemporaryDirectory(prefix="clearsweep-") as passing:
         unvaried = {key: record[key] for key in record["keys"] if key not in (*WAYS, SEEK, REFINE)}
         grid = grids.load(unvaried | _ways(record, source), simulator.catalogue())
-        with store.RunDirectory(Path(passing) / "run").open_for(grid) as target:
+        target = store.RunDirectory(Path(passing) / "run")
+        with target.open_for(grid), Crew(target, Options(), simulator) as crew:
             target.take(source)
             derived, warnings = facts(grid, simulator)
             known = {"source": record["source"], "derived": derived, "warnings": warnings}
-            conclude(target, grid, target.rows()["id"], ran=0, start=record["start"], **known)
+            conclude(crew, grid, target.rows()["id"], start=record["start"], **known)
         yield store.open(target.path)
 
 

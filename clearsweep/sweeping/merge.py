@@ -13,9 +13,10 @@ from .. import store
 from ..errors import DirectoryError
 from ..grid.variations import WAYS
 from . import progress, signals
+from .crew import Crew, Options, case_ids
 from .shard import Shard, each_once
 from .simulator import SIMULATION
-from .sweep import RunResult, case_ids, conclude, facts
+from .sweep import RunResult, conclude, facts
 from .worker import Simulator
 
 NAMED = 3  # cases or shards that a message lists before it stops
@@ -56,17 +57,17 @@ def run_merge(
         _complete(ids, rows, [record.get("shard") for record in records])
     _agree(store.Form.of(grid), sources, rows)
     derived, warnings = facts(grid, simulator)
-    with signals.catching(), target.open_for(grid):
+    crew = Crew(target, Options(), simulator)
+    with signals.catching(), target.open_for(grid), crew:
         start = min(record["start"] for record in records)
         for sentence in target.recover():
             progress.say(sentence)
         for source in sources:
             target.take(source)
         counts: dict[str, Any] = conclude(
-            target,
+            crew,
             grid,
             ids,
-            ran=0,
             start=start,
             source=records[0]["source"],
             derived=derived,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from .. import simulation
 from ..case import Case
 from ..catalogue import Catalogue
-from ..results import Trajectory
+from ..results import Peak, Trajectory
 from .worker import Simulator
 
 
@@ -17,6 +17,7 @@ class _Functions(NamedTuple):
     compile_for: Callable[[Case], None] = simulation.compile_for
     compile_loop: Callable[[Case], None] = simulation.compile_loop
     solve: Callable[..., Trajectory] = simulation.solve
+    peak: Callable[[Case, int, float], Peak] = simulation.peak_revolution
     derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
     warnings: Callable[[Case], list[str]] = simulation.warnings
 

@@ -1,28 +1,25 @@
 """The order of work of a sweep: check, lock, see what is missing, compile once, fan out, merge."""
 
 import errno
-import shutil
 import time
 from collections.abc import Mapping
-from concurrent.futures import BrokenExecutor, Future
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any
 
 import numpy as np
 
 from .. import grid as grids
 from .. import resources, store
-from ..case import Case
-from ..errors import DirectoryError, InputError, brief
+from ..errors import DirectoryError, InputError
 from . import executors, progress, rounds, signals
-from .driver import Batches, Driver
+from .crew import Crew, Options, case_ids, most, within
 from .refining import Refined, Refining
 from .seeking import Answer, Seeking
 from .shard import Shard, each_once
 from .simulator import SIMULATION
-from .worker import Job, Simulator
+from .worker import Simulator
 
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
 MOST_WARNINGS = 5
@@ -72,19 +69,6 @@ class RunResult:
         return store.open(self.directory)
 
 
-class Options(NamedTuple):
-    """How a sweep runs; `sweep` says what each means."""
-
-    jobs: int | None = None
-    executor: str = "local"
-    scheduler: str | None = None
-    retry_failed: bool = False
-    case_timeout: float | None = None
-    max_failures: int | str | None = None
-    shard: str | None = None
-    show_progress: bool = True
-
-
 def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the command line
     source: Source,
     out: str | Path | None = None,
@@ -126,7 +110,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
     """Run a grid as `sweep` does, its cases by `simulator`."""
     begin = time.monotonic()
     check(options)
-    _most(options.max_failures, 0)
+    most(options.max_failures, 0)
     grid = load(source, simulator)
     grids.check_memory(grids.largest_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
@@ -152,10 +136,10 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
                 wanted = each_once(case_ids(grid))
             else:
                 complete = crew.run(grid, ids, wanted)
-        del ids  # 8 MB of a million cases, which merging needs
-        answers = search.answers() if isinstance(search, Seeking) and complete else []
-        store.write_answers(directory, store.Form.of(grid), grid.seek.path if grid.seek else "", answers)
-        counts: dict[str, Any] = conclude(directory, grid, wanted, ran=crew.ran, start=start, **known)
+            del ids  # 8 MB of a million cases, which merging needs
+            answers = search.answers() if isinstance(search, Seeking) and complete else []
+            store.write_answers(directory, store.Form.of(grid), grid.seek.path if grid.seek else "", answers)
+            counts: dict[str, Any] = conclude(crew, grid, wanted, start=start, **known)
     return RunResult(
         directory.path,
         **counts,
@@ -168,70 +152,6 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
         answers=tuple(answers),
         refined=search.result() if isinstance(search, Refining) and complete else None,
     )
-
-
-class Crew:
-    """The workers of a run, which are started when the first case is missing and do the cases of one grid or several.
-
-    `ran`, `case_seconds` : number of cases and s of work in all; `ready` : when the first case could begin, None: none.
-    """
-
-    def __init__(self, directory: store.RunDirectory, options: Options, simulator: Simulator):
-        self.directory, self.options, self.simulator = directory, options, simulator
-        self.workers: executors.Executor | None = None
-        self.ran, self.case_seconds = 0, 0.0
-        self.ready: float | None = None
-        self.tried: list[np.ndarray] = []  # identities of cases, which are not tried again however they ended
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.workers is not None:
-            self.workers.close()
-
-    def run(self, grid: grids.Grid, ids: np.ndarray, wanted: np.ndarray) -> bool:
-        """Run the cases of a grid that are missing; return False where too many failed and the rest was left.
-
-        ids : of all cases by index; wanted : of those that are to be there, ascending.
-        """
-        pending = missing(ids, wanted, self.directory.rows(), retry_failed=self.options.retry_failed)
-        for tried in self.tried:
-            pending = pending[~within(ids[pending], tried)]
-        if not len(pending):
-            return True
-        grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
-        workers = self._hired(grid, pending)
-        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout)
-        batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
-        with progress.of(len(pending), wanted=self.options.show_progress) as display:
-            most_failures = _most(self.options.max_failures, len(pending))
-            driver = Driver(workers, self.directory, job, batches, most_failures, display)
-            done = driver.run()
-        self.ran, self.case_seconds = self.ran + driver.ran, self.case_seconds + driver.case_seconds
-        self.tried.append(np.sort(ids[pending]))
-        return done
-
-    def look(self, grid: grids.Grid, first: int) -> store.Judged | None:
-        """Run the cases of a grid that are missing; return how those from the index `first` on stand to their limits.
-
-        None where some were left.
-        """
-        ids = case_ids(grid)
-        if not self.run(grid, ids, np.sort(ids)):
-            return None
-        rows = self.directory.rows()
-        return store.judge(self.directory, store.Form.of(grid), rows[np.searchsorted(rows["id"], ids[first:])])
-
-    def _hired(self, grid: grids.Grid, pending: np.ndarray) -> executors.Executor:
-        """Return the workers, started and their code compiled."""
-        if self.workers is None:
-            jobs = self.options.jobs or executors.cores()
-            jobs = min(jobs, len(pending))
-            self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
-            warm(self.workers, grid, pending, self.simulator)
-            self.ready = time.monotonic()
-        return self.workers
 
 
 def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:
@@ -251,15 +171,18 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
     return store.RunDirectory(path)
 
 
-def conclude(
-    directory: store.RunDirectory, grid: grids.Grid, wanted: np.ndarray, *, ran: int, **known: Any
-) -> dict[str, int]:
-    """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts."""
+def conclude(crew: Crew, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
+    """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts.
+
+    The crew knows where, and does what is to be computed of the finished run.
+    """
+    directory, ran = crew.directory, crew.ran
     rows = directory.rows()
     stored = len(rows)
     asked = within(rows["id"], wanted)
     rows = rows if asked.all() else rows[asked]
-    merged = store.merge(directory, store.Form.of(grid), rows, say=progress.say)
+    form = store.Form.of(grid)
+    merged = store.merge(directory, form, rows, say=progress.say, again=lambda worst: crew.peaks(grid, worst))
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
         "cases": len(wanted),
@@ -294,75 +217,6 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
     return ranges, list(sentences)[:MOST_WARNINGS]
 
 
-def case_ids(grid: grids.Grid) -> np.ndarray:
-    """Return the identities of all cases as numbers, uint64, by index."""
-    return np.fromiter(grid.identities(), "u8", len(grid))
-
-
-def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
-    """Return the indices of the `wanted` cases (ascending) that are to run, each identity once.
-
-    rows : what there is, ascending by id.
-    """
-    if retry_failed:
-        rows = rows[~rows["failed"]]
-    order = np.argsort(ids, kind="stable")
-    sorted_ids = ids[order]
-    keep = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
-    keep &= within(sorted_ids, wanted)
-    keep &= ~within(sorted_ids, rows["id"])
-    return np.sort(order[keep])
-
-
-def within(values: np.ndarray, those: np.ndarray) -> np.ndarray:
-    """Return which of the values are among `those`, ascending; a fifth of np.isin's memory."""
-    if not len(those):
-        return np.zeros(len(values), bool)
-    places = np.searchsorted(those, values)
-    places[places == len(those)] = 0
-    there: np.ndarray = those[places] == values
-    return there
-
-
-def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
-    """Return one pending case for each kind of scene; only names of laws can change the kind."""
-    if not any(isinstance(values[0], str) for values in grid.axes.values()):
-        return [grid.case(int(pending[0]))]
-    wanted = np.zeros(len(grid), bool)
-    wanted[pending] = True
-    firsts: dict[grids.Words, int] = {}
-    for index, words in enumerate(grid.words()):
-        if wanted[index] and words not in firsts:
-            firsts[words] = index
-    cases = [grid.case(index) for index in firsts.values()]
-    return list({simulator.signature(case): case for case in cases}.values())
-
-
-def warm(workers: executors.Executor, grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> None:
-    """Compile all that the cases need, so that every worker finds it in the cache: each part once, in one of them.
-
-    What fails there fails again as a case, where it is recorded.
-    """
-    cases = kinds(grid, pending, simulator)
-    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
-    try:
-        failures = [_failure(future) for future in [workers.submit(*part) for part in parts]]
-    except BrokenExecutor as error:
-        failures = [error]
-    if any(isinstance(failure, BrokenExecutor) for failure in failures):
-        workers.restart()
-    elif told := next(filter(None, failures), None):
-        progress.say(f"compiling ahead failed ({brief(told)}); the cases themselves will tell")
-
-
-def _failure(future: Future) -> Exception | None:
-    try:
-        future.result()
-    except Exception as error:
-        return error
-    return None
-
-
 def check(options: Options) -> None:
     """Raise InputError for options that do not hold or do not go together."""
     executor, jobs, case_timeout, scheduler = options.executor, options.jobs, options.case_timeout, options.scheduler
@@ -382,18 +236,3 @@ def check(options: Options) -> None:
     executors.allow_files(executor, jobs or executors.cores())
     if executor == "dask":
         executors.reach(scheduler)
-
-
-def _most(max_failures: int | str | None, cases: int) -> int | None:
-    """Return how many cases may fail, from a number or a percentage."""
-    if max_failures is None:
-        return None
-    text = str(max_failures).strip()
-    share = cases / 100.0 if text.endswith("%") else 1.0
-    try:
-        most = int(float(text.removesuffix("%")) * share)
-    except (ValueError, OverflowError):
-        most = -1
-    if most < 0:
-        raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")
-    return most

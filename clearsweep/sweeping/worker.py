@@ -21,7 +21,7 @@ from ..case import Case
 from ..catalogue import Catalogue
 from ..errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
 from ..grid import Grid
-from ..results import Trajectory
+from ..results import Peak, Trajectory
 from ..store import durable
 from . import signals
 
@@ -53,6 +53,9 @@ class Simulator(Protocol):
 
     def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
         """Return the result of a case; only one with a life is given a log, and goes on from it."""
+
+    def peak(self, case: Case, joint: int, revolutions: float, /) -> Peak:
+        """Return the revolution of a case, of so many, in which the largest normal force of a joint lies."""
 
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
         """Return name -> (value, SI unit) of what follows from other values."""
@@ -142,6 +145,11 @@ def time_case(simulator: Simulator, case: Case) -> tuple[float, int]:
     begin = time.perf_counter()
     trajectory = simulator.solve(case)
     return time.perf_counter() - begin, len(trajectory.events)
+
+
+def find_peak(simulator: Simulator, case: Case, joint: int, revolutions: float) -> Peak:
+    """Return the revolution of a case in which the largest normal force of a joint lies."""
+    return simulator.peak(case, joint, revolutions)
 
 
 def run_packed(content: bytes) -> Any:

@@ -35,6 +35,7 @@ class IdealMotion(NamedTuple):
     velocity: np.ndarray  # the same per s
     acceleration: np.ndarray  # the same per s^2
     reactions: Mapping[str, np.ndarray]  # joint -> (..., 2) N, force on its distal body
+    torque: np.ndarray | None = None  # N m, of the drive on the crank; None where it is not known
 
 
 class Built(NamedTuple):

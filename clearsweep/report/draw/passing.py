@@ -56,7 +56,7 @@ def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, 
         ax.scatter(
             between.x[there],
             between.y[there],
-            s=9,
+            s=14,
             c=colour,
             marker=mark,
             linewidths=0.3,

@@ -17,5 +17,6 @@ def intervals(ax: Axes, rows: Sequence[tuple[float, float, float, float]], over:
     ax.vlines(x, low, high, color=BLUE, linewidth=2.0)
     ax.plot(x, answer, "o-", color=BLUE, markersize=4.0, linewidth=0.8)
     ax.set(xlabel=over.label(), ylabel=axis.label())
-    ax.set_ylim(bottom=0.0 if answer.min() > 0.0 else None)
+    if low.min() > 0.0:
+        ax.set_ylim(0.0, 1.1 * high.max())
     plain_axes(ax)

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from ... import wording
-from .. import elastic_comparison, restitution_comparison
+from .. import elastic_comparison, law_verdict, restitution_comparison
 from ..draw import comparison
 from ..main_effects import CLEAR_FACTOR, main_effects
 from ..matching import Matched, axis_key, matched
@@ -38,11 +38,12 @@ def _section(study: Study, axis: Axis) -> Section:
         more = restitution_comparison.of_axis(study, axis, joint)
     elif axis.path.endswith((".contact.elastic", ".roughness.law")):
         more = elastic_comparison.of_axis(study, axis, joint)
+    judged = law_verdict.of_axis(study, beside)
     strips = [_strip(study, axis, place, *figure) for place in study.joints for figure in _figures(study, place)]
     part = Part(
-        [_sentence(study, axis, spread), *more.sentences],
+        [*judged.sentences, _sentence(study, axis, spread), *more.sentences],
         [*strips, *more.pictures],
-        [spread, *(_forces(study, beside, place) for place in study.joints), *more.tables],
+        [*judged.tables, spread, *(_forces(study, beside, place) for place in study.joints), *more.tables],
     )
     return Section(axis_key(axis), f"What the choice of {axis.name} does", part.blocks())
 

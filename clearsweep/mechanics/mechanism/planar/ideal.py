@@ -92,8 +92,8 @@ class Ideal:
         """Return the motion of the output and the reactions at angles (N,) rad of the crank, from its start on."""
         there, (time, rate) = self.at(angles), self.passed(angles)
         place, first, second = self.aimed(there)
-        acceleration, reactions = self.balance(there, rate, time)
-        return IdealMotion(place, first * rate, second * rate**2 + first * acceleration, reactions)
+        acceleration, reactions, torque = self.balance(there, rate, time)
+        return IdealMotion(place, first * rate, second * rate**2 + first * acceleration, reactions, torque)
 
     def passed(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the time (s) at which the crank passes angles (rad), and its rate (rad/s); nan where it never does."""
@@ -106,8 +106,13 @@ class Ideal:
 
     # ------------------------------------------------------------------------------------------ forces
 
-    def balance(self, there: Turn, rate: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Return the crank's angular acceleration (N,) and the force (N, 2) N on the distal body of every joint."""
+    def balance(
+        self, there: Turn, rate: np.ndarray, time: np.ndarray
+    ) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
+        """Return the crank's angular acceleration (N,), the force (N, 2) N on the distal body of every joint, torque.
+
+        The torque (N,) N m is the drive's on the crank, by virtual work: joints do none as the crank turns.
+        """
         outside = self.outside(there, rate, time)
         _, jacobian, _ = self.closure.evaluate(there.q, there.angles)
         reactions: dict[str, np.ndarray] = {}
@@ -126,7 +131,7 @@ class Ideal:
             before, rubbing = rubbing, self._rubbed(forces, there, rate, reactions)
             if np.max(np.abs(rubbing - before)) <= SETTLED * np.max(np.abs(rubbing)):
                 break
-        return acceleration, reactions
+        return acceleration, reactions, -np.sum(there.first * left, -1)
 
     def outside(self, there: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return the forces (N, 3 bodies) of gravity and of all loads but friction, about the centres of mass."""
@@ -285,4 +290,5 @@ def ideal(machine: Machine, angles) -> IdealMotion:
     shape = np.shape(angles)
     motion = ideal_of(machine).motion(np.asarray(angles, dtype=float).ravel())
     reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
-    return IdealMotion(*(np.reshape(part, shape) for part in motion[:3]), reactions)
+    torque = np.reshape(motion.torque, shape)
+    return IdealMotion(*(np.reshape(part, shape) for part in motion[:3]), reactions, torque)

@@ -9,7 +9,7 @@ from ....outline import Outline
 from .. import described, spatial
 from ..contract import Built, Ideal, IdealMotion, Open
 from . import general, masses, motion  # noqa: F401 - enter the equations of motion
-from .ideal import reactions, slider
+from .ideal import reactions, slider, torque
 from .pose import ROD, SLIDER, Links, SliderCrank, places
 
 _LENGTH = Field("length", "m", "distance between its pins")
@@ -110,7 +110,8 @@ def _start(mechanism: SliderCrank, offsets: list) -> np.ndarray:
 def ideal(bodies, drive, angles) -> IdealMotion:
     """Return the motion of the slider and the reactions without clearance at crank angles `angles` (rad)."""
     x, v, a = slider(bodies["crank.length"], bodies["rod.length"], angles, drive)
-    return IdealMotion(x, v, a, reactions(bodies, drive, angles))
+    forces = reactions(bodies, drive, angles)
+    return IdealMotion(x, v, a, forces, torque(bodies, forces["crank-rod"], angles))
 
 
 def outlined(outline: Outline) -> Mechanism:

@@ -52,5 +52,13 @@ def reactions(bodies, speed, crank_angle) -> dict[str, np.ndarray]:
     return {"ground-crank": at_ground, "crank-rod": at_crank, "rod-slider": -at_slider}
 
 
+def torque(bodies, at_crank: np.ndarray, crank_angle) -> np.ndarray:
+    """Return the torque (N m) that keeps the speed, from the force (..., 2) N of the crank on the rod."""
+    angle = np.asarray(crank_angle, dtype=float)
+    u1 = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    weight = bodies["crank.mass"] * bodies["gravity"] * bodies["crank.center"] * u1[..., 0]
+    return bodies["crank.length"] * _cross(u1, at_crank) + weight
+
+
 def _cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

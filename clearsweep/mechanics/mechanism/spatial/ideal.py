@@ -29,7 +29,12 @@ def ideal(bodies, drive, angles) -> IdealMotion:
     at_crank = inertial - at_slider
     hub = bodies["crank.center.0"] * u1 + bodies["crank.center.1"] * n1
     at_ground = bodies["crank.mass"] * (-(drive**2) * hub - gravity) + at_crank
-    return IdealMotion(x, v, a, {"ground-crank": at_ground, "crank-rod": at_crank, "rod-slider": -at_slider})
+    torque = radius * _cross(u1, at_crank) - bodies["crank.mass"] * _cross(hub, gravity)
+    return IdealMotion(x, v, a, {"ground-crank": at_ground, "crank-rod": at_crank, "rod-slider": -at_slider}, torque)
+
+
+def _cross(a, b):
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def _axes(cosine, sine):

@@ -1,0 +1,59 @@
+"""The peak's own revolution: force, acceleration and torque of the worst cases beside those without clearance."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from ... import wording
+from ..motion import FLAT, Course, courses, saved_of
+from ..picture import Picture, capital
+from ..section import Block, Detail, Section, Sentences
+from ..shown import shown
+from ..study import Joint, Study
+
+WORDS = "The revolution of the window in which the largest normal force lies, of the cases with the largest load over "
+REST = "the largest reaction without clearance. Dashed: the mechanism without clearance."
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where no such revolution was saved."""
+    if study.cases.empty or not study.run.worst:
+        return []
+    blocks: list[Block] = [Sentences([WORDS + REST])]
+    blocks += [_detail(study, place, case_id) for place, case_id in enumerate(study.run.worst, start=1)]
+    return [Section("peak-revolution", "The peak's own revolution", blocks)]
+
+
+def _detail(study: Study, place: int, case_id: str) -> Detail:
+    """Return one case: what its peak is, and the courses through it."""
+    path = study.run.peak_revolution(case_id)
+    joint = next(joint for joint in study.joints if joint.name == path.attrs["joint"])
+    saved = saved_of(study, case_id, path)
+    pictures = [_picture(course, saved.painter(*_painted(course))) for course in courses(study, case_id, saved)]
+    figures = [(name, study.text(case_id, column)) for column, name in shown(study, "case", joint)]
+    why = f"Worst case {place}" if len(study.run.worst) > 1 else "Worst case"
+    return Detail(why, case_id, study.setting(case_id), [*_where(joint, path, saved.angle), *figures], pictures)
+
+
+def _where(joint: Joint, path: pd.DataFrame, angle: np.ndarray | None) -> list[tuple[str, str]]:
+    """Return in which revolution and where in it the largest sample of the force is."""
+    known = [("joint", joint.title), ("revolution", f"{path.attrs['turns']:.4g} to {path.attrs['turns'] + 1.0:.4g}")]
+    if angle is not None:
+        at = np.degrees(angle[int(np.argmax(path[f"joints/{joint.name}/force_normal"]))]) % 360.0
+        known.append(("peak at", f"{at:.1f}{wording.BLANK}°"))
+    return known
+
+
+def _painted(course: Course) -> tuple:
+    return course.actual, course.unit, course.name, course.ideal
+
+
+def _picture(course: Course, paint: Callable[[Axes], None]) -> Picture:
+    """Return one quantity over the revolution."""
+    most = wording.text(float(np.abs(course.actual).max()), course.unit)
+    alt = f"{capital(course.name)} over the revolution of the peak, at most {most} among the samples"
+    if course.ideal is not None:
+        alt += f"; without clearance {wording.text(float(np.abs(course.ideal).max()), course.unit)}"
+    return Picture(capital(course.name), "", f"{alt}.", paint, FLAT)

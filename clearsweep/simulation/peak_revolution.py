@@ -1,0 +1,49 @@
+"""The revolution of a case in which its largest normal force lies."""
+
+import dataclasses
+
+import numpy as np
+
+from ..case import Case
+from ..results import Peak
+from .heat import balanced, has_balance
+from .outcome import trajectory_of
+from .revolutions import marks_of, peaks_of
+from .run import integrated
+from .scene import build
+
+FINE, MOST = 20, 1_000_000  # times the usual samples that are looked at; in all
+BESIDE = 1.5  # usual samples on either side of the largest force between which all of them are kept
+
+
+def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
+    """Return the revolution of the window in which a joint has its largest normal force, with its time histories.
+
+    The case runs twice as it ran before, to the last bit: without histories, and sampled over that revolution: at the
+    moments that `save.samples` asks for and, as an impact is short, FINE times as densely about the largest force.
+
+    Parameters
+    ----------
+    case : as it was run.
+    joint : its place among the joints with clearance.
+    revolutions : for how many it ran; those of the case, unless `simulate.until` found them.
+    """
+    bare = case.simulate._replace(until=None, horizon=False, error_check=False, revolutions=revolutions)
+    scene = build(case._replace(simulate=bare, save=case.save._replace(orbits="none")))
+    if has_balance(case):
+        scene, _ = balanced(scene)
+    at, turned = scene.turning.at, scene.turning.free
+    end, marks = at(revolutions), marks_of(scene, revolutions)
+    run = integrated(scene, np.empty(0), end, turned=turned, marks=marks)
+    peaks, window = peaks_of(scene, marks, run.work.turns), marks.turns[marks.window]
+    place = int(peaks[:, joint].argmax()) if len(peaks) else 0
+    first, last = window[place : place + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)
+    samples, fine = case.save.samples, max(min(FINE, MOST // case.save.samples), 1)
+    counts = np.arange(round(first * samples) * fine, round(last * samples) * fine + 1)
+    times = np.minimum([at(count / (fine * samples)) for count in counts.tolist()], end)
+    path = trajectory_of(scene, integrated(scene, times, end, turned=turned, marks=marks), end)
+    if path.status != "ok":
+        return Peak(first, path)
+    largest = int(path[f"joints/{case.joints[joint].column}/force_normal"].argmax())
+    kept = (counts % fine == 0) | (np.abs(np.arange(len(counts)) - largest) <= BESIDE * fine)
+    return Peak(first, dataclasses.replace(path, channels={name: path[name][kept] for name in path.channels}))

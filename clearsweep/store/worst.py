@@ -1,0 +1,99 @@
+"""The worst cases of a run, and what orbits.h5 holds of each: the revolution in which its largest peak lies."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+import pyarrow as pa
+
+from ..results import Peak
+from .batch import CASE, CASE_ID, SAMPLE, Dataset, Form, put, summary_schema, values_of
+
+GROUP = "worst"  # of orbits.h5
+JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
+RANKED_BY = ("force_peak_ratio", "force_peak")  # figures of a joint: the first of which any case has a value
+_RUN = "revolutions_run"  # of `simulate.until`
+
+
+class Worst(NamedTuple):
+    """One of the worst cases."""
+
+    case_id: str
+    point: dict[str, Any]  # swept path -> value
+    joint: int  # whose figure it is: its place among those of the layout
+    peak: float  # N, the largest normal force of that joint
+    revolutions: float | None  # for how many it ran, where `simulate.until` found them
+
+
+#: Reads columns of the summary, some rows at a time.
+Groups = Callable[[pa.Schema], Iterator[pa.Table]]
+#: Computes the revolution of the largest peak of some cases again; None where that failed.
+Again = Callable[[Sequence[Worst]], Sequence[Peak | None]]
+
+
+def worst_cases(form: Form, groups: Groups) -> list[Worst]:
+    """Return the worst cases of a summary, the worst first: those with the largest load ratio of any joint.
+
+    Where no case has one it is the largest normal force.
+    """
+    for figure in RANKED_BY:
+        names = [f"{joint.name}_{figure}" for joint in form.layout.joints]
+        if {column.name for column in form.layout.columns}.issuperset(names):
+            found = _largest(form, groups, names)
+            if found:
+                return found
+    return []
+
+
+def _largest(form: Form, groups: Groups, names: list[str]) -> list[Worst]:
+    """Return the cases with the largest value of any of some columns, one for each joint."""
+    joints, paths = form.layout.joints, [axis.path for axis in form.axes]
+    peaks = [f"{joint.name}_force_peak" for joint in joints]
+    whole = summary_schema(form)
+    further = [_RUN] if _RUN in whole.names else []
+    wanted = dict.fromkeys(["case_id", "status", *paths, *names, *peaks, *further])
+    found: list[tuple[float, Worst]] = []
+    for group in groups(pa.schema([whole.field(name) for name in wanted])):
+        columns = {name: values_of(group[name].combine_chunks()) for name in wanted}
+        figures = np.array([columns[name] for name in names])
+        figures[:, columns["status"] != "ok"] = np.nan
+        largest = np.where(np.isnan(figures).all(axis=0), -np.inf, np.fmax.reduce(figures, axis=0))
+        for place in np.lexsort((columns["case_id"], -largest))[: form.worst].tolist():
+            if np.isfinite(largest[place]):
+                joint = int(np.nanargmax(figures[:, place]))
+                point = {path: _plain(columns[path][place]) for path in paths}
+                length = float(columns[_RUN][place]) if further else None
+                case = Worst(columns["case_id"][place], point, joint, float(columns[peaks[joint]][place]), length)
+                found.append((float(largest[place]), case))
+    found.sort(key=lambda each: (-each[0], each[1].case_id))
+    return [case for _, case in found[: form.worst]]
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, str) else None if value is None or np.isnan(value) else float(value)
+
+
+def write_worst(file: h5py.File, form: Form, cases: Sequence[tuple[Worst, Peak]]) -> None:
+    """Write the revolutions of the largest peaks, the worst case first."""
+    if not cases:
+        return
+    joints = h5py.enum_dtype({joint.name: code for code, joint in enumerate(form.layout.joints)}, basetype="i1")
+    paths = [peak.path for _, peak in cases]
+    content: dict[Dataset, Any] = {
+        CASE_ID._replace(path=f"{GROUP}/case_id", description="identity of the case, the worst first"): [
+            case.case_id.encode() for case, _ in cases
+        ],
+        Dataset(JOINT, joints, "1", "joint whose largest normal force it is", CASE): [case.joint for case, _ in cases],
+        Dataset(TURNS, np.dtype("f8"), "1", "revolutions before the first sample", CASE): [
+            peak.turns for _, peak in cases
+        ],
+        Dataset(OFFSETS, np.dtype("i8"), "1", "first sample of each case; the last value is their number", CASE): (
+            np.cumsum([0, *(len(path.t) for path in paths)])
+        ),
+    }
+    for column in form.layout.channels:
+        values = np.concatenate([path.channels[column.name] for path in paths])
+        content[Dataset(f"{GROUP}/{column.name}", np.dtype("f8"), column.unit, column.description, SAMPLE)] = values
+    for dataset, values in content.items():
+        put(file, dataset, np.asarray(values, dataset.dtype), fletcher32=True)

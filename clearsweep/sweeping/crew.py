@@ -1,0 +1,229 @@
+"""The workers of a run: which cases are missing, compiling once, running cases of one grid or of several."""
+
+import shutil
+import time
+from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor, Future, wait
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from .. import grid as grids
+from .. import store
+from ..case import Case
+from ..errors import InputError, brief
+from ..results import Peak
+from . import executors, progress, signals
+from .driver import TICK, Batches, Driver
+from .worker import Job, Simulator, find_peak
+
+
+class Options(NamedTuple):
+    """How a sweep runs; `sweep` says what each means."""
+
+    jobs: int | None = None
+    executor: str = "local"
+    scheduler: str | None = None
+    retry_failed: bool = False
+    case_timeout: float | None = None
+    max_failures: int | str | None = None
+    shard: str | None = None
+    show_progress: bool = True
+
+
+class Crew:
+    """The workers of a run, which are started when the first case is missing and do the cases of one grid or several.
+
+    `ran`, `case_seconds` : number of cases and s of work in all; `ready` : when the first case could begin, None: none.
+    """
+
+    def __init__(self, directory: store.RunDirectory, options: Options, simulator: Simulator):
+        self.directory, self.options, self.simulator = directory, options, simulator
+        self.workers: executors.Executor | None = None
+        self.ran, self.case_seconds = 0, 0.0
+        self.ready: float | None = None
+        self.tried: list[np.ndarray] = []  # identities of cases, which are not tried again however they ended
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.workers is not None:
+            self.workers.close()
+
+    def run(self, grid: grids.Grid, ids: np.ndarray, wanted: np.ndarray) -> bool:
+        """Run the cases of a grid that are missing; return False where too many failed and the rest was left.
+
+        ids : of all cases by index; wanted : of those that are to be there, ascending.
+        """
+        pending = missing(ids, wanted, self.directory.rows(), retry_failed=self.options.retry_failed)
+        for tried in self.tried:
+            pending = pending[~within(ids[pending], tried)]
+        if not len(pending):
+            return True
+        grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
+        workers = self._hired(grid, pending)
+        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout)
+        batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
+        with progress.of(len(pending), wanted=self.options.show_progress) as display:
+            most_failures = most(self.options.max_failures, len(pending))
+            driver = Driver(workers, self.directory, job, batches, most_failures, display)
+            done = driver.run()
+        if not done:
+            self.workers = None  # the driver has ended them
+        self.ran, self.case_seconds = self.ran + driver.ran, self.case_seconds + driver.case_seconds
+        self.tried.append(np.sort(ids[pending]))
+        return done
+
+    def look(self, grid: grids.Grid, first: int) -> store.Judged | None:
+        """Run the cases of a grid that are missing; return how those from the index `first` on stand to their limits.
+
+        None where some were left.
+        """
+        ids = case_ids(grid)
+        if not self.run(grid, ids, np.sort(ids)):
+            return None
+        rows = self.directory.rows()
+        return store.judge(self.directory, store.Form.of(grid), rows[np.searchsorted(rows["id"], ids[first:])])
+
+    def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
+        """Return the revolution of the largest peak of cases that have run, None where it is not found again."""
+        cases = [grid.case_at(each.point) for each in worst]
+        workers = self.workers or self._hire(len(cases))
+        found: list[Peak | None] = []
+        tasks = [
+            _submitted(workers, self.simulator, case, each.joint, each.revolutions or case.simulate.revolutions)
+            for case, each in zip(cases, worst, strict=True)
+        ]
+        for task, each in zip(tasks, worst, strict=True):
+            column = f"{grid.layout.joints[each.joint].name}_force_peak"
+            try:
+                peak = _awaited(task)
+            except Exception as error:
+                reason, peak = brief(error), None
+            else:
+                same = peak.path.status == "ok" and peak.path.summary[column] == each.peak
+                reason, peak = "its motion is another one here", peak if same else None
+            if peak is None:
+                progress.say(f"case {each.case_id}: the revolution of its largest peak is left out ({reason})")
+            found.append(peak)
+        return found
+
+    def _hired(self, grid: grids.Grid, pending: np.ndarray) -> executors.Executor:
+        """Return the workers, started and their code compiled."""
+        if self.workers is None:
+            warm(self._hire(len(pending)), grid, pending, self.simulator)
+            self.ready = time.monotonic()
+        assert self.workers is not None  # hired
+        return self.workers
+
+    def _hire(self, cases: int) -> executors.Executor:
+        """Return the workers, started, for at most so many cases at a time."""
+        jobs = min(self.options.jobs or executors.cores(), cases)
+        self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
+        return self.workers
+
+
+def _submitted(workers: executors.Executor, *what: Any) -> Future:
+    """Return what `find_peak` comes to in a worker."""
+    try:
+        return workers.submit(find_peak, *what)
+    except RuntimeError as error:  # the pool broke
+        future: Future = Future()
+        future.set_exception(error)
+        return future
+
+
+def _awaited(future: Future) -> Any:
+    """Return what a worker gives; Stopped after a signal."""
+    while not wait([future], TICK).done:
+        if signals.requested():
+            raise signals.Stopped(
+                signals.requested(),
+                "stopped: all cases are finished and kept; run the same command again to put their files together",
+            )
+    return future.result()
+
+
+def case_ids(grid: grids.Grid) -> np.ndarray:
+    """Return the identities of all cases as numbers, uint64, by index."""
+    return np.fromiter(grid.identities(), "u8", len(grid))
+
+
+def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
+    """Return the indices of the `wanted` cases (ascending) that are to run, each identity once.
+
+    rows : what there is, ascending by id.
+    """
+    if retry_failed:
+        rows = rows[~rows["failed"]]
+    order = np.argsort(ids, kind="stable")
+    sorted_ids = ids[order]
+    keep = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
+    keep &= within(sorted_ids, wanted)
+    keep &= ~within(sorted_ids, rows["id"])
+    return np.sort(order[keep])
+
+
+def within(values: np.ndarray, those: np.ndarray) -> np.ndarray:
+    """Return which of the values are among `those`, ascending; a fifth of np.isin's memory."""
+    if not len(those):
+        return np.zeros(len(values), bool)
+    places = np.searchsorted(those, values)
+    places[places == len(those)] = 0
+    there: np.ndarray = those[places] == values
+    return there
+
+
+def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
+    """Return one pending case for each kind of scene; only names of laws can change the kind."""
+    if not any(isinstance(values[0], str) for values in grid.axes.values()):
+        return [grid.case(int(pending[0]))]
+    wanted = np.zeros(len(grid), bool)
+    wanted[pending] = True
+    firsts: dict[grids.Words, int] = {}
+    for index, words in enumerate(grid.words()):
+        if wanted[index] and words not in firsts:
+            firsts[words] = index
+    cases = [grid.case(index) for index in firsts.values()]
+    return list({simulator.signature(case): case for case in cases}.values())
+
+
+def warm(workers: executors.Executor, grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> None:
+    """Compile all that the cases need, so that every worker finds it in the cache: each part once, in one of them.
+
+    What fails there fails again as a case, where it is recorded.
+    """
+    cases = kinds(grid, pending, simulator)
+    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
+    try:
+        failures = [_failure(future) for future in [workers.submit(*part) for part in parts]]
+    except BrokenExecutor as error:
+        failures = [error]
+    if any(isinstance(failure, BrokenExecutor) for failure in failures):
+        workers.restart()
+    elif told := next(filter(None, failures), None):
+        progress.say(f"compiling ahead failed ({brief(told)}); the cases themselves will tell")
+
+
+def _failure(future: Future) -> Exception | None:
+    try:
+        future.result()
+    except Exception as error:
+        return error
+    return None
+
+
+def most(max_failures: int | str | None, cases: int) -> int | None:
+    """Return how many cases may fail, from a number or a percentage."""
+    if max_failures is None:
+        return None
+    text = str(max_failures).strip()
+    share = cases / 100.0 if text.endswith("%") else 1.0
+    try:
+        most = int(float(text.removesuffix("%")) * share)
+    except (ValueError, OverflowError):
+        most = -1
+    if most < 0:
+        raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")
+    return most
