@@ -21,15 +21,16 @@ from clearsweep.sweeping.sweep import sweep
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+MARKED = ("README.md", "docs/tutorial.md")  # whose blocks that have a mark tests of their own look at
 TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in PAGES}
 
 
 def blocks(*languages):
-    """Return every fenced block in one of these languages, but those that the tests of the README run."""
+    """Return every fenced block in one of these languages, but those that tests of their page run."""
     found = []
     for page, text in TEXTS.items():
         for match in re.finditer(r"(<!-- .* -->\n)?^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
-            if match[2] in languages and not (match[1] and page == "README.md"):
+            if match[2] in languages and not (match[1] and page in MARKED):
                 found.append(pytest.param(match[3], id=f"{page}:{text[: match.start()].count(chr(10)) + 1}"))
     return found
 

@@ -1,0 +1,135 @@
+"""The tutorial: its grids are those that stand ready, and its steps lead to the decision that it takes."""
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from fake_sweeps import sweep
+
+import clearsweep
+from clearsweep import grid, results, simulation
+from clearsweep.cli import verbs
+from clearsweep.grid import iso286
+from clearsweep.layout import Layout
+from clearsweep.report import study
+from clearsweep.report.sections import peak_revolution
+from clearsweep.sweeping import closing
+
+ROOT = Path(__file__).parents[1]
+TEXT = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+CLEARANCE = "joints.rod-slider.clearance"
+SAFE = 71.4e-6  # m, the largest clearance that is safe where the force is made up
+
+
+def shown(mark):
+    return re.search(rf"<!-- {re.escape(mark)} -->\n```\w+\n(.*?)```", TEXT, re.DOTALL).group(1)
+
+
+class Quick:
+    """The laws and mechanisms that there are, with a made-up load: twice the ideal one at 120 rpm and SAFE."""
+
+    catalogue = staticmethod(simulation.catalogue)
+    derived = staticmethod(simulation.derived)
+    warnings = staticmethod(simulation.warnings)
+
+    @staticmethod
+    def load():
+        """Do nothing."""
+
+    @staticmethod
+    def signature(case):
+        """Return one kind for all."""
+        return ""
+
+    @staticmethod
+    def compile_for(case):
+        """Do nothing."""
+
+    compile_loop = compile_for
+
+    @classmethod
+    def solve(cls, case):
+        """Return a made-up trajectory."""
+        ratio = 1.0 + case.joints[0].clearance / SAFE * case.drive.speed / (4.0 * np.pi)
+        layout = Layout.of(case, simulation.catalogue())
+        summary = {column.name: 1.0 for column in layout.columns}
+        summary |= dict.fromkeys(("rod_slider_load_peak", "rod_slider_force_peak"), 4e4 * ratio)
+        summary |= {"rod_slider_force_peak_ideal": 4e4, "rod_slider_force_peak_ratio": ratio, "period": None}
+        summary["rod_slider_wear_rate_max"] = 50e-6 / 3.6e6  # in 1000 h
+        channels = {column.name: np.linspace(0.0, 1.0, 5) for column in layout.channels}
+        worn = {"rod_slider": (np.zeros(360), np.zeros(360))}
+        return results.Trajectory("ok", "", summary, channels, wear=worn)
+
+    @classmethod
+    def peak(cls, case, joint, revolutions):
+        """Return a made-up revolution."""
+        return results.Peak(1.0, cls.solve(case))
+
+
+def read(name):
+    """Return a grid of the tutorial."""
+    return grid.load(ROOT / "configs" / f"{name}.yaml", simulation.catalogue())
+
+
+def test_the_grids_are_those_that_are_shown():
+    assert shown("grid: configs/press_joint.yaml") == (ROOT / "configs/press_joint.yaml").read_text(encoding="utf-8")
+    end = shown("end of configs/press_joint_largest.yaml")
+    largest = (ROOT / "configs/press_joint_largest.yaml").read_text(encoding="utf-8")
+    assert largest.endswith(end)
+    first, second = read("press_joint").resolved(), read("press_joint_largest").resolved()
+    same = ("mechanism", "drive", "loads", "simulate", "limits", "figures")
+    assert {key: first[key] for key in same} == {key: second[key] for key in same}
+
+
+def test_the_fits_have_the_clearances_that_are_told():
+    for name, low, high in re.findall(r"\((H\d+/\w+), radial\) = ([\d.]+ \w+) to ([\d.]+ \w+)", TEXT):
+        fit = iso286.fit(name, 80)
+        assert [fit.low, fit.high] == [clearsweep.quantity.read(text, "m") for text in (low, high)]
+
+
+def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
+    out = tmp_path / "press"
+    result = sweep(read("press_joint"), out, simulator=Quick, executor="serial", show_progress=False)
+    run = clearsweep.open(out)
+    told = closing.run_text(closing.of_run(result))
+    assert "H7/f7, radial) = 15 µm to 45 µm" in told
+    over = run.summary[CLEARANCE] * run.summary["drive.speed"] / (4.0 * np.pi) > SAFE
+    assert f"Limits: {int(over.sum())} of 30 cases exceed at least one" in told
+    assert run.worst == run.summary.nlargest(3, "rod_slider_force_peak_ratio")["case_id"].tolist()
+    assert run.summary["hours_to_50_um"].tolist() == pytest.approx([1000.0] * 30, rel=1e-12)
+    (part,) = peak_revolution.sections(study.prepare(run))
+    assert [each.case_id for each in part.blocks[1:]] == run.worst
+    largest = read("press_joint_largest")
+    sweep(largest, tmp_path / "largest", simulator=Quick, executor="serial", show_progress=False)
+    answer = clearsweep.open(tmp_path / "largest").seek.iloc[0]
+    assert SAFE - 2e-6 < answer["seek_low"] <= SAFE < answer["seek_high"]
+    fits = [iso286.fit(name, 80) for name in ("H7/g6", "H7/f7", "H8/e8", "H9/d9", "H11/c11")]
+    assert [fit.name for fit in fits if fit.high <= answer["seek_low"]][-1] == "H7/f7"
+
+
+@pytest.mark.slow
+def test_the_commands_lead_to_the_decision(tmp_path, monkeypatch):
+    shutil.copytree(ROOT / "configs", tmp_path / "configs")
+    monkeypatch.chdir(tmp_path)
+    for block in re.findall(r"```console\n(.*?)```", TEXT, re.DOTALL):
+        for line in block.replace("\\\n", " ").splitlines():
+            words = [word.strip('"') for word in re.findall(r'"[^"]*"|\S+', line.removeprefix("$ clearsweep "))]
+            done = CliRunner().invoke(verbs, words)
+            assert done.exit_code == 0, done.output
+    summary = clearsweep.open("results/press-joint").summary
+    worst = summary.groupby(CLEARANCE)["rod_slider_force_peak_ratio"].max().tolist()
+    assert worst[0] < 1.1
+    assert worst[1] < 1.2
+    assert worst[2] < 1.9
+    assert worst[4] > 3.0
+    answer = clearsweep.open("results/press-joint-largest").seek.iloc[0]
+    assert 60e-6 < answer["seek_low"] < 76e-6
+    laws = clearsweep.open("results/press-joint-laws").summary
+    assert (laws["limits_exceeded"] == "").all()
+    assert laws["margin"].min() == pytest.approx(0.32, abs=0.05, rel=0.0)
+    hours = laws.groupby("drive.speed")["hours_to_50_um"].mean()
+    assert hours.iloc[0] == pytest.approx(11_800, rel=0.05, abs=0.0)
+    assert hours.iloc[-1] == pytest.approx(1_700, rel=0.05, abs=0.0)
