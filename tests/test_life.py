@@ -85,6 +85,7 @@ MISTAKES = {
     ),
     "until": ({"simulate.until": {"figure": "rod_slider_force_rms"}}, {}, "simulate.until: is of no use beside life"),
     "checked": ({"simulate.error_check": True}, {}, "simulate.error_check: is of no use beside life"),
+    "worst": ({"save.worst": 3}, {}, "save.worst: is of no use beside life: the largest peak of a life"),
     "run-up": ({"drive.speed": {"table": {"time": [0, 1], "speed": [1, 2]}}}, {}, "goes on over time, while a life"),
     "load": ({"loads": {"push": {"on": "slider", "table": TIMES}}}, {}, "loads.push.table: goes on over time"),
     "swept": ({"sweep": {"life.blocks": [10, 20]}}, {}, "life.blocks"),

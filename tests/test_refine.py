@@ -21,7 +21,7 @@ class Arc(Fake):
     """Made-up mechanics whose force is the distance from the origin, of mass over 1 kg and speed over 1000 rad/s."""
 
     @staticmethod
-    def solve(case):
+    def solve(case, log=None):
         """Return a made-up trajectory."""
         found = trajectory(case)
         found.summary["rod_slider_force_peak"] = distance(case.mechanism.values["slider.mass"], case.drive.speed)
@@ -161,7 +161,7 @@ def test_shards_of_what_is_refined_are_refused_with_a_way_out(tmp_path):
 def test_a_case_that_fails_is_beyond_the_border(tmp_path):
     class Failing(Arc):
         @staticmethod
-        def solve(case):
+        def solve(case, log=None):
             found = Arc.solve(case)
             if found.summary["rod_slider_force_peak"] > RADIUS:
                 return type(found)("step-budget", "made to fail", {})

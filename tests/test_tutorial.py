@@ -51,7 +51,7 @@ class Quick:
     compile_loop = compile_for
 
     @classmethod
-    def solve(cls, case):
+    def solve(cls, case, log=None):
         """Return a made-up trajectory."""
         ratio = 1.0 + case.joints[0].clearance / SAFE * case.drive.speed / (4.0 * np.pi)
         layout = Layout.of(case, simulation.catalogue())

@@ -89,6 +89,7 @@ def check(draft: Draft) -> None:
     for path, reason in (
         ("simulate.until", "a life makes its blocks as long as the wear rate needs"),
         ("simulate.error_check", "a life tells its own error, in the interval of its revolutions"),
+        ("save.worst", "the largest peak of a life is that of one of many blocks, and its history tells of all"),
     ):
         if path in draft.sections or path in draft.values:
             draft.problems.add(draft.place(path), path, f"is of no use beside life: {reason}; leave it out")
