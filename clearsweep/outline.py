@@ -68,7 +68,12 @@ class Outline(NamedTuple):
 GENERAL = ("mechanism.slider.offset", "drive.start_angle", "joints.slider-ground")
 
 #: An outline of a mechanism in space, for lists of keys.
-IN_SPACE = Outline(spatial=True, axial=frozenset((ANY,)))
+IN_SPACE = Outline(
+    bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),
+    joints=(JointOutline(ANY, ANY, "", ""),),
+    spatial=True,
+    axial=frozenset((ANY,)),
+)
 
 #: An outline with everything that a grid may name, for lists of keys.
 EVERYTHING = Outline(

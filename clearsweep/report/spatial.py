@@ -5,8 +5,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from .. import simulation, wording
-from ..case import Case
+from ..case import Case, column_name
 from ..case import Joint as CaseJoint
+from ..outline import GROUND
 from .draw import spatial
 from .picture import Dot, Picture
 
@@ -59,13 +60,15 @@ def ends_of(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -
     middle = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
     reach = 0.5 * float(joint.journal_length or 0.0) * journal[:, :, 2]
     ends = np.stack([middle + reach, middle - reach])
-    found: np.ndarray = np.einsum("nji,enj->eni", held, ends)
+    found: np.ndarray = np.einsum("nji,enj->eni", np.broadcast_to(held, (ends.shape[1], 3, 3)), ends)
     return found
 
 
 def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
-    """Return the rotation matrices (n, 3, 3) of a body."""
-    w, x, y, z = (values(f"{body}/q{k}") for k in "wxyz")
+    """Return the rotation matrices (n, 3, 3) of a body; (1, 3, 3) of the ground."""
+    if body == GROUND:
+        return np.eye(3)[None]
+    w, x, y, z = (values(f"{column_name(body)}/q{k}") for k in "wxyz")
     rows = (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
         (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),

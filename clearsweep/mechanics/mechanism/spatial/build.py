@@ -42,14 +42,12 @@ def build(bodies, drive, joints, offsets) -> Built:
 
 
 def deepest(built: Built, joints: Mapping) -> dict[str, float]:
-    """Return how deep (m) each journal stands in its bearing at the start, below 0 where it is apart everywhere."""
+    """Return how deep (m) each journal stands in its bearing at the start, below 0 where it is apart everywhere.
+
+    joints : compiled forms in the order of the mechanism's sites.
+    """
     relative = gaps(built.value, place(built.value, built.start))
-    return {name: deepest_of(joint, gap) for (name, joint), gap in zip(_in_order(joints), relative, strict=True)}
-
-
-def _in_order(joints: Mapping) -> list:
-    """Return (name, compiled form) of each joint in the order of the pins."""
-    return [(name, joints[name]) for name in PINS if name in joints]
+    return {name: deepest_of(joint, gap) for (name, joint), gap in zip(joints.items(), relative, strict=True)}
 
 
 def _tilts(mechanism: SpatialSliderCrank) -> bool:

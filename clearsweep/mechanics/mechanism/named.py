@@ -1,0 +1,58 @@
+"""What a grid names of a mechanism of any topology, in the plane or in space: its joints, its start, its output."""
+
+import math
+from collections.abc import Iterable
+
+from ...catalogue import Choice, Field, Keys
+from ...machine import At, Guide, Pin
+from ...outline import ANY, GROUND, JointOutline, Outline
+
+_AXIS = Field(
+    "axis", "rad", "of the line through the proximal point, in its body's frame; not of a pin", -math.inf, default=0.0
+)
+_ALONG = Field("along", "rad", "the direction in which the point is followed", -math.inf, default=0.0)
+
+
+def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
+    """Yield the sections of a joint, `ends` being the points that it can join."""
+    path = f"mechanism.joints.{joint.name}"
+    kind = Choice("type", ("revolute", "prismatic"), "a pin or a guide")
+    bodies = tuple(filter(None, joint.bodies))
+    journal = (Choice("journal", bodies, "the body that its journal sits on", bodies[-1] if bodies else ANY),)
+    words = (kind,) if joint.type == "prismatic" else (kind, *journal)
+    yield Keys(path, "a joint", () if joint.type == "revolute" else (_AXIS,), words=words)
+    texts = ("the proximal point, body.point", "the distal point")
+    between = tuple(Choice(str(k), ends, text) for k, text in enumerate(texts))
+    yield Keys(f"{path}.between", "the points that it joins, proximal and distal", words=between)
+
+
+def output_keys(outline: Outline) -> Iterable[Keys]:
+    """Yield the sections of the start and the output."""
+    moving = tuple(body.name for body in outline.bodies if body.name != GROUND)
+    start = tuple(
+        Field(body, "rad", "angle near which its loops are closed at the start; default 0", -math.inf, optional=True)
+        for body in moving
+    )
+    yield Keys(
+        "mechanism.start", "angles of bodies at the start, where there are two ways to close a loop", start, "implied"
+    )
+    body = Choice("body", moving, "the body by whose motion the mechanism is judged")
+    every = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
+    point = Choice("point", every, "its point; left out: its angle")
+    followed = not outline.turning
+    yield Keys(
+        "mechanism.output", "the output", (_ALONG,) if followed else (), words=(body, point) if followed else (body,)
+    )
+
+
+def pair_of(values, path: str) -> tuple[float, float]:
+    """Return the first two numbers of a list."""
+    return values[f"{path}.0"], values[f"{path}.1"]
+
+
+def joint_of(values, joint: JointOutline) -> Pin | Guide:
+    """Return a joint of a case."""
+    ends = [At(*end.split(".", 1)) for end in (joint.proximal, joint.distal)]
+    if joint.type == "revolute":
+        return Pin(joint.name, *ends)
+    return Guide(joint.name, *ends, values[f"joints.{joint.name}.axis"])

@@ -1,0 +1,53 @@
+"""The functions of a tree's compiled form, written out for its type when it is first met."""
+
+import functools
+import linecache
+from collections.abc import Callable
+
+from numba.extending import overload
+
+from ....compiled import attitude, calculus, vector
+from ....compiled.family import OPTIONS
+from ....joint.spatial import SpatialGap
+from ...contract import Motion
+from ...planar.anatomy import kinds_of
+from . import pose
+from .anatomy import Anatomy
+from .dynamics import accelerate
+from .places import across, describe, energy, gaps, output, place
+
+
+def written(name: str) -> Callable:
+    """Return the function called `name` of whatever type of tree it is called with first."""
+
+    def dispatch(mechanism, *rest):
+        return _functions(kinds_of(mechanism))[name](mechanism, *rest)
+
+    def select(mechanism, *rest):
+        return _functions(kinds_of(mechanism))[name]
+
+    overload(dispatch, strict=False, jit_options=dict(OPTIONS, forceinline=True))(select)
+    return dispatch
+
+
+def source(kinds: tuple) -> str:
+    """Return the code of all functions of a type of tree."""
+    tree = Anatomy(kinds)
+    return "\n\n".join(write(tree) for write in (place, gaps, across, energy, describe, output, accelerate))
+
+
+@functools.lru_cache(maxsize=1024)
+def _functions(kinds: tuple) -> dict[str, Callable]:
+    """Return all functions of a type of tree by their names."""
+    text = source(kinds)
+    name = f"<machine in space {hash(kinds):x}>"
+    linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # for tracebacks
+    found: dict = {
+        "direction": calculus.direction,
+        "SpatialGap": SpatialGap,
+        "Motion": Motion,
+    }
+    for module in (vector, attitude, pose):
+        found |= {each: value for each, value in vars(module).items() if not each.startswith("_")}
+    exec(compile(text, name, "exec"), found)
+    return found

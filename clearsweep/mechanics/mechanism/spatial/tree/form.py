@@ -1,0 +1,99 @@
+"""The compiled form of a tree in space: its types say how bodies hang together, its values how large all is.
+
+Bodies are numbered as they hang, each after the one on which it hangs, by as many empty tuples; the ground is 0.  All
+points are in the frame of their body, which is the planar machine's, z along the pins.
+"""
+
+from typing import NamedTuple
+
+from ....compiled.vector import Vector
+
+
+class Part(NamedTuple):
+    """A body that moves."""
+
+    mass: float  # kg
+    inertia: Vector  # kg m^2, principal, about the centre of mass, on the axes of its frame
+    center: Vector  # m, centre of mass
+
+
+class Driven(NamedTuple):
+    """The crank, which turns on the ground at constant speed."""
+
+    near: Vector  # m, pin on the ground
+    far: Vector  # m, on the crank
+
+
+class Hinge(NamedTuple):
+    """Turns about the z axis of what it hangs on."""
+
+    parent: tuple  # number of the body
+    near: Vector  # m, the pin on it
+    far: Vector  # m, on the body that hangs
+
+
+class Slide(NamedTuple):
+    """Slides along an axis of what it hangs on, without turning."""
+
+    parent: tuple
+    near: Vector
+    far: Vector
+    axis: Vector  # unit vector, in the frame of the parent
+
+
+class Ball(NamedTuple):
+    """Turns about a point in every way."""
+
+    parent: tuple
+    near: Vector
+    far: Vector
+
+
+class Sleeve(NamedTuple):
+    """Turns about the z axis of what it hangs on, and slides along it."""
+
+    parent: tuple
+    near: Vector
+    far: Vector
+
+
+class Loose(NamedTuple):
+    """Hangs on nothing: there is clearance all round."""
+
+
+class Opening(NamedTuple):
+    """A joint with clearance."""
+
+    bearing: tuple  # number of the body
+    journal: tuple
+    at_bearing: Vector  # m, nominal middle, in the frame of the bearing's body
+    at_journal: Vector  # m, middle of the journal
+    axis: Vector  # unit vector along the bearing, in the frame of its body
+    across: Vector  # unit vector of its own x axis
+
+
+class PointAim(NamedTuple):
+    """The output is the place of a point along a direction of the fixed frame."""
+
+    body: tuple
+    at: Vector  # m
+    along: Vector  # unit vector
+
+
+class AngleAim(NamedTuple):
+    """The output is the angle of a body that turns about z alone."""
+
+    body: tuple
+
+
+class Tree(NamedTuple):
+    """The compiled form of a machine in space."""
+
+    parts: tuple  # of Part
+    hangs: tuple  # how each of them hangs
+    openings: tuple  # of Opening, in the order of the joints with clearance
+    told: tuple  # numbers of the bodies in the order of the channels
+    aim: tuple  # PointAim or AngleAim
+    speed: float  # rad/s, of the crank
+    gravity: Vector  # m/s^2
+    turn: tuple  # planar.course.Course of the output of the machine without clearance

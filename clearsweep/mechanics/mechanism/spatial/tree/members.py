@@ -1,0 +1,47 @@
+"""The tree's members of the families of `contract`: what is written for its type is called."""
+
+from ...contract import accelerate, body_angles, describe, energy, gaps, output_error, place
+from ...planar.course import at_angle
+from .equations import written
+from .form import Tree
+
+_placed, _gaps_of, _across, _energy_of, _described, _judged, _accelerated = map(
+    written, ("place", "gaps", "across", "energy", "describe", "output", "accelerate")
+)
+
+
+@place.member(Tree)
+def _place(mechanism, y):
+    return _placed(mechanism, y)
+
+
+@gaps.member(Tree)
+def _gaps(mechanism, pose):
+    return _gaps_of(mechanism, pose)
+
+
+@accelerate.member(Tree)
+def _accelerate(mechanism, pose, loads):
+    return _accelerated(mechanism, pose, loads)
+
+
+@energy.member(Tree)
+def _energy(mechanism, pose):
+    return _energy_of(mechanism, pose)
+
+
+@body_angles.member(Tree)
+def _bearings(mechanism, y):
+    return _across(mechanism, _placed(mechanism, y))
+
+
+@output_error.member(Tree)
+def _output_error(mechanism, pose):
+    here, moving = _judged(mechanism, pose)
+    there, slope = at_angle(mechanism.turn, 0, pose.angle)
+    return here - there, moving - slope * mechanism.speed
+
+
+@describe.member(Tree)
+def _describe(mechanism, y, pose, motion, out):
+    return _described(mechanism, y, pose, motion, out)

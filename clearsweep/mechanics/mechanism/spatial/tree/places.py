@@ -1,0 +1,160 @@
+"""Where the bodies of a tree are, how they move and what is seen of them, written out for its type."""
+
+from ...planar.writer import number, tupled
+from .anatomy import Anatomy
+from .form import AngleAim, Driven, Loose, Sleeve, Slide
+from .writer import AXES, Posed, Writer
+
+
+def place(tree: Anatomy) -> str:
+    """Return the code of the family's member of that name."""
+    write, n = Writer(tree, "mechanism", "y"), tree.coordinates
+    lines = write.lines
+    for i, part in enumerate(tree.parts):
+        body, k, p = i + 1, part.coordinate, part.parent
+        turning = "()"
+        if part.form is Driven:
+            lines.text.append(f"angle = mechanism.speed * y[{2 * n}]")
+            lines.text.append("c1, s1 = direction(angle)")
+            lines.text.append(f"f{body} = on_ground(c1, s1)")
+            lines.text.append(f"w{body} = Vector(0.0, 0.0, mechanism.speed)")
+        elif part.turns_freely:
+            values = [f"y[{k + j}]" for j in range(4)] + [f"y[{n + k + j}]" for j in range(4)]
+            turning = f"Turning({', '.join(values)})"
+            lines.text.append(f"t{body} = {turning}")
+            lines.text.append(f"f{body} = frame_of({', '.join(values[:4])})")
+            lines.text.append(f"w{body} = in_fixed(f{body}, spin_of(t{body}))")
+        elif part.form is Slide:
+            still = "Vector(0.0, 0.0, 0.0)"
+            lines.text.append(f"f{body} = {f'f{p}' if p else 'on_ground(1.0, 0.0)'}")
+            lines.text.append(f"w{body} = {f'w{p}' if p else still}")
+        else:
+            turn = k + (part.form is Sleeve)
+            lines.text.append(f"c{body}, s{body} = direction(y[{turn}])")
+            frame = f"turned_about_z(f{p}, c{body}, s{body})" if p else f"on_ground(c{body}, s{body})"
+            lines.text.append(f"f{body} = {frame}")
+            spin = f"times(y[{n + turn}], {write.z_of(p)})"
+            lines.text.append(f"w{body} = {f'plus(w{p}, {spin})' if p else spin}")
+        _put_center(write, body)
+    bodies = range(1, len(tree.parts) + 1)
+    parts = [tupled([f"{letter}{body}" for body in bodies]) for letter in "fwrv"]
+    turnings = tupled([f"t{body}" if tree.part(body).turns_freely else "()" for body in bodies])
+    q, rates = tupled([f"y[{i}]" for i in range(n)]), tupled([f"y[{n + i}]" for i in range(n)])
+    return lines.function("place", f"Pose(angle, {q}, {rates}, {', '.join(parts)}, {turnings})")
+
+
+def _put_center(write: Writer, body: int) -> None:
+    """Write where the centre of mass of a body is, and its velocity."""
+    tree, lines = write.tree, write.lines
+    part, n = tree.part(body), tree.coordinates
+    k, p = part.coordinate, part.parent
+    if part.form is Loose:
+        lines.text.append(f"r{body} = Vector(y[{k + 4}], y[{k + 5}], y[{k + 6}])")
+        lines.text.append(f"v{body} = Vector(y[{n + k + 4}], y[{n + k + 5}], y[{n + k + 6}])")
+        return
+    near, own = write.near(body), write.own(body)
+    shift, rising = write.shift(body, f"y[{k}]"), write.shift(body, f"y[{n + k}]")
+    reach = write.all_of(near, shift)
+    lines.text.append(f"r{body} = {write.all_of(f'r{p}' if p else None, reach, own)}")
+    at_hinge = write.all_of(f"v{p}", write.cross(f"w{p}", reach)) if p else None
+    turned = None if part.form is Slide and not p else write.cross(f"w{body}", own)
+    velocity = write.all_of(at_hinge, rising, turned)
+    lines.text.append(f"v{body} = {velocity}")
+
+
+def gaps(tree: Anatomy) -> str:
+    """Return the code of the family's member of that name."""
+    write, found = Posed(tree, "mechanism", "pose"), []
+    for j, (bearing, journal) in enumerate(tree.openings):
+        site, frame = f"mechanism.openings[{j}]", write.frame(journal)
+        middles = [write.arm(body, f"{site}.{at}") for body, at in ((bearing, "at_bearing"), (journal, "at_journal"))]
+        places = [
+            write.all_of(write.at(body), middle) for body, middle in zip((bearing, journal), middles, strict=True)
+        ]
+        moving = [
+            write.all_of(write.velocity(body), write.cross(write.spin(body), middle))
+            for body, middle in zip((bearing, journal), middles, strict=True)
+        ]
+        velocity = moving[1] if moving[0] is None else write.let(f"minus({moving[1]}, {moving[0]})")
+        spin = write.spin(bearing) or "Vector(0.0, 0.0, 0.0)"
+        found.append(
+            f"SpatialGap(in_body({frame}, minus({places[1]}, {places[0]})), in_body({frame}, {velocity}), "
+            f"in_body({frame}, {write.fixed(bearing, f'{site}.axis')}), in_body({frame}, {spin}), "
+            f"in_body({frame}, {write.spin(journal)}), {frame})"
+        )
+    return write.lines.function("gaps", tupled(found))
+
+
+def across(tree: Anatomy) -> str:
+    """Return the code of a function of a pose: the bearings' own x axes in the frames of the journals."""
+    write = Posed(tree, "mechanism", "pose")
+    found = [
+        f"in_body({write.frame(journal)}, {write.fixed(bearing, f'mechanism.openings[{j}].across')})"
+        for j, (bearing, journal) in enumerate(tree.openings)
+    ]
+    return write.lines.function("across", tupled(found))
+
+
+def energy(tree: Anatomy) -> str:
+    """Return the code of the family's member of that name."""
+    write, doubled, falling = Posed(tree, "mechanism", "pose"), [], []
+    for body in range(1, len(tree.parts) + 1):
+        part, velocity = f"mechanism.parts[{body - 1}]", write.velocity(body)
+        spin = write.let(f"in_body({write.frame(body)}, {write.spin(body)})")
+        doubled += [f"{part}.mass * dot({velocity}, {velocity})", f"dot({spin}, by_axes({part}.inertia, {spin}))"]
+        falling.append(f"{part}.mass * dot({velocity}, mechanism.gravity)")
+    return write.lines.function("energy", f"0.5 * ({' + '.join(doubled)}), {' + '.join(falling)}")
+
+
+def describe(tree: Anatomy) -> str:
+    """Return the code of the family's member of that name."""
+    write = Posed(tree, "mechanism", "y", "pose", "motion", "out")
+    here, rate = aim(write)
+    values = [f"y[{2 * tree.coordinates}]", "pose.angle", "motion.torque", here, rate, "motion.output"]
+    for body in tree.told:
+        at, moving, spin = write.at(body), write.velocity(body), write.spin(body)
+        values += [f"{part}.{axis}" for part in (at, moving) for axis in AXES]
+        values += [f"{write.let(_quaternion(write, body))}[{k}]" for k in range(4)]
+        values += [f"{spin}.{axis}" for axis in AXES]
+    for i, name in enumerate(values):
+        write.lines.text.append(f"out[{i}] = {number(name)}")
+    return write.lines.function("describe", str(len(values)))
+
+
+def _quaternion(write: Writer, body: int) -> str:
+    """Return the quaternion of a body, of length 1: of one hung on others by its turn about its own z axis."""
+    part = write.tree.part(body)
+    if part.turns_freely:
+        return f"quaternion_of(pose.turnings[{body - 1}])"
+    before = _quaternion(write, part.parent) if part.parent else "(1.0, 0.0, 0.0, 0.0)"
+    if part.form is Slide:
+        return before
+    turn = "pose.angle" if part.form is Driven else f"pose.q[{part.coordinate + (part.form is Sleeve)}]"
+    return f"turned_quaternion({before}, {turn})"
+
+
+def aim(write: Posed) -> tuple[str | None, str | None]:
+    """Return the output's place and its rate."""
+    tree, body = write.tree, write.tree.aimed
+    if tree.aim is AngleAim:
+        angles = {"q": [], "rates": []}
+        while body:
+            part = tree.part(body)
+            if part.form is Driven:
+                angles["q"].append("pose.angle")
+                angles["rates"].append("mechanism.speed")
+            elif part.form is not Slide:
+                for name, terms in angles.items():
+                    terms.append(f"pose.{name}[{part.coordinate + (part.form is Sleeve)}]")
+            body = part.parent
+        return tuple(" + ".join(terms) for terms in angles.values())
+    arm = write.arm(body, "mechanism.aim.at")
+    here = write.all_of(write.at(body), arm)
+    moving = write.all_of(write.velocity(body), write.cross(write.spin(body), arm))
+    return write.let(f"dot(mechanism.aim.along, {here})"), write.let(f"dot(mechanism.aim.along, {moving})")
+
+
+def output(tree: Anatomy) -> str:
+    """Return the code of a function of a pose: place and rate of the output."""
+    write = Posed(tree, "mechanism", "pose")
+    return write.lines.function("output", ", ".join(map(number, aim(write))))

@@ -1,0 +1,90 @@
+"""Where the bodies of a tree are, and what the functions written for it are made of."""
+
+from typing import NamedTuple
+
+from ....compiled import calculus as math
+from ....compiled.attitude import Frame
+from ....compiled.family import inlined
+from ....compiled.vector import Vector
+
+
+class Pose(NamedTuple):
+    """Where the bodies are and how they move; those of each body stand at its number less one."""
+
+    angle: float  # rad, of the crank
+    q: tuple  # coordinates
+    rates: tuple  # their rates
+    frames: tuple  # Frame of each body
+    spins: tuple  # rad/s, Vector in the fixed frame
+    places: tuple  # m, centres of mass
+    velocities: tuple  # m/s
+    turnings: tuple  # Turning of each body that has a quaternion, () of the others
+
+
+@inlined
+def on_ground(c, s):
+    """Return the Frame of a body that is turned about z by the angle of this cosine and sine."""
+    zero, one = 0.0 * c, 0.0 * c + 1.0
+    return Frame(Vector(c, -s, zero), Vector(s, c, zero), Vector(zero, zero, one))
+
+
+@inlined
+def turned_about_z(frame, c, s):
+    """Return a Frame turned about its own z axis."""
+    return Frame(_row(frame.x, c, s), _row(frame.y, c, s), _row(frame.z, c, s))
+
+
+@inlined
+def _row(row, c, s):
+    return Vector(row.x * c + row.y * s, row.y * c - row.x * s, row.z)
+
+
+@inlined
+def axis_x(frame):
+    """Return the x axis of a body in the fixed frame."""
+    return Vector(frame.x.x, frame.y.x, frame.z.x)
+
+
+@inlined
+def axis_y(frame):
+    """Return its y axis."""
+    return Vector(frame.x.y, frame.y.y, frame.z.y)
+
+
+@inlined
+def axis_z(frame):
+    """Return its z axis."""
+    return Vector(frame.x.z, frame.y.z, frame.z.z)
+
+
+@inlined
+def by_axes(a, b):
+    """Return a vector whose numbers are those of two multiplied one by one."""
+    return Vector(a.x * b.x, a.y * b.y, a.z * b.z)
+
+
+@inlined
+def carried(acceleration, alpha, spin, arm):
+    """Return the acceleration of a point `arm` (m) from one that has `acceleration`, of a body that turns."""
+    wx, wy, wz = spin.y * arm.z - spin.z * arm.y, spin.z * arm.x - spin.x * arm.z, spin.x * arm.y - spin.y * arm.x
+    return Vector(
+        acceleration.x + alpha.y * arm.z - alpha.z * arm.y + spin.y * wz - spin.z * wy,
+        acceleration.y + alpha.z * arm.x - alpha.x * arm.z + spin.z * wx - spin.x * wz,
+        acceleration.z + alpha.x * arm.y - alpha.y * arm.x + spin.x * wy - spin.y * wx,
+    )
+
+
+@inlined
+def quaternion_of(turning):
+    """Return the quaternion of a Turning, w x y z, of length 1."""
+    w, x, y, z = turning.w, turning.x, turning.y, turning.z
+    inverse = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+    return w * inverse, x * inverse, y * inverse, z * inverse
+
+
+@inlined
+def turned_quaternion(before, angle):
+    """Return a quaternion turned by an angle (rad) about the z axis of its body."""
+    w, x, y, z = before
+    c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
+    return w * c - z * s, x * c + y * s, y * c - x * s, w * s + z * c

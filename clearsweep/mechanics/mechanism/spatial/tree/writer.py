@@ -1,0 +1,99 @@
+"""Vectors of a tree, as they are written into the functions of its type.
+
+A vector is the name of one, or None where it is zero; what it is at a body is in the fixed frame.
+"""
+
+from ...planar.writer import Lines
+from .anatomy import Anatomy
+from .form import Sleeve, Slide
+
+UP = "Vector(0.0, 0.0, 1.0)"
+AXES = "xyz"
+
+
+class Writer:
+    """Lines of a function of a tree."""
+
+    def __init__(self, tree: Anatomy, *arguments: str):
+        self.tree, self.lines = tree, Lines(*arguments)
+
+    def let(self, expression: str | None) -> str | None:
+        """Return a name for an expression."""
+        return self.lines.let(expression)
+
+    def all_of(self, *vectors: str | None) -> str | None:
+        """Return the sum of vectors."""
+        there = [each for each in vectors if each is not None]
+        total = there[0] if there else None
+        for each in there[1:]:
+            total = self.let(f"plus({total}, {each})")
+        return total
+
+    def cross(self, a: str | None, b: str | None) -> str | None:
+        """Return a x b."""
+        return None if a is None or b is None else self.let(f"cross({a}, {b})")
+
+    def z_of(self, body: int) -> str:
+        """Return the z axis of a body or the ground."""
+        if self.tree.up(body):
+            return UP
+        name = self.let(f"axis_z({self.frame(body)})")
+        assert name is not None
+        return name
+
+    def frame(self, body: int) -> str:
+        """Return the Frame of a body."""
+        return f"f{body}"
+
+    def arm(self, body: int, point: str) -> str | None:
+        """Return a point of a body, in its own frame, from its centre of mass in the fixed frame."""
+        if body == 0:
+            return point
+        return self.let(f"in_fixed({self.frame(body)}, minus({point}, mechanism.parts[{body - 1}].center))")
+
+    def near(self, body: int) -> str | None:
+        """Return where the point is, from the centre of mass of what a body hangs on, on which it hangs."""
+        return self.arm(self.tree.part(body).parent, f"mechanism.hangs[{body - 1}].near")
+
+    def own(self, body: int) -> str | None:
+        """Return the centre of mass of a body from the point by which it hangs."""
+        return self.let(
+            f"in_fixed({self.frame(body)}, minus(mechanism.parts[{body - 1}].center, mechanism.hangs[{body - 1}].far))"
+        )
+
+    def shift(self, body: int, amount: str) -> str | None:
+        """Return by how much (m) a body that slides has shifted, in the fixed frame."""
+        part = self.tree.part(body)
+        if part.form is Slide:
+            return self.let(f"times({amount}, {self.axis(body)})")
+        return self.let(f"times({amount}, {self.z_of(part.parent)})") if part.form is Sleeve else None
+
+    def axis(self, body: int) -> str | None:
+        """Return the axis along which a body slides, in the fixed frame."""
+        axis, parent = f"mechanism.hangs[{body - 1}].axis", self.tree.part(body).parent
+        return self.let(f"in_fixed({self.frame(parent)}, {axis})" if parent else axis)
+
+
+class Posed(Writer):
+    """Lines of a function that is given a pose."""
+
+    def frame(self, body: int) -> str:
+        name = self.let(f"pose.frames[{body - 1}]")
+        assert name is not None
+        return name
+
+    def spin(self, body: int) -> str | None:
+        """Return the angular velocity of a body in the fixed frame, None of the ground."""
+        return self.let(f"pose.spins[{body - 1}]") if body else None
+
+    def at(self, body: int) -> str | None:
+        """Return where the centre of mass of a body is."""
+        return self.let(f"pose.places[{body - 1}]") if body else None
+
+    def velocity(self, body: int) -> str | None:
+        """Return the velocity of its centre of mass."""
+        return self.let(f"pose.velocities[{body - 1}]") if body else None
+
+    def fixed(self, body: int, own: str) -> str | None:
+        """Return a vector of a body's own frame in the fixed one."""
+        return self.let(f"in_fixed({self.frame(body)}, {own})") if body else self.let(own)
