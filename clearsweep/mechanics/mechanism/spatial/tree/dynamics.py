@@ -11,7 +11,7 @@ from typing import Any
 from ...planar.writer import number, tupled
 from .anatomy import SPEEDS, Anatomy
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Sleeve, Slide
-from .writer import AXES, UP, Posed
+from .writer import AXES, UP, ZERO, Posed
 
 
 class Unit:
@@ -82,15 +82,13 @@ class Dynamics(Posed):
         if spun is None:
             self.bias.append(at_hinge)
         else:
-            zero = "Vector(0.0, 0.0, 0.0)"
-            self.bias.append(self.let(f"carried({at_hinge or zero}, {alpha or zero}, {spun}, {own})"))
+            self.bias.append(self.let(f"carried({at_hinge or ZERO}, {alpha or ZERO}, {spun}, {own})"))
 
     def _carried(self, body: int, arm: str | None) -> str | None:
         """Return the acceleration of a point of a body, without those of the speeds."""
         if not body or self.spin_free(body):
             return self.bias[body]
-        zero = "Vector(0.0, 0.0, 0.0)"
-        return self.let(f"carried({self.bias[body] or zero}, {self.alpha[body] or zero}, {self.spin(body)}, {arm})")
+        return self.let(f"carried({self.bias[body] or ZERO}, {self.alpha[body] or ZERO}, {self.spin(body)}, {arm})")
 
     def spin_free(self, body: int) -> bool:
         """Return whether a body does not turn."""

@@ -3,7 +3,7 @@
 from ...planar.writer import number, tupled
 from .anatomy import Anatomy
 from .form import AngleAim, Driven, Loose, Sleeve, Slide
-from .writer import AXES, Posed, Writer
+from .writer import AXES, ZERO, Posed, Writer
 
 
 def place(tree: Anatomy) -> str:
@@ -25,9 +25,8 @@ def place(tree: Anatomy) -> str:
             lines.text.append(f"f{body} = frame_of({', '.join(values[:4])})")
             lines.text.append(f"w{body} = in_fixed(f{body}, spin_of(t{body}))")
         elif part.form is Slide:
-            still = "Vector(0.0, 0.0, 0.0)"
             lines.text.append(f"f{body} = {f'f{p}' if p else 'on_ground(1.0, 0.0)'}")
-            lines.text.append(f"w{body} = {f'w{p}' if p else still}")
+            lines.text.append(f"w{body} = {f'w{p}' if p else ZERO}")
         else:
             turn = k + (part.form is Sleeve)
             lines.text.append(f"c{body}, s{body} = direction(y[{turn}])")
@@ -75,13 +74,14 @@ def gaps(tree: Anatomy) -> str:
             write.all_of(write.velocity(body), write.cross(write.spin(body), middle))
             for body, middle in zip((bearing, journal), middles, strict=True)
         ]
-        velocity = moving[1] if moving[0] is None else write.let(f"minus({moving[1]}, {moving[0]})")
-        spin = write.spin(bearing) or "Vector(0.0, 0.0, 0.0)"
-        found.append(
-            f"SpatialGap(in_body({frame}, minus({places[1]}, {places[0]})), in_body({frame}, {velocity}), "
-            f"in_body({frame}, {write.fixed(bearing, f'{site}.axis')}), in_body({frame}, {spin}), "
-            f"in_body({frame}, {write.spin(journal)}), {frame})"
+        apart, velocity = (write.difference(*pair[::-1]) for pair in (places, moving))
+        seen = (
+            apart,
+            velocity,
+            write.fixed(bearing, f"{site}.axis"),
+            *(write.spin(b) or ZERO for b in (bearing, journal)),
         )
+        found.append(f"SpatialGap({', '.join(f'in_body({frame}, {each})' for each in seen)}, {frame})")
     return write.lines.function("gaps", tupled(found))
 
 

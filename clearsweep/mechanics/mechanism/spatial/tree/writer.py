@@ -7,6 +7,7 @@ from ...planar.writer import Lines
 from .anatomy import Anatomy
 from .form import Sleeve, Slide
 
+ZERO = "Vector(0.0, 0.0, 0.0)"
 UP = "Vector(0.0, 0.0, 1.0)"
 AXES = "xyz"
 
@@ -28,6 +29,12 @@ class Writer:
         for each in there[1:]:
             total = self.let(f"plus({total}, {each})")
         return total
+
+    def difference(self, a: str | None, b: str | None) -> str:
+        """Return a - b."""
+        if b is None:
+            return a or ZERO
+        return f"minus({a or ZERO}, {b})"
 
     def cross(self, a: str | None, b: str | None) -> str | None:
         """Return a x b."""
@@ -78,7 +85,7 @@ class Posed(Writer):
     """Lines of a function that is given a pose."""
 
     def frame(self, body: int) -> str:
-        name = self.let(f"pose.frames[{body - 1}]")
+        name = self.let(f"pose.frames[{body - 1}]" if body else "on_ground(1.0, 0.0)")
         assert name is not None
         return name
 
