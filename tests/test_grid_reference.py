@@ -46,9 +46,9 @@ def body(mechanism, path):
 @pytest.mark.parametrize(
     ("branch", "mechanism"),
     [
-        ("else else else else", "slider-crank"),
-        ("else else else then", "slider-crank, spatial"),
-        ("else else then", "four-bar"),
+        ("else else else else else", "slider-crank"),
+        ("else else else else then", "slider-crank, spatial"),
+        ("else else else then", "four-bar"),
         ("then", "impact-pair"),
     ],
 )
@@ -71,7 +71,7 @@ def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
 def test_every_key_of_what_adds_cases_stands_under_its_heading(section):
     text = PAGE.partition(f"\n### `{section}`\n")[2].partition("\n### ")[0]
     named = {name for row in re.findall(r"^\| (.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
-    assert named == dict(keys(grid.schema(catalogue())["else"]["else"]["else"]["else"]))[section]
+    assert named == dict(keys(grid.schema(catalogue())["else"]["else"]["else"]["else"]["else"]))[section]
 
 
 def test_a_quantity_stands_with_unit_range_default_and_meaning():

@@ -85,6 +85,7 @@ class Posed(Writer):
     """Lines of a function that is given a pose."""
 
     def frame(self, body: int) -> str:
+        """Return the Frame of a body or the ground."""
         name = self.let(f"pose.frames[{body - 1}]" if body else "on_ground(1.0, 0.0)")
         assert name is not None
         return name
