@@ -48,6 +48,7 @@ class Material(NamedTuple):
 
     young: float  # Pa
     poisson: float  # 1
+    density: float | None = None  # kg/m^3
 
 
 class Materials(NamedTuple):

@@ -85,6 +85,7 @@ class Law(NamedTuple):
     needs: tuple[str, ...] = ()  # 'length', 'material', 'bearing_radius', 'modulus', 'hertz': what has to be there, too
     ranges: tuple[Range, ...] = ()  # outside of which it is refused
     trusted: tuple[Range, ...] = ()  # outside of which it can be had, but nothing speaks for it
+    yields: bool = False  # family 'law': keeps an indentation, so that it is made for impacts beyond the elastic range
     unsound: str = ""  # what speaks against it whatever the joint
     uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
     orders: tuple[Order, ...] = ()

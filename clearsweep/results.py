@@ -9,9 +9,9 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray  # not needed where it is not asked for
 
-#: Approach speed in m/s above which steel may yield: about 1e-5 sqrt(E/rho), E = 207 GPa, rho = 7850 kg/m^3.
+#: Approach speed in m/s above which steel may yield: about ELASTIC_SHARE sqrt(E/rho), E = 207 GPa, rho = 7850 kg/m^3.
 #: Love's criterion for impacts that stay elastic, as Lankarani and Nikravesh 1990 use it.
-ELASTIC_ONSET = 0.05
+ELASTIC_ONSET, ELASTIC_SHARE = 0.05, 1e-5
 
 EVENT_KINDS = ("on", "off")
 EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", "f8"), ("force_peak", "f8")])

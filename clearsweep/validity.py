@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .results import ELASTIC_ONSET
+from .case import column_name
+from .results import ELASTIC_ONSET, ELASTIC_SHARE
 from .wording import joint_name, short_id
 
 #: Figure of a joint -> value above which there is a remark.
@@ -33,9 +34,35 @@ DEEP = 0.1  # of the bearing's radius: a deeper contact is no small deformation
 RESIDUAL, LEAST_RESIDUAL, MOST_RESIDUAL = 10.0, 1e-9, 1e-2
 
 
-def columns(joints: Iterable[str]) -> list[str]:
-    """Return the columns of the summary that decide whether there is a remark."""
-    return ["case_id", "message", *(f"{joint}_{figure}" for figure in THRESHOLDS for joint in joints)]
+class Surfaces(NamedTuple):
+    """What of a joint decides whether impacts leave the range that its law is made for."""
+
+    law: str  # name of its contact law, or the column that has it
+    elastic_to: float = ELASTIC_ONSET  # m/s
+    material: str = "steel"  # to which that applies
+    hint: str = ""  # how to have it of another one
+
+
+def surfaces_of(record: Mapping[str, Any], joints: Iterable[str]) -> dict[str, Surfaces]:
+    """Return what there is to know of some joints ('rod_slider') of a run, by its run.json."""
+    sections = {column_name(name): (name, section) for name, section in record.get("joints", {}).items()}
+    found = {}
+    for joint in joints:
+        name, section = sections.get(joint, (joint, {}))
+        contact, path = section.get("contact", {}), f"joints.{name}.contact.law"
+        law = path if path in record.get("units", {}) else contact.get("law", "")
+        material = contact.get("material", {})
+        bodies = [material] if "young" in material else [body for body in material.values() if isinstance(body, dict)]
+        speeds = [ELASTIC_SHARE * math.sqrt(body["young"] / body["density"]) for body in bodies if "density" in body]
+        hint = " (of another material: write its density)" if bodies else ""
+        found[joint] = Surfaces(law, min(speeds), "its material") if speeds else Surfaces(law, hint=hint)
+    return found
+
+
+def columns(surfaces: Mapping[str, Surfaces]) -> list[str]:
+    """Return the columns of the summary that decide whether there is a remark on some joints."""
+    laws = dict.fromkeys(each.law for each in surfaces.values() if "." in each.law)
+    return ["case_id", "message", *(f"{joint}_{figure}" for figure in THRESHOLDS for joint in surfaces), *laws]
 
 
 class _Worst(NamedTuple):
@@ -50,8 +77,9 @@ class _Worst(NamedTuple):
 class Remarks:
     """Counts the cases that leave the range of their laws, and keeps the worst of each kind."""
 
-    def __init__(self, joints: Iterable[str]) -> None:
-        self.joints = list(joints)
+    def __init__(self, surfaces: Mapping[str, Surfaces], yielding: Iterable[str] = ()) -> None:
+        """Take the joints ('rod_slider') and the names of laws that yield: fast impacts are what these are made for."""
+        self.surfaces, self.joints, self.yielding = surfaces, list(surfaces), sorted(yielding)
         self.cases = 0
         self.counts = dict.fromkeys((*THRESHOLDS, *_TOLD), 0)
         self.first: dict[str, tuple[str, str]] = {}  # word of _TOLD -> case_id, remark
@@ -68,6 +96,8 @@ class Remarks:
                     self.first.setdefault(word, (short_id(ids[place]), remark))
         for figure, threshold in THRESHOLDS.items():
             values = np.nan_to_num(np.array([cases[f"{joint}_{figure}"] for joint in self.joints], float))
+            if figure == "onset_rate_max":
+                values *= [self._elastic(cases, self.surfaces[joint]) for joint in self.joints]
             largest = values.max(axis=0)
             self.counts[figure] += int(np.count_nonzero(largest > threshold))
             place = int(np.argmax(largest)) if len(largest) else 0
@@ -89,11 +119,21 @@ class Remarks:
             ),
         ]
 
-    def _fast(self, rate: float, joint: str, case_id: str, _message: str) -> str:
+    def _elastic(self, cases: Mapping[str, Any], surfaces: Surfaces) -> Any:
+        """Return by what to multiply the impact speeds in a joint so that steel's limit holds; 0: its law yields."""
+        weight, law = ELASTIC_ONSET / surfaces.elastic_to, surfaces.law
+        if law in cases:
+            return np.array([0.0 if name in self.yielding else weight for name in cases[law]])
+        return np.full(len(cases["case_id"]), 0.0 if law in self.yielding else weight)
+
+    def _fast(self, scaled: float, joint: str, case_id: str, _message: str) -> str:
+        surfaces = self.surfaces[column_name(joint)]
+        rate = scaled * surfaces.elastic_to / ELASTIC_ONSET
+        limit = f"{surfaces.elastic_to:.3g} m/s from about which {surfaces.material} may yield{surfaces.hint}"
         return (
             f"Impacts leave the elastic range in {self._share('onset_rate_max')}: the fastest closes at {rate:.3g} "
-            f"m/s, {rate / ELASTIC_ONSET:.2g} times the {ELASTIC_ONSET:g} m/s from about which steel may yield (case "
-            f"{short_id(case_id)}, {joint}); a law that does not yield then overstates forces and understates losses."
+            f"m/s, {scaled / ELASTIC_ONSET:.2g} times the {limit} (case {short_id(case_id)}, {joint}); a law that does "
+            "not yield then overstates forces and understates losses."
         )
 
     def _deep(self, share: float, joint: str, case_id: str, message: str) -> str:

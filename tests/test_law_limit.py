@@ -7,7 +7,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.mechanics.joint import registry
 from clearsweep.simulation import scene
-from clearsweep.validity import THRESHOLDS, Remarks, past_limits
+from clearsweep.validity import THRESHOLDS, Remarks, columns, past_limits, surfaces_of
 
 pytestmark = pytest.mark.heavy
 
@@ -38,7 +38,7 @@ def one(row):
 
 
 def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
-    told = Remarks(["crank_rod", "rod_slider"])
+    told = Remarks(surfaces_of({}, ["crank_rod", "rod_slider"]))
     zero = dict.fromkeys((f"{joint}_{figure}" for joint in told.joints for figure in THRESHOLDS), 0.0)
     told.add(one({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.05}))
     told.add(one({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.06}))
@@ -52,15 +52,38 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
     assert "a law that does not yield then overstates forces" in fast  # which law it is the row does not say
     assert "in 1 of 5 cases, longest in case d: rod-slider is deeper than 0.2 mm, up to which johnson holds" in deep
     assert "for 12 % of the time." in deep
-    together = Remarks(told.joints)
+    together = Remarks(told.surfaces)
     rates = {**{column: [0.0] * 3 for column in zero}, "crank_rod_onset_rate_max": [0.06, np.nan, 0.5]}
     together.add({"case_id": list("abc"), "message": ["", message, None], **rates})
     assert "in 2 of 3 cases: the fastest closes at 0.5 m/s" in together.sentences()[0]
     assert "(case c, crank-rod)" in together.sentences()[0]
 
 
+def test_laws_that_yield_are_not_blamed_and_a_material_has_a_limit_of_its_own():
+    soft = {"young": 0.5e9, "density": 2200.0}  # 1e-5 sqrt(E / rho) = 4.8 mm/s
+    record = {
+        "joints": {
+            "rod-slider": {"contact": {"law": "exact", "material": soft}},
+            "crank-rod": {"contact": {"law": "exact", "material": {"bearing": soft, "journal": {"young": 207e9}}}},
+        },
+        "units": {"joints.crank-rod.contact.law": ""},
+    }
+    surfaces = surfaces_of(record, ["crank_rod", "rod_slider"])
+    assert surfaces["rod_slider"].elastic_to == pytest.approx(4.767e-3, rel=1e-3, abs=0.0)
+    told = Remarks(surfaces, {"yields"})
+    rows = {"case_id": list("abc"), "message": ["", "", ""]}
+    rows |= {f"{joint}_law_limit_fraction": [0.0] * 3 for joint in surfaces}
+    rows |= {"crank_rod_onset_rate_max": [0.6, 0.2, 0.0], "rod_slider_onset_rate_max": [0.004, 0.004, 0.006]}
+    told.add(rows | {"joints.crank-rod.contact.law": ["yields", "exact", "exact"]})
+    (fast,) = told.sentences()
+    assert "in 2 of 3 cases: the fastest closes at 0.2 m/s, 42 times the 0.00477 m/s" in fast
+    assert "its material may yield (case b, crank-rod)" in fast
+    assert columns(surfaces)[-1] == "joints.crank-rod.contact.law"
+    assert surfaces_of({}, ["pair"])["pair"].elastic_to == 0.05
+
+
 def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
-    told = Remarks(["pair"])
+    told = Remarks(surfaces_of({}, ["pair"]))
     told.add(one({"case_id": "a", "message": "", **{f"pair_{figure}": 0.0 for figure in THRESHOLDS}}))
     assert told.sentences() == []
     assert past_limits([("pair", "johnson", 1e-4, 0.0)]) == ""

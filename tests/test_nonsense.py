@@ -11,7 +11,16 @@ import clearsweep
 from clearsweep.grid import check_memory, largest_history, load
 from clearsweep.simulation import catalogue, scene
 from clearsweep.sweeping import sweep
-from clearsweep.validity import THRESHOLDS, Reached, Remarks, imbalance, message_of, too_deep, worn_through
+from clearsweep.validity import (
+    THRESHOLDS,
+    Reached,
+    Remarks,
+    imbalance,
+    message_of,
+    surfaces_of,
+    too_deep,
+    worn_through,
+)
 
 CONTACT = "joints.rod-slider.contact"
 WEAR = {"law": "archard", "coefficient": 2e-8}
@@ -78,7 +87,7 @@ def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
 
 
 def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
-    told, nothing = Remarks(["pair"]), {f"pair_{figure}": [0.0, 0.0] for figure in THRESHOLDS}
+    told, nothing = Remarks(surfaces_of({}, ["pair"])), {f"pair_{figure}": [0.0, 0.0] for figure in THRESHOLDS}
     joint = Reached("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
     message = message_of("", too_deep([joint]), worn_through([joint]), imbalance(0.024, 1e-8, 10.0))
     told.add({"case_id": ["a", "b"], "message": ["", message], **nothing})

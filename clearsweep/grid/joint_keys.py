@@ -7,6 +7,12 @@ from .keys import Condition, Number, Section, Shape, Table, Use, Word, word_key
 _MATERIAL = (
     Field("young", "Pa", "Young's modulus"),
     Field("poisson", "1", "Poisson's ratio", -1.0, 0.5, high_open=False),
+    Field(
+        "density",
+        "kg/m^3",
+        "only for the impact speed up to which it stays elastic, 1e-5 sqrt(young / density)",
+        optional=True,
+    ),
 )
 
 _ONSET = Word(

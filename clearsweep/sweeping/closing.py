@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import validity, verdict, wording
+from .. import simulation, validity, verdict, wording
 from .sweep import RunResult
 
 WORST_CASES = 5
@@ -24,9 +24,11 @@ def of_run(result: RunResult) -> dict[str, Any]:
     worst: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     statuses: Counter[str] = Counter()
-    remarks = validity.Remarks(joints)
+    surfaces = validity.surfaces_of(run.grid, joints)
+    remarks = validity.Remarks(surfaces, simulation.yielding())
     kept = _Kept(run.grid)
-    columns = ["status", *swept, *(_peak(joint) for joint in joints), *validity.columns(joints), *kept.columns]
+    columns = ["status", *swept, *(_peak(joint) for joint in joints), *validity.columns(surfaces), *kept.columns]
+    columns = list(dict.fromkeys(columns))
     for block in run.blocks(columns):
         good = block["status"] == "ok"
         for place in np.flatnonzero(~good).tolist():
