@@ -79,9 +79,12 @@ def test_the_grids_are_those_that_are_shown():
     end = shown("end of configs/press_joint_largest.yaml")
     largest = (ROOT / "configs/press_joint_largest.yaml").read_text(encoding="utf-8")
     assert largest.endswith(end)
-    first, second = read("press_joint").resolved(), read("press_joint_largest").resolved()
-    same = ("mechanism", "drive", "loads", "simulate", "limits", "figures")
-    assert {key: first[key] for key in same} == {key: second[key] for key in same}
+    first, second, third = (read(f"press_joint{more}").resolved() for more in ("", "_largest", "_life"))
+    same = ("mechanism", "drive", "loads", "limits")
+    assert {key: first[key] for key in same} == {key: second[key] for key in same} == {key: third[key] for key in same}
+    life = (ROOT / "configs/press_joint_life.yaml").read_text(encoding="utf-8")
+    assert shown("line of configs/press_joint_life.yaml") in life
+    assert third["joints"]["rod-slider"]["clearance"] == iso286.fit("H7/f7", 80).high
 
 
 def test_the_fits_have_the_clearances_that_are_told():
@@ -130,6 +133,8 @@ def test_the_commands_lead_to_the_decision(tmp_path, monkeypatch):
     laws = clearsweep.open("results/press-joint-laws").summary
     assert (laws["limits_exceeded"] == "").all()
     assert laws["margin"].min() == pytest.approx(0.32, abs=0.05, rel=0.0)
+    lives = clearsweep.open("results/press-joint-life").summary.sort_values("drive.speed")["rod_slider_life_hours"]
+    assert lives.tolist() == pytest.approx([5400, 1030, 505], rel=0.05, abs=0.0)
     hours = laws.groupby("drive.speed")["hours_to_50_um"].mean()
     assert hours.iloc[0] == pytest.approx(11_800, rel=0.05, abs=0.0)
     assert hours.iloc[-1] == pytest.approx(1_700, rel=0.05, abs=0.0)

@@ -148,6 +148,7 @@ enter(
         "meets a fresh surface, but a journal that wanders within one contact takes its indentation along.  There pen "
         "< pen_p counts as contact without force, each entry into it as a clip.  A contact that stays shakes down to "
         "an elastic one.",
+        yields=True,
     ),
     (Plastic,),
     lambda joint: Plastic(joint.contact.values["restitution"] ** 2, joint.contact.values["yield_rate"]),
@@ -189,6 +190,7 @@ enter(
         "are large: where the derived contact.yield_depth passes the clearance nothing yields.  pen_m is forgotten "
         "when the surfaces part: the next contact meets a fresh surface.  Within a contact pen < pen_p counts as "
         "contact without force, each entry into it as a clip.",
+        yields=True,
     ),
     (YieldingSphere,),
     lambda joint: YieldingSphere(yield_depth(joint), 3.0 / _hardness_factor(joint)),
