@@ -11,9 +11,10 @@ from clearsweep import grid, simulation
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Archard
-from clearsweep.mechanics.joint.wear.contract import FINEST, SLID, Worn
-from clearsweep.mechanics.joint.wear.passage import ON_BEARING, ON_JOURNAL, POINTS, ROOM, ROWS, Bins, enter_wear
-from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean
+from clearsweep.mechanics.joint.wear.contract import FINEST, SLID, Bins, Rubbing, Worn, half_arc, sum_over_load
+from clearsweep.mechanics.joint.wear.passage import ON_BEARING, ON_JOURNAL, POINTS, ROOM, ROWS, enter_wear
+from clearsweep.mechanics.joint.wear.persson import Persson
+from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
 from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.window import finer
@@ -86,13 +87,13 @@ def test_the_profile_is_that_of_the_pressure_on_an_arc_of_the_bodys_own_radius(b
     assert np.argmax(depths) == int(0.3 / (2.0 * math.pi) * BINS)
 
 
-@pytest.mark.parametrize("pressure", [LINE, Mean()])
+@pytest.mark.parametrize("pressure", [LINE, Mean(), Winkler(), Persson(1e11)])
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 3.1, 6.28318, -7.0, 100.0])
 @pytest.mark.parametrize(("force", "pen"), [(1e-12, 1e-18), (10.0, 1e-8), (1e5, 1e-5), (1e9, 0.4)])
 def test_a_step_loses_nothing_wherever_the_arc_lies(pressure, angle, force, pen):
     joint = worn_joint(1e-14, 1e-14, pressure)
-    theta = math.acos(0.5e-3 / (0.5e-3 + pen)) if pressure is not LINE and pen > 1e-17 else 0.0
-    pressed = force / 0.02 * (theta / math.sin(theta) if theta else 1.0)
+    arc = half_arc(pressure, joint, joint.bearing_radius, Rubbing(force / 0.02, pen, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
+    pressed = force / 0.02 * sum_over_load(pressure, arc)
     for depths, radius in zip(slide(joint, force, turns=0.01, pen=pen, at=(angle, angle)), (0.01, 0.0095), strict=True):
         way = 2.0 * math.pi * 0.0095 * 0.01
         assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(1e-14 * pressed * way / radius, rel=1e-10)

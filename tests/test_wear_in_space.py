@@ -15,8 +15,7 @@ from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.contract import FREE, PRESSED
 from clearsweep.mechanics.joint.spatial import SpatialGap, wall_point
 from clearsweep.mechanics.joint.wear import slices
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLID
-from clearsweep.mechanics.joint.wear.passage import Bins
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLID, Bins
 from clearsweep.mechanics.joint.wear.step import (
     ALONG,
     ANGLES,
@@ -25,6 +24,7 @@ from clearsweep.mechanics.joint.wear.step import (
     JOURNAL_START,
     LEAN,
     ROOM,
+    WHERE,
     Moment,
     Step,
     Worn,
@@ -52,7 +52,7 @@ def empty(joint):
         np.zeros((6, COURSES, PARTS + 1)),
         1e-5,
         np.array([PRESSED, PRESSED, FREE, FREE, FREE, FREE]),
-        np.zeros((6, 2, ANGLES)),
+        np.zeros((6, WHERE, ANGLES)),
         np.zeros((6, ALONG, BETWEEN + 2)),
         np.zeros(PARTS + 1),
         np.zeros(ROOM),
@@ -113,8 +113,8 @@ def test_a_step_loses_nothing_however_the_journal_leans(pressure, rows, lean):
         step.course[wall, FORCE], step.course[wall, SLIP_COURSE] = share * load, slip * (1.0 - 2.0 * wall)
         step.course[wall, KAPPA_COURSE], step.course[wall, DEPTH_COURSE] = 1.0, 4e-6 * (1.0 + EVEN)
         quarters = np.arange(BETWEEN + 2) / (BETWEEN + 1)
-        step.angles[wall, 0, : BETWEEN + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
-        step.angles[wall, 1, : BETWEEN + 2] = -3.0 - 0.3 * quarters
+        step.places[wall, 0, : BETWEEN + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
+        step.places[wall, 1, : BETWEEN + 2] = -3.0 - 0.3 * quarters
         end = 1.0 - 2.0 * wall
         step.along[wall, LEAN] = lean * (1.0 + 0.1 * quarters)
         step.along[wall, BEARING_START], step.along[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
@@ -166,8 +166,8 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
         assert step.along[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
         assert step.along[wall, BEARING_START, 0] == pytest.approx(np.dot(point.at, axis), rel=1e-3, abs=1e-5)
         assert step.along[wall, JOURNAL_START, 0] == pytest.approx(point.at.z - 2e-4, rel=1e-9, abs=0.0)
-        assert step.angles[wall, 1, 0] == pytest.approx(math.atan2(point.normal.y, point.normal.x), rel=1e-12)
-        assert step.angles[wall, 0, 0] == pytest.approx(step.angles[wall, 1, 0], rel=0.0, abs=1e-4)  # no turn between
+        assert step.places[wall, 1, 0] == pytest.approx(math.atan2(point.normal.y, point.normal.x), rel=1e-12)
+        assert step.places[wall, 0, 0] == pytest.approx(step.places[wall, 1, 0], rel=0.0, abs=1e-4)  # no turn between
 
 
 @pytest.mark.parametrize(("opened", "frame"), [("rod-slider", "slider"), ("crank-rod", "crank")])

@@ -4,20 +4,32 @@ Kernels here run as Python; closed forms are those of steady sliding under a loa
 """
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
+from scipy.integrate import quad
 
 from clearsweep import grid, simulation
 from clearsweep.errors import InputError
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
-from clearsweep.mechanics.joint.wear.passage import ON_BEARING, POINTS, ROOM, Bins, enter_wear
-from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean
-from clearsweep.mechanics.joint.wear.step import ALONG, ANGLES, Step, fit_angles, fit_courses, note_pressure, note_way
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID, Bins
+from clearsweep.mechanics.joint.wear.passage import ON_BEARING, POINTS, ROOM, enter_wear
+from clearsweep.mechanics.joint.wear.persson import Persson
+from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
+from clearsweep.mechanics.joint.wear.step import (
+    ALONG,
+    ANGLES,
+    WHERE,
+    Step,
+    fit_courses,
+    fit_places,
+    note_pressure,
+    note_way,
+)
 from clearsweep.mechanics.observe.between import BETWEEN
 from clearsweep.mechanics.observe.histogram import (
     COURSES,
@@ -44,23 +56,23 @@ def in_plane(room):
     return np.zeros((1, ALONG, BETWEEN + 2)), np.zeros(PARTS + 1), room, np.zeros(0)
 
 
-def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6):
+def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6, load=LOAD):
     """Return the depths (m) of the bearing and the account after steady sliding, in `steps` of equal length."""
     joint, depths, account = joint_of(law), np.zeros(2 * BINS), np.zeros(ACCOUNT)
     course, room = np.zeros((1, COURSES, PARTS + 1)), np.zeros(ROOM)
     for row, value in (
-        (FORCE, LOAD),
+        (FORCE, load),
         (KAPPA_COURSE, 1.0),
         (SLIP_COURSE, -SPEED),
         (DEPTH_COURSE, pen),
-        (RUBBED_COURSE, friction * LOAD * SPEED),
+        (RUBBED_COURSE, friction * load * SPEED),
     ):
         course[0, row] = value
-    step = Step(course, duration / steps, np.zeros(1), np.full((1, 2, ANGLES), 0.3), *in_plane(room))
-    step.angles[:, :, -2:] = 0.0  # slopes at the ends
+    step = Step(course, duration / steps, np.zeros(1), np.full((1, WHERE, ANGLES), 0.3), *in_plane(room))
+    step.places[:, :, -2:] = 0.0  # slopes at the ends
     for _ in range(steps):
         fit_courses(step, 0, LENGTH)
-        fit_angles(step, 0)
+        fit_places(step, 0)
         note_way(step, 0, account)
         note_pressure(joint, step, 0, account)
         bins = Bins(depths, 0, BINS), Bins(depths, BINS, BINS)
@@ -116,6 +128,58 @@ def test_an_even_pressure_balances_its_load_and_wears_more_than_the_load_times_t
     depths, account = slide(Archard(1e-14, 1e-14, float(BINS), LENGTH, Mean(), math.inf), pen=pen)
     assert account[PRESSURE_MAX] == pytest.approx(LOAD / (2.0 * 0.01 * LENGTH * math.sin(theta)), rel=1e-9)
     assert volume(depths) / (1e-14 * LOAD * SPEED * 0.1) == pytest.approx(theta / math.sin(theta), rel=1e-9)
+
+
+def winkler(theta):
+    """Return penetration, load (N) and pressure times radius over load per length, over half an arc of theta."""
+    scale = theta - math.sin(theta) * math.cos(theta)
+    return 0.5e-3 * (1.0 / math.cos(theta) - 1.0), LOAD, lambda phi: (math.cos(phi) - math.cos(theta)) / scale
+
+
+def conformal(theta):
+    """Return the same of Persson's contact of steel bodies, in which the load alone decides the arc."""
+    b2 = math.tan(0.5 * theta) ** 2
+    load = 2.0 * math.pi * STEEL * 0.5e-3 * LENGTH * b2 * (b2 + 1.0) / (2.0 - math.log(b2 + 1.0) - 2.0 * b2**2)
+
+    def pressure(phi):
+        y2 = math.tan(0.5 * phi) ** 2
+        r, w = math.sqrt(max(b2 - y2, 0.0)), math.sqrt(b2 + 1.0)
+        logarithm = math.log((w + r) / (w - r))
+        return 2.0 * r / (math.pi * w * (1.0 + y2)) + logarithm / (2.0 * math.pi * b2 * (1.0 + b2))
+
+    return 1e-6, load, pressure
+
+
+@pytest.mark.parametrize("degrees", [0.9, 5.0, 30.0, 60.0, 84.0])
+@pytest.mark.parametrize(("law", "form"), [(Winkler(), winkler), (Persson(STEEL), conformal)])
+def test_conformal_pressures_balance_their_load_and_wear_the_bearing_to_their_own_shape(law, form, degrees):
+    theta = math.radians(degrees)
+    pen, load, per_load = form(theta)
+    total = 2.0 * quad(per_load, 0.0, theta, epsabs=1e-13, epsrel=1e-13)[0]
+    assert 2.0 * quad(lambda phi: per_load(phi) * math.cos(phi), 0.0, theta)[0] == pytest.approx(1.0, rel=1e-8)
+    depths, account = slide(Archard(1e-14, 0.0, float(BINS), LENGTH, law, math.inf), pen=pen, load=load)
+    scale = load / (0.01 * LENGTH)  # Pa
+    assert account[PRESSURE_MAX] == pytest.approx(scale * per_load(0.0), rel=1e-7)
+    assert account[PRESSURE_TIME] == pytest.approx(scale * total / (2.0 * theta) * 0.1, rel=1e-7)
+    assert account[PV_MAX] == pytest.approx(scale * per_load(0.0) * SPEED, rel=1e-7)
+    assert volume(depths) / (1e-14 * load * SPEED * 0.1) == pytest.approx(total, rel=1e-8)
+    if degrees == 60.0:
+        edges = (np.arange(-BINS // 2, BINS // 2 + 1) * 2.0 * math.pi / BINS - 0.3).clip(-theta, theta)
+        held = np.roll([quad(per_load, *bounds)[0] for bounds in pairwise(edges)], BINS // 2)
+        expected = 1e-14 * SPEED * 0.1 * scale * held * BINS / (2.0 * math.pi)
+        assert depths == pytest.approx(expected, rel=1e-6, abs=1e-7 * depths.max())
+
+
+@pytest.mark.parametrize(("degrees", "peak"), [(5.0, 7.3020828), (30.0, 1.2602886), (60.0, 0.7117214)])
+def test_perssons_largest_pressure_is_that_of_the_theory(degrees, peak):
+    _, load, _ = conformal(math.radians(degrees))
+    _, account = slide(Archard(1e-14, 0.0, float(BINS), LENGTH, Persson(STEEL), math.inf), load=load)
+    assert account[PRESSURE_MAX] == pytest.approx(peak * load / (0.01 * LENGTH), rel=1e-7)
+
+
+def test_the_pressure_of_springs_over_half_the_bearing_wears_four_over_pi_of_the_load_times_the_way():
+    depths, _ = slide(Archard(1e-14, 0.0, float(BINS), LENGTH, Winkler(), math.inf), pen=0.5e9)
+    assert volume(depths) / (1e-14 * LOAD * SPEED * 0.1) == pytest.approx(4.0 / math.pi, rel=1e-6)
 
 
 @pytest.mark.parametrize(("limit", "share"), [(29.2e6, 1.0), (29.3e6, 0.0)])

@@ -39,6 +39,8 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
         if f"{path}.wear" in draft.shape:
             _wear(draft, path, catalogue)
             _pressure(draft, path, catalogue)
+        if f"{path}.wear.evolve" in draft.values:
+            _evolving(draft, path, catalogue)
 
 
 def _friction(draft: Draft, catalogue: Catalogue) -> None:
@@ -257,6 +259,19 @@ def _wear_numbers(draft: Draft, wear: str) -> None:
                 f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
             draft.problems.add(draft.place(path), path, what)
+
+
+def _evolving(draft: Draft, joint: str, catalogue: Catalogue) -> None:
+    """Check that nothing stands beside a shape that acts that is not known with it."""
+    evolve = f"{joint}.wear.evolve"
+    if f"{joint}.film" in draft.shape:
+        sentence = "is not known beside a film, whose formula is that of circles; leave one of them out"
+        draft.problems.add(draft.place(evolve), evolve, sentence)
+    sticking = {law.name for law in catalogue.of("friction") if law.sticks}
+    for path in (path for path in draft.names if path.endswith(".friction.law")):
+        for law in sorted(draft.names[path] & sticking):
+            sentence = f"{law} sticks, which is not known beside the worn shape of {joint}; choose another"
+            draft.problems.add(draft.place(path), path, sentence)
 
 
 def _pressure(draft: Draft, joint: str, catalogue: Catalogue) -> None:

@@ -327,6 +327,7 @@ def _through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> N
     """Enter a revolute joint in space, without flanges, and its wear."""
     through(tree, path, site, catalogue)
     _wear(tree, path, catalogue)
+    del tree[f"{path}.wear.evolve"]  # shapes act in the plane alone
     enter_numbers(tree, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
 
 

@@ -20,9 +20,19 @@ from ..catalogue import Channel
 from .compiled.dual import Seeded, as_dual, slope
 from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
 from .joint import spatial
-from .joint.contract import Present, channels_beside, gap_histories, load_histories, power_lost, seen_beside, touches
+from .joint.contract import (
+    Present,
+    channels_beside,
+    gap_histories,
+    load_histories,
+    power_lost,
+    power_stored,
+    seen_beside,
+    touches,
+)
 from .joint.impact_mass import joints_now
 from .joint.loads import loads_of, put_internal_rates
+from .joint.nearest import turned_gaps
 from .joint.places import (
     after_joint,
     after_number,
@@ -64,7 +74,7 @@ class Scene(NamedTuple):
 def look(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
     p = place(scene.mechanism, y)
-    relative = gaps(scene.mechanism, p)
+    relative = turned_gaps(scene, y, gaps(scene.mechanism, p))
     present = Present(y, mode, latched, 2 * len(scene.coordinates) + 1)
     joints = joints_now(scene, p, relative, present)
     loads = loads_of(joints, relative, present)
@@ -155,7 +165,7 @@ def _put_contacts(joint, load, place, rows):
         lost = power_lost(contact)
         seen = Observed(
             normal=contact.normal,
-            stored=contact.elastic * contact.rate,
+            stored=power_stored(contact),
             lost=lost,
             tangential=contact.tangential,
             slip=contact.slip,

@@ -19,14 +19,16 @@ from ..mechanics.joint import registry
 from ..mechanics.joint.contract import every_contact, every_internal_state
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.joint.wear.contract import Worn
+from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
-from ..mechanics.mechanism.contract import Built
+from ..mechanics.mechanism.contract import Built, body_angles
 from ..mechanics.mechanism.spatial.build import deepest
 from ..verdict import NO_VERDICT, Verdict
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with what they were made of
+SEATINGS = 3  # on worn shapes: how bodies are turned depends a little on where they are seated
 _LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, it is beyond DOUBTFUL_WEAR_NUMBER
 
 
@@ -84,14 +86,25 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     worn = dict(worn or {})
     mechanism = mechanism_of(case)
     machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
-    joints = {joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal) for joint in case.joints}
+    joints = {
+        joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
+        for joint in case.joints
+    }
     terms: tuple[Any, ...] = tuple(joints.values())
     offsets, roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms)))
     if case.simulate.start == "seated":
         ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
         assert ideal is not None  # the grid knows `start` for mechanisms that have one
         offsets, roots = _seated(ideal.reactions, joints)
-    built = _built(case, mechanism, machine, joints, offsets)
+    built, seated = _built(case, mechanism, machine, joints, offsets), offsets
+    for _ in range(SEATINGS if np.any(roots) and any(worn_in(term) for term in terms) else 0):
+        offsets = dict(seated)
+        for place, angles in enumerate(body_angles(built.value, built.start)):
+            if worn_in(terms[place]):
+                name, side = case.joints[place].name, terms[place].side
+                where, depth = seat(terms[place], side * seated[name], angles)
+                offsets[name], roots[place] = side * where, math.sqrt(depth)
+        built = _built(case, mechanism, machine, joints, offsets)
     if mechanism.spatial:
         _check_apart(built, joints)
     sigma = math.sqrt(min(term.clearance for term in terms))
@@ -171,6 +184,7 @@ def signature(case: Case) -> tuple:
             *map(_types, registry.film_terms(joint) if joint.film else ()),
             _types(registry.friction_term(joint)),
             _types(registry.wear_term(joint)),
+            joint.wear is not None and joint.wear.evolve,
         )
         for joint in case.joints
     )

@@ -22,6 +22,7 @@ from clearsweep import grid
 from clearsweep.mechanics.compiled.family import invoke
 from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.run import Run, integrated
 from clearsweep.simulation.scene import build
@@ -37,6 +38,12 @@ STAGE = 1  # of a step, as most evaluations are: at its ends more is looked at, 
 DEPTHS = np.geomspace(1e-8, 1e-4, 2000)  # m
 STEEL = {"law": "hertz", "material": {"young": 207e9, "poisson": 0.3}}
 OIL = {"viscosity": 0.4}
+WINKLER = STEEL | {"elastic": "winkler", "thickness": 5e-3}
+WEAR = {"law": "archard", "coefficient": 1e-14, "bins": 360}
+WORN = {  # a joint of circles, and the same worn before
+    "deepest point": ({"contact": STEEL}, "mean"),
+    "springs of `winkler`": ({"contact": WINKLER}, "winkler"),
+}
 KINDS = {  # what a joint has besides its sizes
     "dry": {"contact": STEEL},
     **{f"film {law}": {"film": OIL | {"law": law}} for law in ("finite", "short", "long", "pinkus-sternlicht")},
@@ -129,6 +136,25 @@ def kinds(rounds: int = ROUNDS) -> list[tuple[str, float]]:
     return list(least.items())
 
 
+def worn(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
+    """Return name and times (s) of a right-hand side of circles and of what is left of them, pressed."""
+    angles = 2.0 * np.pi * (np.arange(360) + 0.5) / 360
+    before = Worn(8e-6 * (1.0 + np.cos(2.0 * angles)), 4e-6 * (1.0 + np.cos(3.0 * angles + 1.0)))
+    runs, least = {}, {}
+    for name, (joint, pressure) in WORN.items():
+        wear = WEAR | {"pressure": pressure}
+        scenes = [scene_of(joint | {"wear": wear | {"evolve": acts}}, "seated") for acts in (False, True)]
+        scenes[1] = build(scenes[1].case, {"rod-slider": before})
+        print(f"compiling {name}", file=sys.stderr, flush=True)
+        runs[name], least[name] = [Run(scene, np.empty(0)) for scene in scenes], [np.inf, np.inf]
+        for run in runs[name]:
+            _side(run.work)
+    for _ in range(rounds):
+        for name, pair in runs.items():
+            least[name] = [min(time, _side(run.work)) for time, run in zip(least[name], pair, strict=True)]
+    return [(name, *times) for name, times in least.items()]
+
+
 def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
     """Return name, time of a right-hand side and of the law alone (s) of every law."""
     joints = {law: (law, None) for law in LAWS} | {f"{law} with fractal": (law, FRACTAL) for law in ROUGH}
@@ -162,7 +188,10 @@ def _timed(work, term) -> tuple[float, float]:
 
 
 def text(
-    rows: list[tuple[str, float, float]], joints: list[tuple[str, float]], both: dict[str, dict[str, float]]
+    rows: list[tuple[str, float, float]],
+    joints: list[tuple[str, float]],
+    both: dict[str, dict[str, float]],
+    shapes: list[tuple[str, float, float]],
 ) -> str:
     """Return the page."""
     whole = {name: side for name, side, _ in rows}
@@ -199,6 +228,14 @@ def text(
     for state, found in both.items():
         plane, space = found["plane"], found["space"]
         lines.append(f"| {state} | {1e9 * plane:.0f} | {1e9 * space:.0f} | {space / plane:.2f} |")
+    lines += [
+        "",
+        "A pressed joint whose worn shape acts (`wear.evolve`), worn by up to a quarter of its clearance before.",
+        "",
+        "| where the force acts | circles, ns | worn, ns | over circles |",
+        "| --- | --- | --- | --- |",
+    ]
+    lines += [f"| {name} | {1e9 * new:.0f} | {1e9 * old:.0f} | {old / new:.2f} |" for name, new, old in shapes]
     return "\n".join([*lines, ""])
 
 
@@ -207,7 +244,7 @@ def main() -> None:
     reader = argparse.ArgumentParser(description=__doc__)
     reader.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     asked = reader.parse_args()
-    page = text(measure(), kinds(), spaces())
+    page = text(measure(), kinds(), spaces(), worn())
     print(page)
     if asked.write:
         PAGE.write_text(page, encoding="utf-8")

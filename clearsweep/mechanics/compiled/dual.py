@@ -81,6 +81,11 @@ def as_dual(x):
     return Dual(value(x), slope(x))
 
 
+def chained(number, rate, x):
+    """Return `number`, a function of `x` whose derivative there is `rate`, with the slope that `x` gives it."""
+    return Dual(number, rate * x.slope) if isinstance(x, Dual) else number
+
+
 def rate_or_slope(x):
     """Return the slope of a number that has one, the number itself where it has none."""
     return x.slope if isinstance(x, Dual) else x
@@ -359,6 +364,13 @@ def _slope(x):
 @overload(rate_or_slope, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _rate_or_slope(x):
     return (lambda x: x.slope) if isinstance(x, DualType) else (lambda x: x)
+
+
+@overload(chained, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _chained(number, rate, x):
+    if isinstance(x, DualType):
+        return lambda number, rate, x: Dual(number, rate * x.slope)
+    return lambda number, rate, x: number
 
 
 @overload(as_dual, strict=False, jit_options=dict(OPTIONS, forceinline=True))

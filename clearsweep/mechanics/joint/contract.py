@@ -173,6 +173,16 @@ def _of_its_normal_force(contact):
 
 
 @family
+def power_stored(contact):
+    """Return the power (W) that goes into the elastic deformation at a contact."""
+
+
+@power_stored.member(None)
+def _over_its_depth(contact):
+    return contact.elastic * contact.rate
+
+
+@family
 def seen_beside(contact, accurate):
     """Return what is seen of a contact beside a Contact's fields, observables of its own; () where there is nothing.
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
-from ..compiled.family import kernel
+from ..compiled.family import inlined, kernel
 from .contract import (
     CLIPPED,
     FREE,
@@ -109,6 +109,20 @@ def surface_speed(joint, gap, tx, ty):
     return joint.side * (gap.vx * tx + gap.vy * ty) + spin
 
 
+@inlined
+def normal_forces(joint, mode, pen, rate, onset_rate):
+    """Return the normal force of a joint in contact, what of it friction goes by, its elastic part and `raw` (N)."""
+    force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
+    lowest = lowest_force(joint.law)
+    raw = force - lowest
+    if pen < 0.0:
+        sign = sign_beyond(joint.law, joint.elastic)
+        force, elastic = sign * force, sign * elastic
+    normal = force if mode != CLIPPED else 0.0
+    rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
+    return normal, rubbing, elastic, raw
+
+
 @kernel
 def joint_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a joint in a mode whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
@@ -131,15 +145,8 @@ def joint_load(joint, gap, mode, pen, onset_rate):
     inverse = guess * (1.5 - 0.5 * square * guess * guess)
     nx, ny = x * inverse, y * inverse
     rate = vx * nx + vy * ny
-    force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
-    lowest = lowest_force(joint.law)
-    raw = force - lowest
-    if pen < 0.0:
-        sign = sign_beyond(joint.law, joint.elastic)
-        force, elastic = sign * force, sign * elastic
-    normal = force if mode != CLIPPED else 0.0
+    normal, rubbing, elastic, raw = normal_forces(joint, mode, pen, rate, onset_rate)
     slip = surface_speed(joint, gap, -ny, nx)
-    rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
     tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
     fx = -normal * nx - tangential * ny
     fy = -normal * ny + tangential * nx

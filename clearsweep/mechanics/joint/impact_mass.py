@@ -10,6 +10,7 @@ from .dry import Joint
 from .loss.contract import awaits_mass, with_mass
 from .lubricated import Lubricated
 from .places import after_joint, after_number, as_it_is, first_place, form_of
+from .worn import WornJoint, WornOnBed, with_laws
 
 
 @family
@@ -24,6 +25,8 @@ def _never(joint, gap, place, present):
 
 @_awaits.member(Joint)
 @_awaits.member(Lubricated)
+@_awaits.member(WornJoint)
+@_awaits.member(WornOnBed)
 def _law_awaits(joint, gap, place, present):
     law = as_it_is(joint.law, present.y, present.latched, place)
     return touches(present.mode[place.contact]) and awaits_mass(law)
@@ -51,6 +54,12 @@ def _with_its_law(joint, mass, place, shared):
         friction=joint.friction,
         wear=joint.wear,
     )
+
+
+@_tell.member(WornJoint)
+@_tell.member(WornOnBed)
+def _with_the_law_of_worn_surfaces(joint, mass, place, shared):
+    return with_laws(joint, with_mass(joint.law, mass), joint.friction)
 
 
 @_tell.member(Lubricated)

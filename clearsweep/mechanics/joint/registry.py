@@ -11,8 +11,9 @@ import numpy as np
 from ...case import Joint
 from ...catalogue import Law
 from ..compiled.vector import Vector
-from . import dry, guide, lubricated, spatial
+from . import dry, guide, lubricated, spatial, worn
 from .describe import text
+from .elastic.conformal import Foundation
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
 from .film.shear import BY_LAW
@@ -24,7 +25,8 @@ from .material import line_modulus
 from .recipe import RECIPES, Recipe, compiled_term
 from .roughness.series import Arc, Series, in_series
 from .roughness.spots import Surface
-from .wear.contract import NoWear
+from .wear.contract import NoWear, Worn
+from .wear.shape import AT_POINT, ON_SPRINGS, Shape, shapes_of
 
 # Each of these enters its laws, which are listed in this order.
 # isort: off
@@ -32,7 +34,7 @@ from .loss import hysteresis, plastic, dampers  # noqa: F401
 from .elastic import power, cylinders, conformal, compatible  # noqa: F401
 from .roughness import smooth, fractal, kogut_etsion  # noqa: F401
 from .friction import sliding, stick, bristles  # noqa: F401
-from .wear import archard, pressure, slices  # noqa: F401
+from .wear import archard, bed, persson, pressure, slices  # noqa: F401
 from .film import finite, short, long, shear, transition  # noqa: F401
 # isort: on
 
@@ -68,8 +70,11 @@ def _elastic(joint: Joint) -> Recipe | None:
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
 
-def joint_term(joint: Joint, distal: str) -> tuple:
-    """Return the compiled form of a joint, `distal` being its body away from the drive; here its kind is chosen."""
+def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
+    """Return the compiled form of a joint, `distal` being its body away from the drive; here its kind is chosen.
+
+    `before` is what its bodies have lost before the run.
+    """
     side = 1.0 if joint.journal in (None, distal) else -1.0
     radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
     if joint.film and not joint.is_dry:
@@ -99,12 +104,24 @@ def joint_term(joint: Joint, distal: str) -> tuple:
         friction=friction_term(joint),
         wear=wear_term(joint),
     )
+    if joint.wear and joint.wear.evolve:
+        if isinstance(elastic, Foundation) and joint.wear.pressure == "winkler":
+            return worn.WornOnBed(*pressed, *_shapes(joint, before, ON_SPRINGS))
+        return worn.WornJoint(*pressed, *_shapes(joint, before, AT_POINT))
     if joint.film is None:
         return pressed
     film, drag = film_terms(joint)
     passing = compiled_term("transition", joint.film.transition, joint)
     corners = lubricated.corners_of(joint.clearance, joint.film.limit, *bounds(passing))
     return lubricated.Lubricated(*pressed, film, drag, joint.film.limit, passing, corners)
+
+
+def _shapes(joint: Joint, before: Worn | None, least: float) -> tuple[Shape, Shape]:
+    """Return the shapes of bearing and journal, circles where nothing is worn before; `least` : see `shapes_of`."""
+    assert joint.wear is not None  # asked of joints that wear
+    new = np.zeros(joint.wear.bins)
+    bearing, journal = before[:2] if before else (new, new)
+    return shapes_of(bearing, journal, joint.clearance, least)[:2]
 
 
 def film_terms(joint: Joint) -> tuple:

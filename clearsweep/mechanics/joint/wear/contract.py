@@ -32,6 +32,14 @@ class Worn(NamedTuple):
     slid: float = 0.0  # m, the way slid in contact
 
 
+class Bins(NamedTuple):
+    """Where the wear of a body is entered."""
+
+    depths: np.ndarray  # (joints, 2, stride) m, mean depth of each bin, flat
+    first: int
+    count: int
+
+
 class Rubbing(NamedTuple):
     """What presses while it slides."""
 
@@ -41,6 +49,46 @@ class Rubbing(NamedTuple):
     work: float  # W/m, that friction dissipates, at least 0
     slid: float  # m, the way slid in contact so far
     pressed: float  # N/m, the pressure summed up over the arc, whatever its direction
+    clearance: float  # m, difference of the radii of curvature of both surfaces where they touch
+
+
+@family
+def contact_angle(joint, gap):
+    """Return the angle (rad) at which the surfaces of a joint touch, its rate (rad/s), and how deep (m) and its rate.
+
+    The depth is asked for of worn surfaces alone.
+    """
+
+
+@contact_angle.member(None)
+def _of_the_eccentricity(joint, gap):
+    turning = (gap.x * gap.vy - gap.y * gap.vx) / (gap.x * gap.x + gap.y * gap.y)
+    return math.atan2(joint.side * gap.y, joint.side * gap.x), turning, 0.0, 0.0
+
+
+@family
+def local_clearance(joint, on_bearing, on_journal):
+    """Return by how much (m) the radii of curvature of the surfaces differ where they touch, rad in their frames."""
+
+
+@local_clearance.member(None)
+def _of_circles(joint, on_bearing, on_journal):
+    return joint.clearance
+
+
+@family
+def pressure_on(joint, step, j, place):
+    """Return the mean and the largest pressure (Pa) on the bearing of joint `j` at one of the even places of a Step."""
+
+
+@family
+def enter_span(joint, room, length, span, bins):
+    """Enter what bearing and journal lose between two shares of a step of this length, in the unit of kappa."""
+
+
+@family
+def middle_arc(joint, room):
+    """Return how wide (rad) the arc is in the middle of a step, and the Rubbing on it."""
 
 
 @family
@@ -54,8 +102,8 @@ def half_arc(pressure, joint, radius, rubbing):
 
 
 @family
-def share_before(pressure, x):
-    """Return the share of the load that lies before `x` of the arc, whose ends are -1 and 1."""
+def share_before(pressure, x, half):
+    """Return the share of the pressure before `x` of the arc, whose ends are -1 and 1, of `half` its angle (rad)."""
 
 
 @family

@@ -15,11 +15,20 @@ import numpy as np
 
 from ...compiled.family import inlined, kernel
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
-from .contract import Rubbing, half_arc, share_before, smooth_within, sum_over_load, wear_rate
+from .contract import (
+    Rubbing,
+    enter_span,
+    half_arc,
+    local_clearance,
+    share_before,
+    smooth_within,
+    sum_over_load,
+    wear_rate,
+)
 
 DEGREE = 6  # of the polynomials over the share of the step, as many as its stages give
 POINTS = 8  # as many as vectors hold, and enough for the DEGREE
-ON_BEARING, ON_JOURNAL, WAY, ROWS = range(COURSES, COURSES + 4)  # after the courses: angles, the way slid (m)
+ON_BEARING, ON_JOURNAL, DEEPEST, WAY, ROWS = range(COURSES, COURSES + 5)  # after the courses: angles, depth, way slid
 #: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it;
 #: coefficients over the place of what is worn off per place, of the arc's middle and of half the arc.
 AREA, HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(8)
@@ -56,14 +65,6 @@ SOFT_NODES, SOFT_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0
 FAINT = 1e-300  # rad, for an arc without width
 
 
-class Bins(NamedTuple):
-    """Where the wear of a body is entered."""
-
-    depths: np.ndarray  # (joints, 2, stride) m, mean depth of each bin, flat
-    first: int
-    count: int
-
-
 @inlined
 def value(room, row, x):
     """Return the polynomial of a row of coefficients at `x`."""
@@ -84,11 +85,19 @@ def summed(room, row):
 
 
 @inlined
-def rubbing_of(joint, load, depth, slip, work, slid):
-    """Return the Rubbing of a joint under a line load (N/m), the rest as a Rubbing has it but for signs."""
-    pressure, rubbing = joint.wear.pressure, Rubbing(max(load, 0.0), depth, abs(slip), max(work, 0.0), slid, 0.0)
+def clearance_at(joint, room, x):
+    """Return that difference (m) at the share `x` of the step."""
+    return local_clearance(joint, value(room, ON_BEARING, x), value(room, ON_JOURNAL, x))
+
+
+@inlined
+def rubbing_of(joint, course, slid, clearance):
+    """Return the Rubbing of a joint from what its courses, in their order, are at a moment, and as a Rubbing has it."""
+    (load, _, slip, depth, work), pressure = course, joint.wear.pressure
+    load, slip, work = max(load, 0.0), abs(slip), max(work, 0.0)
+    rubbing = Rubbing(load, depth, slip, work, slid, 0.0, clearance)
     over = sum_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, rubbing))
-    return Rubbing(rubbing.line_load, depth, rubbing.slip, rubbing.work, slid, rubbing.line_load * over)
+    return Rubbing(load, depth, slip, work, slid, load * over, clearance)
 
 
 @inlined
@@ -96,7 +105,8 @@ def rubbing_at(joint, room, x):
     """Return the Rubbing of a joint at the share `x` of the step."""
     load, depth, slip = value(room, FORCE, x), value(room, DEPTH_COURSE, x), value(room, SLIP_COURSE, x)
     slid = room[WAY * POINTS] + room[WAY * POINTS + 1] * x
-    return rubbing_of(joint, load, depth, slip, value(room, RUBBED_COURSE, x), slid)
+    course = load, 0.0, slip, depth, value(room, RUBBED_COURSE, x)
+    return rubbing_of(joint, course, slid, clearance_at(joint, room, x))
 
 
 @inlined
@@ -164,10 +174,11 @@ def within(joint, room, edge, width):
     Without a choice between them the compiler works on all points at once.
     """
     for i in range(POINTS):
-        inverse = 1.0 / room[HALF * POINTS + i]
+        half = room[HALF * POINTS + i]
+        inverse = 1.0 / half
         x = (edge - room[MIDDLE * POINTS + i]) * inverse
         for k in range(BLOCK):
-            share = share_before(joint.wear.pressure, x + k * (width * inverse))
+            share = share_before(joint.wear.pressure, x + k * (width * inverse), half)
             room[(TERM + k) * POINTS + i] = room[AREA * POINTS + i] * share
     for k in range(BLOCK):
         room[WORN * POINTS + k] = summed(room, TERM + k)
@@ -223,7 +234,8 @@ def crossed(joint, room, end, edge, width):
         for k in range(POINTS):
             x = room[PASSING * POINTS + k] + (far - room[PASSING * POINTS + k]) * SOFT_NODES[j]
             offset = edge + k * width - value(room, COURSE, x)
-            share = share_before(pressure, -end * offset / max(value(room, HALF_COURSE, x), FAINT))
+            half = max(value(room, HALF_COURSE, x), FAINT)
+            share = share_before(pressure, -end * offset / half, half)
             room[WORN * POINTS + k] += SOFT_WEIGHTS[j] * value(room, RATE, x) * share
     all_of_it = summed(room, AREA) if end > 0.0 else 0.0
     for k in range(POINTS):
@@ -262,8 +274,8 @@ def piece(joint, room, edge, side, span):
         place = low + length * SOFT_NODES[i]
         share = 1.0
         if side == 0:
-            x = (edge - value(room, COURSE, place)) / max(value(room, HALF_COURSE, place), FAINT)
-            share = share_before(joint.wear.pressure, x)
+            half = max(value(room, HALF_COURSE, place), FAINT)
+            share = share_before(joint.wear.pressure, (edge - value(room, COURSE, place)) / half, half)
         room[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(room, RATE, place) * share
     return length * summed(room, TERM)
 
@@ -358,6 +370,13 @@ def enter_part(joint, room, bins):
         place = place + 1 if place + 1 < bins.count else 0
 
 
+@enter_span.member(None)
+def _over_arcs_of_circles(joint, room, length, span, bins):
+    see_points(joint, room, length, span[0], span[1])
+    for body in range(2):
+        enter_part(joint, room[FIRST + body * BODY : FIRST + (body + 1) * BODY], bins[body])
+
+
 @kernel
 def enter_wear(joint, room, course, length, bins):
     """Enter what bearing and journal are worn by over a step of this length, in the unit of kappa.
@@ -373,7 +392,5 @@ def enter_wear(joint, room, course, length, bins):
             if a * b >= 0.0:
                 continue
             high = (i + a / (a - b)) / PARTS  # where the sliding turns, its speed has a kink
-        see_points(joint, room, length, low, high)
-        for body in range(2):
-            enter_part(joint, room[FIRST + body * BODY : FIRST + (body + 1) * BODY], bins[body])
+        enter_span(joint, room, length, (low, high), bins)
         low = high

@@ -8,6 +8,8 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from ....case import Joint
 from ....catalogue import Field, Law
+from ...compiled.family import inlined
+from ..elastic.conformal import arc_excess
 from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import enter
@@ -22,7 +24,8 @@ class HertzLine(NamedTuple):
 
 @half_arc.member(HertzLine)
 def _hertzian_arc(pressure, joint, radius, rubbing):
-    return min(pressure.spread * math.sqrt(rubbing.line_load) / radius, 0.5 * math.pi)
+    load = rubbing.line_load * (joint.clearance / rubbing.clearance)  # R goes with the inverse of the clearance
+    return min(pressure.spread * math.sqrt(load) / radius, 0.5 * math.pi)
 
 
 def _beyond(rest):
@@ -36,7 +39,7 @@ BEYOND = Chebyshev.interpolate(_beyond, 9, domain=(0.0, 1.0)).convert(kind=Polyn
 
 
 @share_before.member(HertzLine)
-def _elliptic(pressure, x):
+def _elliptic(pressure, x, half):
     rest = max(1.0 - abs(x), 0.0)
     share = 0.0
     for i in range(BEYOND.size - 1, -1, -1):
@@ -59,10 +62,23 @@ def _of_an_ellipse(pressure, half):
     return 4.0 / math.pi
 
 
+#: Of pressures that follow from elasticity.
+MODULUS = Field(
+    "pressure_modulus",
+    "Pa",
+    "E* of both bodies, 1/E* = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j; left out: from `material`",
+    optional=True,
+)
+
+
+def modulus_of(joint: Joint) -> float:
+    """Return E* (Pa) by which the pressure in a joint is spread."""
+    assert joint.wear is not None  # asked of joints that wear
+    return joint.wear.values.get("pressure_modulus") or plane_strain_modulus(joint.contact.material)
+
+
 def _make_hertz_line(joint: Joint) -> HertzLine:
-    modulus = joint.wear.values.get("pressure_modulus")
-    modulus = modulus or plane_strain_modulus(joint.contact.material)
-    return HertzLine(math.sqrt(4.0 * relative_radius(joint) / (math.pi * modulus)))
+    return HertzLine(math.sqrt(4.0 * relative_radius(joint) / (math.pi * modulus_of(joint))))
 
 
 enter(
@@ -72,14 +88,7 @@ enter(
         "Hertzian line contact",
         "half-width a = sqrt(4 f R / (pi E*)), f = F / length",
         "Johnson 1985, Contact Mechanics, section 4.2(c)",
-        (
-            Field(
-                "pressure_modulus",
-                "Pa",
-                "E* of both bodies, 1/E* = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j; left out: from `material`",
-                optional=True,
-            ),
-        ),
+        (MODULUS,),
         needs=("modulus",),
         trusted=(SMALL_ARC,),
         notes="The pressure where `material` or `pressure_modulus` is given and none is named.  The arc is a / R_b on "
@@ -103,10 +112,17 @@ class Mean(NamedTuple):
     """Uniform over the arc in which rigid circles overlap: cos theta0 = c / (c + pen)."""
 
 
+class Winkler(NamedTuple):
+    """As deep as rigid circles overlap, over the same arc: p goes with cos phi - cos theta0."""
+
+
 @half_arc.member(Mean)
+@half_arc.member(Winkler)
 def _geometric_arc(pressure, joint, radius, rubbing):
     pen = max(rubbing.depth, 0.0)
-    square = pen / (2.0 * joint.clearance + pen)  # of the tangent of half of it: the arc's cosine, without cancellation
+    square = pen / (
+        2.0 * rubbing.clearance + pen
+    )  # of the tangent of half of it: the arc's cosine, without cancellation
     total = 0.0
     for i in range(ARCTANGENT.size - 1, -1, -1):
         total = total * square + ARCTANGENT[i]
@@ -114,11 +130,12 @@ def _geometric_arc(pressure, joint, radius, rubbing):
 
 
 @share_before.member(Mean)
-def _even(pressure, x):
+def _even(pressure, x, half):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
 
 
 @smooth_within.member(Mean)
+@smooth_within.member(Winkler)
 def _up_to_the_ends(pressure):
     return 1.0
 
@@ -146,4 +163,55 @@ enter(
     ),
     (Mean,),
     lambda joint: Mean(),
+)
+
+
+#: Of sin(x t) - x t cos(t) over t^3, by powers of t^2: (-1)^k (FIRST[k] x - LAST[k] x^(2 k + 3)).
+FIRST = np.array([(-1.0) ** k / math.factorial(2 * k + 2) for k in range(10)])
+LAST = np.array([(-1.0) ** k / math.factorial(2 * k + 3) for k in range(10)])
+
+
+@inlined
+def _overlap_before(x, half):
+    """Return (sin(x half) - x half cos(half)) / half^3, half of at most pi / 2: its series, without cancellation."""
+    square, first, last = half * half, 0.0, 0.0
+    along = square * x * x
+    for k in range(FIRST.size - 1, -1, -1):
+        first = first * square + FIRST[k]
+        last = last * along + LAST[k]
+    return x * first - x * x * x * last
+
+
+@share_before.member(Winkler)
+def _of_the_overlap(pressure, x, half):
+    x = min(max(x, -1.0), 1.0)
+    return 0.5 + 0.5 * _overlap_before(x, half) / _overlap_before(1.0, half)
+
+
+@sum_over_load.member(Winkler)
+def _overlap_over_load(pressure, half):
+    """Return 2 (sin t - t cos t) / (t - sin t cos t), of the balance of forces."""
+    return 4.0 * half * half * half * _overlap_before(1.0, half) / arc_excess(2.0 * half) if half > 1e-6 else 1.0
+
+
+@peak_over_mean.member(Winkler)
+def _deepest_overlap(pressure, half):
+    """Return (1 - cos t) t / (sin t - t cos t)."""
+    sine = math.sin(0.5 * half)
+    return 2.0 * sine * sine / (half * half * _overlap_before(1.0, half)) if half > 1e-6 else 1.5
+
+
+enter(
+    Law(
+        "pressure",
+        "winkler",
+        "as deep as the circles overlap",
+        "p = f (cos phi - cos theta0) / (R (theta0 - sin theta0 cos theta0)), cos theta0 = c / (c + pen), "
+        "f = F / length, R the radius of the body",
+        "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; the scale from the balance of forces",
+        notes="Needs no modulus: a thin layer on a stiff back, which gives way to the pressure above it alone.  The "
+        "arc is that of rigid circles.",
+    ),
+    (Winkler,),
+    lambda joint: Winkler(),
 )

@@ -22,8 +22,18 @@ from ...observe.between import BETWEEN
 from ...observe.histogram import DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from ..contract import touches
 from ..spatial import ENDS, AtEdges, Flanged, InBore, Through, wall_point
-from .contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, NoWear, Rubbing, half_arc, peak_over_mean
-from .passage import POINTS, Bins, enter_wear, rubbing_of
+from .contract import (
+    PRESSURE_MAX,
+    PRESSURE_TIME,
+    PV_BEYOND,
+    PV_MAX,
+    Bins,
+    NoWear,
+    Rubbing,
+    half_arc,
+    peak_over_mean,
+)
+from .passage import POINTS, enter_wear, rubbing_of
 from .step import (
     ANGLES,
     BEARING_START,
@@ -31,8 +41,8 @@ from .step import (
     JOURNAL_START,
     LEAN,
     LEAST,
-    fit_angles,
     fit_courses,
+    fit_places,
     note_arc,
     note_way,
     see,
@@ -134,8 +144,8 @@ def _at_walls(joint, gap, turned, j, moment):
             continue
         point = wall_point(joint.ends, joint, gap, ENDS[wall])
         across = along(point.normal, -dot(point.normal, gap.axis), gap.axis)
-        step.angles[c, 0, i] = math.atan2(dot(across, cross(gap.axis, turned)), dot(across, turned))
-        step.angles[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
+        step.places[c, 0, i] = math.atan2(dot(across, cross(gap.axis, turned)), dot(across, turned))
+        step.places[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
         lies = placed(joint.ends, joint, gap, point, ENDS[wall])
         step.along[c, LEAN, i] = lies.lean
         step.along[c, BEARING_START, i], step.along[c, JOURNAL_START, i] = lies.on_bearing, lies.on_journal
@@ -200,8 +210,8 @@ def note_edges(joint, step, strips, account):
             continue
         load, slip = max(course[FORCE, i], 0.0), course[SLIP_COURSE, i]
         deepest = max(deep, deep - strip.lean * strip.reach)
-        even = rubbing_of(joint, load / cover, area / cover, slip, 0.0, 0.0)
-        most = rubbing_of(joint, load * deepest / area, deepest, slip, 0.0, 0.0)
+        even = rubbing_of(joint, (load / cover, 0.0, slip, area / cover, 0.0), 0.0, joint.clearance)
+        most = rubbing_of(joint, (load * deepest / area, 0.0, slip, deepest, 0.0), 0.0, joint.clearance)
         half, half_most = _half(joint, even), _half(joint, most)
         if min(half, half_most) < LEAST:
             continue
@@ -267,14 +277,14 @@ def fit_strip(joint, c, step):
     """Put the courses of the angles of contact `c` into `step.room`; return its Strips."""
     seen, lean = step.along[c], step.lean
     for body in range(2):
-        angles = step.angles[c, body]
+        angles = step.places[c, body]
         without_leaps(angles)
         for side in range(2):
             slope = 0.0
             for i in range(BETWEEN + 2):
                 slope += END_SLOPES[side, i] * angles[i]
             angles[ANGLES - 2 + side] = slope
-    fit_angles(step, c)
+    fit_places(step, c)
     for i in range(PARTS + 1):
         lean[i] = 0.0
         for k in range(BETWEEN + 2):

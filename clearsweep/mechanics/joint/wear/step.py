@@ -11,6 +11,7 @@ from ...mechanism.contract import body_angles, gaps, place
 from ...observe.between import BETWEEN
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from ..contract import Place, touches
+from ..nearest import with_body_angles
 from ..places import after_joint, extent, first_place
 from .contract import (
     ACCOUNT,
@@ -23,9 +24,13 @@ from .contract import (
     PV_MAX,
     SLID,
     WIDE,
+    Bins,
     NoWear,
+    contact_angle,
     half_arc,
+    middle_arc,
     peak_over_mean,
+    pressure_on,
     wear_rate,
     width_class,
 )
@@ -36,7 +41,7 @@ from .passage import (
     POINTS,
     ROOM,
     WAY,
-    Bins,
+    clearance_at,
     enter_wear,
     rubbing_at,
     rubbing_of,
@@ -45,9 +50,10 @@ from .passage import (
 
 LEAST = 1e-7  # rad, of half an arc that is looked at
 ANGLES = BETWEEN + 4  # numbers that tell the course of an angle: at the quarters, then its slopes at both ends
+WHERE = 3  # such courses of a contact: its angles on both bodies (rad) and, of worn surfaces, how deep it is (m)
 #: What a joint in space notes of a contact at the quarters, see `slices.Placed`.
 LEAN, BEARING_START, JOURNAL_START, FACING, ALONG = range(5)
-SEEN = 2 * ANGLES + ALONG * (BETWEEN + 2)  # numbers of room for a contact
+SEEN = WHERE * ANGLES + ALONG * (BETWEEN + 2)  # numbers of room for a contact
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's course from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, POINTS))
@@ -67,7 +73,7 @@ class Step(NamedTuple):
     course: np.ndarray  # (contacts, COURSES, PARTS + 1) see observe.histogram
     length: float  # of the step
     mode: np.ndarray  # (contacts,) int64, what each contact is doing
-    angles: np.ndarray  # (contacts, 2, ANGLES) rad, of the contact on both bodies
+    places: np.ndarray  # (contacts, WHERE, ANGLES)
     along: np.ndarray  # (contacts, ALONG, BETWEEN + 2) of joints in space
     lean: np.ndarray  # (PARTS + 1,) 1, of one of their contacts, at even places
     room: np.ndarray  # (ROOM,) see passage
@@ -80,12 +86,6 @@ class Worn(NamedTuple):
     depths: np.ndarray  # (2 contacts stride,) m, the bins of bearing and journal
     stride: int
     account: np.ndarray  # (contacts, ACCOUNT)
-
-
-@kernel
-def turning(gap):
-    """Return the rate (rad/s) at which the direction of a Gap turns."""
-    return (gap.x * gap.vy - gap.y * gap.vx) / (gap.x * gap.x + gap.y * gap.y)
 
 
 class Moment(NamedTuple):
@@ -108,16 +108,17 @@ def _in_the_plane(joint, gap, turned, j, moment):
     if not touches(step.mode[j]):
         return
     side = joint.side
-    angle = math.atan2(side * gap.y, side * gap.x)
+    angle, turn, depth, rate = contact_angle(joint, gap)
     proximal, distal = turned
     bearing, journal = (proximal, distal) if side > 0.0 else (distal, proximal)
-    step.angles[j, 0, i], step.angles[j, 1, i] = angle - bearing, angle - journal
+    step.places[j, 0, i], step.places[j, 1, i], step.places[j, 2, i] = angle - bearing, angle - journal, depth
     if i in (0, BETWEEN + 1):
         pace = step.length * step.course[j, KAPPA_COURSE, 0 if i == 0 else PARTS]
-        turn, end = turning(gap), BETWEEN + 2 + (i > 0)
+        end = BETWEEN + 2 + (i > 0)
         on_proximal, on_distal = turn - gap.spin_proximal, turn - gap.spin_distal
-        step.angles[j, 0, end] = pace * (on_proximal if side > 0.0 else on_distal)
-        step.angles[j, 1, end] = pace * (on_distal if side > 0.0 else on_proximal)
+        step.places[j, 0, end] = pace * (on_proximal if side > 0.0 else on_distal)
+        step.places[j, 1, end] = pace * (on_distal if side > 0.0 else on_proximal)
+        step.places[j, 2, end] = pace * rate
 
 
 class Whose(NamedTuple):
@@ -161,15 +162,15 @@ def without_leaps(angles):
 
 
 @kernel
-def fit_angles(step, j):
-    """Put the coefficients of the courses of the angles of contact `j` into `step.room`."""
-    room, angles = step.room, step.angles[j]
+def fit_places(step, j):
+    """Put the coefficients of the courses of where contact `j` is into `step.room`."""
+    room, places = step.room, step.places[j]
     for i in range(POINTS):
-        for body in range(2):
+        for row in range(WHERE):
             total = 0.0
             for k in range(ANGLES):
-                total += FROM_ANGLES[k, i] * angles[body, k]
-            room[(ON_BEARING + body) * POINTS + i] = total
+                total += FROM_ANGLES[k, i] * places[row, k]
+            room[(ON_BEARING + row) * POINTS + i] = total
 
 
 @kernel
@@ -187,33 +188,45 @@ def note_way(step, j, account):
     account[SLID] += way
 
 
+@pressure_on.member(None)
+def _on_circles(joint, step, j, place):
+    law, course, per_length = joint.wear, step.course[j], 1.0 / joint.wear.length
+    load, depth, slip = course[FORCE, place] * per_length, course[DEPTH_COURSE, place], course[SLIP_COURSE, place]
+    clearance = clearance_at(joint, step.room, place / PARTS)
+    rubbing = rubbing_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
+    half = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
+    if half < LEAST:  # at an onset or a separation, where there is no load either
+        return 0.0, 0.0
+    mean = rubbing.pressed / (2.0 * joint.bearing_radius * half)
+    return mean, mean * peak_over_mean(law.pressure, half)
+
+
 @kernel
 def note_pressure(joint, step, j, account):
     """Enter how hard the bearing of joint `j` is pressed, and how fast it is rubbed, at even places of the step."""
-    law, course, per_length = joint.wear, step.course[j], 1.0 / joint.wear.length
+    course = step.course[j]
     for i in range(PARTS + 1):
-        load, depth, slip = course[FORCE, i] * per_length, course[DEPTH_COURSE, i], course[SLIP_COURSE, i]
-        rubbing = rubbing_of(joint, load, depth, slip, 0.0, 0.0)
-        half = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
-        if half < LEAST:  # at an onset or a separation, where there is no load either
-            continue
-        mean = rubbing.pressed / (2.0 * joint.bearing_radius * half)
-        peak = mean * peak_over_mean(law.pressure, half)
-        share = (0.5 if i in (0, PARTS) else 1.0) / PARTS
+        mean, peak = pressure_on(joint, step, j, i)
+        slip, share = abs(course[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
         time = share * step.length * course[KAPPA_COURSE, i]
         account[PRESSURE_TIME] += mean * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
-        account[PV_MAX] = max(account[PV_MAX], peak * rubbing.slip)
-        if peak * rubbing.slip > law.pv_limit:
+        account[PV_MAX] = max(account[PV_MAX], peak * slip)
+        if peak * slip > joint.wear.pv_limit:
             account[PV_BEYOND] += time
+
+
+@middle_arc.member(None)
+def _of_a_circle(joint, room):
+    rubbing = rubbing_at(joint, room, 0.5)
+    return 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing), rubbing
 
 
 @kernel
 def note_arc(joint, step, account, part):
     """Enter into an account how wide the arc is in the middle of a step, and what it wears off `part` of the length."""
-    rubbing = rubbing_at(joint, step.room, 0.5)
+    width, rubbing = middle_arc(joint, step.room)
     bearing, journal = wear_rate(joint.wear, rubbing)
-    width = 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing)
     account[ARCS] += 1.0
     if width < WIDE * 2.0 * math.pi / joint.wear.bins:
         account[NARROW] += 1.0
@@ -236,8 +249,8 @@ def _both_bodies(law, joint, j, shared):
     step, worn = shared
     fit_courses(step, j, law.length)
     for body in range(2):
-        without_leaps(step.angles[j, body])
-    fit_angles(step, j)
+        without_leaps(step.places[j, body])
+    fit_places(step, j)
     note_way(step, j, worn.account[j])
     note_pressure(joint, step, j, worn.account[j])
     count, first = int(law.bins), 2 * j * worn.stride
@@ -269,7 +282,9 @@ _wear_each = map_joints(_wear, after_joint)
 def _look(scene, y, quarter, step):
     """Note where all joints touch their bodies at the state `y`, at a quarter of the step."""
     pose = place(scene.mechanism, y)
-    moment = Moment(gaps(scene.mechanism, pose), body_angles(scene.mechanism, y), quarter, step)
+    turned = body_angles(scene.mechanism, y)
+    relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), turned)
+    moment = Moment(relative, turned, quarter, step)
     _see_each(scene.joints, moment.gaps, Whose(0, first_place(scene.joints, 0)), moment)
 
 
@@ -281,13 +296,13 @@ def wear_entry(scene, y, end, between, mode, course, length, room, depths, accou
     here = scene[0]
     contacts, size = extent(here.joints).contact, 2 * len(here.coordinates) + 1
     start, finish, within = shaped(y, (size,)), shaped(end, (size,)), shaped(between, (BETWEEN, size))
-    rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * 2 * ANGLES
+    rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * WHERE * ANGLES
     along = angles + contacts * ALONG * (BETWEEN + 2)
     step = Step(
         shaped(course, (contacts, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
         shaped(mode, (contacts,)),
-        rooms[ROOM:angles].reshape(contacts, 2, ANGLES),
+        rooms[ROOM:angles].reshape(contacts, WHERE, ANGLES),
         rooms[angles:along].reshape(contacts, ALONG, BETWEEN + 2),
         rooms[along : along + PARTS + 1],
         rooms[:ROOM],

@@ -1,0 +1,275 @@
+"""Where worn surfaces are closest to each other, or deepest in each other: see `joint.worn`.
+
+The deepest point is where the slope of e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction gamma
+of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  Where
+e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side, and the deepest.  Else, the journal
+being near to the middle for what is worn, the deepest of LOOKS places is refined within a bracket.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import overload
+from numpy.polynomial import Chebyshev, Polynomial
+
+from ..compiled import calculus as math
+from ..compiled.direction import direction
+from ..compiled.dual import Dual, DualType, plain
+from ..compiled.family import OPTIONS, family, inlined, kernel, map_joints
+from ..mechanism.contract import body_angles
+from .places import after_number, form_of
+from .wear.shape import worn_at
+
+CLOSE = 0.1  # rad: a step of Halley's method leaves about its third power, the last step the third power of that
+CLOSE_FOR_SLOPES = 1e-4  # rad: of the last step but the first derivatives are taken
+STEPS, BISECTIONS = 8, 60  # at most
+LOOKS = 64  # round the bearing
+
+
+class Surfaces(NamedTuple):
+    """What is worn off the bodies of a joint, as it is looked up."""
+
+    clearance: float  # m, when new
+    bearing: float  # address of the table of a Shape
+    journal: float
+
+
+class TurnedGap(NamedTuple):
+    """A Gap, and how far both bodies are turned."""
+
+    x: float  # m
+    y: float  # m
+    vx: float  # m/s
+    vy: float  # m/s
+    spin_proximal: float  # rad/s
+    spin_distal: float  # rad/s
+    angle_proximal: float  # rad
+    angle_distal: float  # rad
+
+
+class Nearest(NamedTuple):
+    """Where the surfaces are closest, or deepest in each other."""
+
+    angle: float  # rad, of the normal
+    nx: float  # normal of the bearing, outwards
+    ny: float
+    depth: float  # m, negative where there is a gap
+    rate: float  # m/s, of the depth
+    rolling: float  # m/s, of the journal's surface over the bearing's by their spins alone
+    radii: tuple  # m, of bearing and journal there
+    slopes: tuple  # m/rad, h' of bearing and journal there
+    local: float  # m, by how much the radii of curvature differ there
+    turning: float  # rad/s, of the normal
+
+
+@inlined
+def bodies_of(joint, gap):
+    """Return angles (rad) and spins (rad/s) of the bearing's and of the journal's body: (angle, angle, spin, spin)."""
+    bearing, journal = gap.angle_proximal, gap.angle_distal
+    bearing_spin, journal_spin = gap.spin_proximal, gap.spin_distal
+    if joint.side < 0.0:
+        bearing, journal, bearing_spin, journal_spin = journal, bearing, journal_spin, bearing_spin
+    return bearing, journal, bearing_spin, journal_spin
+
+
+def _arctangent(square):
+    root = np.sqrt(np.maximum(square, 1e-12))
+    return np.arctan(root) / root
+
+
+#: Coefficients of the arctangent of z over z by powers of z^2, 0 to 1, to 5e-6: where a search begins.
+ARCTANGENT = Chebyshev.interpolate(_arctangent, 5, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
+
+
+@inlined
+def about(y, x):
+    """Return the angle (rad) of a point (x, y), not the origin, to 5e-6."""
+    large, small = max(abs(x), abs(y)), min(abs(x), abs(y))
+    z = small / large
+    square, total = z * z, 0.0
+    for i in range(ARCTANGENT.size - 1, -1, -1):
+        total = total * square + ARCTANGENT[i]
+    angle = z * total
+    angle = 0.5 * math.pi - angle if abs(y) > abs(x) else angle
+    angle = math.pi - angle if x < 0.0 else angle
+    return math.copysign(angle, y)
+
+
+@inlined
+def surfaces_of(joint):
+    """Return the Surfaces of a worn joint."""
+    return Surfaces(joint.clearance, joint.bearing.table, joint.journal.table)
+
+
+@inlined
+def halley(surfaces, angle, turned, along, across):
+    """Return a step (rad) towards the deepest point, and whether the gap opens on both sides of `angle`.
+
+    turned : the angles of bearing and journal, rad; along, across : m, of the eccentricity, seen from `angle`.
+    """
+    _, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
+    _, other, more, last = worn_at(surfaces.journal, angle - turned[1])
+    sharp = along + (bend + more)
+    per_sharp = 1.0 / sharp
+    step = (across - (slope + other)) * per_sharp
+    curved = -0.5 * (across + (third + last)) * step * per_sharp
+    return step + step * min(max(curved, -0.5), 0.5), sharp > 0.0
+
+
+@kernel
+def searched(surfaces, x, y, turned):
+    """Return the angle (rad) of the deepest point, of LOOKS places at first, then by Newton's method in a bracket."""
+    deepest, middle, width = -math.inf, 0.0, 2.0 * math.pi / LOOKS
+    for i in range(LOOKS):
+        c, s = direction(i * width)
+        h, _, _, _ = worn_at(surfaces.bearing, i * width - turned[0])
+        other, _, _, _ = worn_at(surfaces.journal, i * width - turned[1])
+        if x * c + y * s - (h + other) > deepest:
+            deepest, middle = x * c + y * s - (h + other), i * width
+    angle, low, high = middle, middle - width, middle + width
+    for _ in range(BISECTIONS):
+        c, s = direction(angle)
+        _, slope, bend, _ = worn_at(surfaces.bearing, angle - turned[0])
+        _, other, more, _ = worn_at(surfaces.journal, angle - turned[1])
+        rest, sharp = y * c - x * s - (slope + other), x * c + y * s + bend + more
+        low, high = (angle, high) if rest > 0.0 else (low, angle)
+        better = angle + rest / sharp if sharp > 0.0 else low
+        if not low < better < high:
+            better = 0.5 * (low + high)
+        move, angle = abs(better - angle), better
+        if move < CLOSE_FOR_SLOPES:
+            break
+    return angle
+
+
+def how_close(x):
+    """Return the length (rad) of a step of Halley's method after which the next is the last: less for a derivative."""
+    return CLOSE_FOR_SLOPES if isinstance(x, Dual) else CLOSE
+
+
+@overload(how_close, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _compiled_how_close(x):
+    close = CLOSE_FOR_SLOPES if isinstance(x, DualType) else CLOSE
+    return lambda x: close
+
+
+@inlined
+def deepest_angle(joint, x, y, turned, close):
+    """Return the angle (rad) at which the surfaces are closest, up to a last step."""
+    surfaces = surfaces_of(joint)
+    steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.bent + joint.journal.bent
+    square = x * x + y * y
+    if square > steep * steep + bent * bent:
+        begin = about(y, x)
+        step, opens = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
+        angle = begin + step
+        for _ in range(STEPS):
+            if not (opens and abs(angle - begin) < 0.5 * math.pi):
+                break
+            if abs(step) < close:
+                return angle
+            c, s = direction(angle)
+            step, opens = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
+            angle += step
+    return searched(surfaces, x, y, turned)
+
+
+@inlined
+def nearest(joint, gap):
+    """Return the Nearest of a TurnedGap; its derivatives, too, as the last step of Newton's method has them."""
+    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
+    on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
+    angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), how_close(x))
+    c, s = direction(angle)
+    h, slope, bend, third = worn_at(joint.bearing.table, angle - on_bearing)
+    other, other_slope, other_bend, last = worn_at(joint.journal.table, angle - on_journal)
+    along, across = x * c + y * s, y * c - x * s
+    rest = across - (slope + other_slope)
+    sharp = plain(along) + bend + other_bend
+    per_sharp = 1.0 / sharp if sharp > 0.0 else 0.0
+    turn = rest * per_sharp
+    turn = turn - 0.5 * (plain(across) + (third + last)) * per_sharp * turn * turn
+    straight = 1.0 - 0.5 * turn * turn  # of the cosine of the rest
+    nx, ny = c * straight - s * turn, s * straight + c * turn
+    radii = joint.bearing_radius + h, joint.journal_radius - other
+    slopes = slope + turn * (bend + 0.5 * third * turn), other_slope + turn * (other_bend + 0.5 * last * turn)
+    return Nearest(
+        angle=angle + plain(turn),
+        nx=nx,
+        ny=ny,
+        depth=along + turn * (rest - 0.5 * sharp * turn) - (joint.clearance + (h + other)),
+        rate=vx * nx + vy * ny + slopes[0] * bearing_spin + slopes[1] * journal_spin,
+        rolling=journal_spin * radii[1] - bearing_spin * radii[0],
+        radii=radii,
+        slopes=slopes,
+        local=joint.clearance + (h + bend + other + other_bend),
+        turning=(vy * c - vx * s + bend * bearing_spin + other_bend * journal_spin) * per_sharp,
+    )
+
+
+# ---------------------------------------------------------------------------------------------- how bodies are turned
+
+
+@family
+def with_angles(joint, gap, angles):
+    """Return the Gap of a joint with the angles (rad) of its bodies, where the joint asks for them."""
+
+
+@with_angles.member(None)
+def _as_it_is(joint, gap, angles):
+    return gap
+
+
+@inlined
+def turned_gap(joint, gap, angles):
+    """Return the TurnedGap of a Gap."""
+    return TurnedGap(
+        x=gap.x,
+        y=gap.y,
+        vx=gap.vx,
+        vy=gap.vy,
+        spin_proximal=gap.spin_proximal,
+        spin_distal=gap.spin_distal,
+        angle_proximal=angles[0],
+        angle_distal=angles[1],
+    )
+
+
+@kernel
+def _turn(joint, pair, place, shared):
+    return with_angles(joint, pair[0], pair[1])
+
+
+@kernel
+def _pair(gap, angles, place, shared):
+    return gap, angles
+
+
+_turn_all, _pairs = map_joints(_turn, after_number), map_joints(_pair, after_number)
+
+
+@inlined
+def with_body_angles(joints, relative, angles):
+    """Return the Gaps `relative` of joints, those of worn ones with the `angles` of their bodies."""
+    return _turn_all(joints, _pairs(relative, angles, 0, 0), 0, 0)
+
+
+@inlined
+def _turned_gaps(scene, y, relative):
+    return with_body_angles(scene.joints, relative, body_angles(scene.mechanism, y))
+
+
+def turned_gaps(scene, y, relative):
+    """Return the Gaps `relative` of a scene at the state `y`; those of worn joints know how far bodies are turned."""
+    return _turned_gaps(scene, y, relative) if _some_worn(map(type, scene.joints)) else relative
+
+
+def _some_worn(forms):
+    """Return whether a type of joint asks for the angles of its bodies."""
+    return any(form in with_angles.members for form in forms)
+
+
+@overload(turned_gaps, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _compiled_turned_gaps(scene, y, relative):
+    joints = scene.types[scene.fields.index("joints")]
+    return _turned_gaps if _some_worn(map(form_of, joints)) else lambda scene, y, relative: relative

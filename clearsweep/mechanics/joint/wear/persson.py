@@ -1,0 +1,149 @@
+"""Persson's pressure between a journal and a bearing of like materials, whatever the arc over which they touch.
+
+The theory gives the pressure over an arc in closed form, and the load that belongs to the arc.  What is asked for here
+are the arc at a load, sums of the pressure over the arc and over parts of it: smooth functions that no closed form has,
+so polynomials through their values stand for them, each good to what is said beside it.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial, chebyshev
+
+from ....case import Joint
+from ....catalogue import Law
+from ..elastic.conformal import WIDEST, load_arc
+from ..recipe import enter
+from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load
+from .pressure import MODULUS, modulus_of
+
+LIMIT = 2.0 * math.atan(math.sqrt(WIDEST))  # rad: half of the arc at an infinite load
+HALFWAY = 2.0  # E* c: the load at which `_arc` is asked for half way; with it the fit is the closest
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
+
+
+class Persson(NamedTuple):
+    """Conformal cylinders of like materials."""
+
+    modulus: float  # E*, Pa
+
+
+def pressure_over_load(angle, half):
+    """Return p R / f at `angle` (rad) from the middle of an arc of `half` its angle.
+
+    Ciavarella & Decuzzi 2001, with b = tan(half / 2), y = tan(angle / 2); its scale from the balance of forces.
+    """
+    b2, y2 = np.tan(0.5 * half) ** 2, np.tan(0.5 * angle) ** 2
+    root, whole = np.sqrt(np.maximum(b2 - y2, 0.0)), np.sqrt(1.0 + b2)
+    return 2.0 * root / (math.pi * whole * (1.0 + y2)) + np.arctanh(root / whole) / (math.pi * b2 * (1.0 + b2))
+
+
+def _beyond(x, half):
+    """Return the integral of p R / f over the arc beyond `x` of it: Gauss's rule over arcsin of the place."""
+    low, quarter = np.arcsin(x), 0.5 * math.pi
+    t = low + 0.5 * (quarter - low) * (_NODES + 1.0)
+    values = pressure_over_load(half * np.sin(t), half) * half * np.cos(t)
+    return 0.5 * (quarter - low) * np.sum(_WEIGHTS * values)
+
+
+def _widths(values):
+    """Return a function of an array of squares of half an arc, in those of LIMIT, from a function of one half arc."""
+    return lambda squares: np.array([values(LIMIT * math.sqrt(max(square, 1e-9))) for square in squares])
+
+
+def _powers(function, degree):
+    """Return the coefficients, by powers, of the polynomial through values of a function on 0 to 1."""
+    return Chebyshev.interpolate(function, degree, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
+
+
+def _arc(z):
+    """Return half the arc over the root of z at a load q of z = q / (q + HALFWAY), in units of E* c."""
+    z = np.clip(z, 1e-12, 1.0 - 1e-12)
+    return load_arc(HALFWAY * z / (1.0 - z)) / np.sqrt(z)
+
+
+def _shares(rests, squares):
+    """Return the shares of the pressure beyond 1 - rest over rest^(3/2), at all pairs with squares of half an arc."""
+    halves = LIMIT * np.sqrt(squares)
+    return np.array(
+        [[_beyond(1.0 - rest, half) / (2.0 * _beyond(0.0, half)) / rest**1.5 for half in halves] for rest in rests]
+    )
+
+
+def _share_powers(degree, widths):
+    """Return the coefficients of the shares, by powers of the rest and of the square of half the arc."""
+    rest, square = (0.5 + 0.5 * chebyshev.chebpts1(count + 1) for count in (degree, widths))
+    rows, columns = (np.vander(points, increasing=True) for points in (rest, square))
+    return np.ascontiguousarray(np.linalg.solve(columns, np.linalg.solve(rows, _shares(rest, square)).T).T)
+
+
+ARC = _powers(_arc, 14)  # by powers of z, to 2e-11
+SUM = _powers(_widths(lambda half: 2.0 * _beyond(0.0, half)), 8)  # by powers of the square of half the arc, to 1e-13
+PEAK = _powers(_widths(lambda half: pressure_over_load(0.0, half) * half / _beyond(0.0, half)), 10)  # to 2e-12
+SHARE = _share_powers(8, 7)  # (9, 8), to 1e-9
+
+
+@half_arc.member(Persson)
+def _conformal_arc(pressure, joint, radius, rubbing):
+    q = rubbing.line_load / (pressure.modulus * rubbing.clearance)
+    z, total = q / (q + HALFWAY), 0.0
+    for i in range(ARC.size - 1, -1, -1):
+        total = total * z + ARC[i]
+    return total * math.sqrt(z)
+
+
+@share_before.member(Persson)
+def _conformal_share(pressure, x, half):
+    rest, square, share = max(1.0 - abs(x), 0.0), half * half * (1.0 / (LIMIT * LIMIT)), 0.0
+    for i in range(SHARE.shape[0] - 1, -1, -1):
+        column = 0.0
+        for k in range(SHARE.shape[1] - 1, -1, -1):
+            column = column * square + SHARE[i, k]
+        share = share * rest + column
+    return 0.5 + math.copysign(0.5 - share * rest * math.sqrt(rest), x)
+
+
+@smooth_within.member(Persson)
+def _off_the_ends(pressure):
+    return 0.95  # at the ends it goes with the power 3/2
+
+
+@sum_over_load.member(Persson)
+def _sum(pressure, half):
+    square, total = half * half * (1.0 / (LIMIT * LIMIT)), 0.0
+    for i in range(SUM.size - 1, -1, -1):
+        total = total * square + SUM[i]
+    return total
+
+
+@peak_over_mean.member(Persson)
+def _peak(pressure, half):
+    square, total = half * half * (1.0 / (LIMIT * LIMIT)), 0.0
+    for i in range(PEAK.size - 1, -1, -1):
+        total = total * square + PEAK[i]
+    return total
+
+
+def _make_persson(joint: Joint) -> Persson:
+    return Persson(modulus_of(joint))
+
+
+enter(
+    Law(
+        "pressure",
+        "persson",
+        "conformal contact of like materials, over any arc up to its limiting angle",
+        "p R / f = 2 sqrt(b^2 - y^2) / (pi sqrt(1 + b^2) (1 + y^2)) + ln((w + r) / (w - r)) / (2 pi b^2 (1 + b^2)), "
+        "r = sqrt(b^2 - y^2), w = sqrt(b^2 + 1), b = tan(theta / 2), y = tan(phi / 2); "
+        "f = 2 pi E* c b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), f = F / length",
+        "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
+        "materials; the scale from the balance of forces",
+        (MODULUS,),
+        needs=("modulus",),
+        notes="The arc follows from the load, whatever the penetration; Hertz's where it is small.  The half-angle "
+        "cannot pass 84.83 degrees.  The same arc is taken on bearing and journal.",
+    ),
+    (Persson,),
+    _make_persson,
+)

@@ -1,0 +1,128 @@
+"""The shape that wear leaves of a surface, smooth enough to be touched.
+
+What is worn off, h by angle, changes the support function of a surface, the distance of the tangent whose normal has
+that angle: R_b + h of the bearing, R_j - h of the journal.  (Angles of normals and of places differ by h' / R, which is
+left out.)  A surface whose support function is q has the radius of curvature q + q'', so bearing and journal differ by
+
+    c + h + h'',   h = h_bearing + h_journal ,
+
+where they face each other.  While that is above zero they touch at one point: a groove narrower than the journal is one
+into which it does not reach.  The means of the bins are therefore smoothed, by a Gaussian, periodic and so without a
+loss of volume, whose width is WIDTH, about that of a contact arc, or as much more as keeps the difference above a least
+one however the bodies are turned: AT_POINT for a force at one point, whose normal turns the faster the less they
+differ, ON_SPRINGS, where surfaces that have run in fit each other all along.  Where the bins are finer than that, their
+number is of no account.  A cubic spline through PLACES values of what comes out is twice continuously differentiable,
+so forces have a continuous slope.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ...compiled.direction import SHIFT
+from ...compiled.dual import chained, plain
+from ...compiled.family import inlined
+from ...compiled.held import held, item_of
+
+PLACES = 256  # of a shape's table, a power of 2
+STEP = 2.0 * math.pi / PLACES  # rad
+PER_STEP = 1.0 / STEP
+#: Numbers of a piece of the table: coefficients of h (m) by powers of the share of the piece, and the integral of h
+#: (m rad) over all pieces before.
+CONSTANT, FIRST, SECOND, THIRD, BEFORE, NUMBERS = range(6)
+WIDTH = math.radians(2.0)  # standard deviation of the Gaussian
+WIDER = 1.1  # by how much it grows where that does not do
+AT_POINT, ON_SPRINGS = 0.1, -0.02  # clearances: the least difference of the radii of curvature
+
+
+class Shape(NamedTuple):
+    """What is worn off a body, by the angle in its frame."""
+
+    table: float  # address of (PLACES, NUMBERS)
+    least: float  # m, of h
+    most: float  # m
+    steepest: float  # m/rad, of |h'|
+    bent: float  # m/rad^2, of -h''
+    whole: float  # m rad, integral of h all round
+
+
+def smoothed(depths: np.ndarray, width: float) -> CubicSpline:
+    """Return h (m) by angle (rad), a periodic spline, of the mean depths of bins and a Gaussian's `width` (rad)."""
+    count = len(depths)
+    m = np.arange(min(count, PLACES) // 2)  # higher ones would be taken for lower ones
+    means = np.fft.rfft(depths)[: m.size] * np.exp(-1j * math.pi * m / count)  # of the middle of the first bin
+    waves = means / np.sinc(m / count) * np.exp(-0.5 * (m * width) ** 2)
+    values = np.fft.irfft(waves, PLACES) * (PLACES / count)
+    return CubicSpline(np.arange(PLACES + 1) * STEP, np.append(values, values[0]), bc_type="periodic")
+
+
+def shapes_of(bearing: np.ndarray, journal: np.ndarray, clearance: float, least: float) -> tuple[Shape, Shape, float]:
+    """Return the shapes of both bodies by the mean depths of their bins (m), and the width (rad) of the Gaussian.
+
+    least : AT_POINT or ON_SPRINGS.
+    """
+    width = WIDTH
+    while True:
+        splines = smoothed(bearing, width), smoothed(journal, width)
+        knots = splines[0].x
+        sharpest = sum(float(np.min(spline(knots) + spline(knots, 2))) for spline in splines)
+        if clearance + sharpest >= least * clearance:
+            return shape_of(splines[0]), shape_of(splines[1]), width
+        width *= WIDER
+
+
+def shape_of(spline: CubicSpline) -> Shape:
+    """Return the Shape of a spline through PLACES values round the body."""
+    table = np.empty((PLACES, NUMBERS))
+    for power in range(4):
+        table[:, power] = spline.c[3 - power] * STEP**power
+    pieces = table[:, :BEFORE] @ (1.0 / np.arange(1, 5)) * STEP
+    table[:, BEFORE] = np.concatenate([[0.0], np.cumsum(pieces)[:-1]])
+    fine = np.linspace(0.0, 2.0 * math.pi, 16 * PLACES, endpoint=False)
+    values = spline(fine)
+    return Shape(
+        held(table),
+        float(values.min()),
+        float(values.max()),
+        float(np.abs(spline(fine, 1)).max()),
+        float(np.max(-spline(fine, 2))),
+        float(pieces.sum()),
+    )
+
+
+@inlined
+def within_piece(place):
+    """Return the share of its piece that lies before a `place`, counted in pieces, and where its numbers begin."""
+    shifted = (place - 0.5) + SHIFT  # rounded to a whole number, which its last bits then hold
+    return place - (shifted - SHIFT), (np.float64(shifted).view(np.int64) & (PLACES - 1)) * NUMBERS
+
+
+@inlined
+def worn_at(table, angle):
+    """Return h (m) and its first three derivatives at an angle (rad) in the frame of the body, by a Shape's table.
+
+    h and the first derivative have the derivatives that the angle gives them.
+    """
+    place = plain(angle) * PER_STEP
+    x, first = within_piece(place)
+    a, b = item_of(table, first + CONSTANT), item_of(table, first + FIRST)
+    c, d = item_of(table, first + SECOND), item_of(table, first + THIRD)
+    h = a + x * (b + x * (c + x * d))
+    slope = (b + x * (2.0 * c + 3.0 * x * d)) * PER_STEP
+    bend = (2.0 * c + 6.0 * x * d) * (PER_STEP * PER_STEP)
+    third = 6.0 * d * (PER_STEP * PER_STEP * PER_STEP)
+    return chained(h, slope, angle), chained(slope, bend, angle), bend, third
+
+
+@inlined
+def integral_at(shape, angle):
+    """Return the integral of h (m rad) from 0 to an angle (rad) in the frame of the body."""
+    place = angle * PER_STEP
+    x, first = within_piece(place)
+    a, b = item_of(shape.table, first + CONSTANT), item_of(shape.table, first + FIRST)
+    c, d = item_of(shape.table, first + SECOND), item_of(shape.table, first + THIRD)
+    turns = math.floor(place * (1.0 / PLACES))
+    within = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * STEP
+    return item_of(shape.table, first + BEFORE) + within + turns * shape.whole

@@ -1,0 +1,273 @@
+"""A revolute joint whose worn surfaces act: `wear.evolve`.
+
+Bearing and journal are circles less what is worn off them, h of the angle in the frame of each body (`wear.shape`),
+which stands still as long as a run lasts.  With u(phi) the unit vector at an angle, e the eccentricity and theta the
+angles of the bodies, the surfaces penetrate where they are closest by
+
+    depth = max over phi of  e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j) .
+
+The normal is u there.  By virtual work the normal force F turns the bearing by -F h_b' and the journal by -F h_j',
+since the rate of the depth is v . u + h_b' omega_b + h_j' omega_j: what a law stores over the depth is a potential, and
+no energy is lost but by the law.  Sliding is at the worn radii.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled import calculus as math
+from ..compiled.dual import as_type_of
+from ..compiled.family import family, inlined
+from .contract import FREE, PRESSED, ContactModes, Load, Part, contact_modes, load, parts, power_lost, power_stored
+from .dry import Clip, normal_forces
+from .friction.contract import friction_force
+from .nearest import bodies_of, nearest, turned_gap, with_angles
+from .places import after_law, as_it_is
+from .wear.contract import contact_angle, local_clearance
+from .wear.shape import Shape, worn_at
+
+
+class WornJoint(NamedTuple):
+    """A dry joint, and what is worn off its bodies; all force acts where they are deepest in each other."""
+
+    clearance: float  # m, radial, when new
+    bearing_radius: float  # m
+    journal_radius: float  # m
+    side: float  # +1: the journal sits on the distal body, -1: on the proximal one
+    law: tuple  # contact_force
+    elastic: tuple  # elastic_force
+    friction: tuple  # friction_force
+    wear: tuple  # wear_rate
+    bearing: Shape
+    journal: Shape
+
+
+class WornOnBed(NamedTuple):
+    """The same on springs, which press over the arc where the worn gap closes; see `worn_bed`."""
+
+    clearance: float  # m, radial, when new
+    bearing_radius: float  # m
+    journal_radius: float  # m
+    side: float  # +1: the journal sits on the distal body, -1: on the proximal one
+    law: tuple  # contact_force
+    elastic: tuple  # Foundation
+    friction: tuple  # friction_force
+    wear: tuple  # wear_rate
+    bearing: Shape
+    journal: Shape
+
+
+KINDS = (WornJoint, WornOnBed)
+
+
+class WornContact(NamedTuple):
+    """What is seen of a worn contact; the first fields as of a Contact."""
+
+    normal: float  # N
+    tangential: float  # N, on the journal
+    slip: float  # m/s, as in a dry joint; in free flight a bound of the rate of the depth
+    rate: float  # m/s, of the depth
+    depth: float  # m, as `pressing` measures it; negative where there is a gap
+    elastic: float  # N, the elastic part of the normal force
+    raw: float  # N, the normal force before it is clipped, above the least that its law allows
+    pace: float  # m/s, at which the normal force works
+
+
+# ---------------------------------------------------------------------------------------------- what it does
+
+
+class Pressing(NamedTuple):
+    """How worn surfaces press against each other, by a measure of how deep they are in each other."""
+
+    nx: float  # direction in which the bearing is pressed, a unit vector
+    ny: float
+    depth: float  # m, the measure; a law's force over it is the derivative of what is stored
+    rate: float  # m/s, of the measure
+    gain: float  # 1, by how much it grows as the journal moves along the direction: true forces are as much larger
+    turns: tuple  # m/rad, by how much it grows as bearing and journal turn
+
+
+@family
+def pressing(joint, there, gap, pen):
+    """Return the Pressing of a worn joint with its Nearest and TurnedGap, at the penetration `pen` (m) of its root."""
+
+
+@pressing.member(WornJoint)
+def _at_the_deepest(joint, there, gap, pen):
+    gain = as_type_of(1.0, there.depth)
+    return Pressing(there.nx, there.ny, there.depth, there.rate, gain, there.slopes)
+
+
+@inlined
+def apart(joint, gap):
+    """Return the Load of surfaces that do not touch: none, and how far they are from it.
+
+    Far from contact, by more than what is worn varies, the depth is that of the least worn place all round: it is never
+    less than the true one.  The speed seen bounds the rate of the depth.
+    """
+    square = gap.x * gap.x + gap.y * gap.y
+    eccentricity, speed = math.sqrt(square), math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
+    _, _, bearing_spin, journal_spin = bodies_of(joint, gap)
+    reach = speed + joint.bearing.steepest * abs(bearing_spin) + joint.journal.steepest * abs(journal_spin)
+    least = joint.bearing.least + joint.journal.least
+    depth = eccentricity - (joint.clearance + least)
+    rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
+    if depth > least - (joint.bearing.most + joint.journal.most):
+        there = nearest(joint, gap)
+        depth, rate = there.depth, there.rate
+    zero = as_type_of(0.0, eccentricity)
+    seen = WornContact(
+        normal=zero, tangential=zero, slip=reach, rate=rate, depth=depth, elastic=zero, raw=zero, pace=rate
+    )
+    return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(seen,))
+
+
+@inlined
+def worn_load(joint, gap, mode, pen, onset_rate):
+    """Return the Load of a worn joint in a mode in which it touches, as `dry.joint_load` does of circles."""
+    there = nearest(joint, gap)
+    pressed = pressing(joint, there, gap, pen)
+    nx, ny, gain = pressed.nx, pressed.ny, pressed.gain
+    pace = pressed.rate / gain
+    force, rubbing, elastic, raw = normal_forces(joint, mode, pen, pace, onset_rate)
+    x_rate, y_rate = joint.side * gap.vx, joint.side * gap.vy
+    slip = y_rate * nx - x_rate * ny + there.rolling
+    normal, tangential = gain * force, as_type_of(friction_force(joint.friction, gain * rubbing, slip), slip)
+    fx, fy = -normal * nx - tangential * ny, -normal * ny + tangential * nx
+    on_bearing = -there.radii[0] * tangential - pressed.turns[0] * force
+    on_journal = there.radii[1] * tangential - pressed.turns[1] * force
+    contact = WornContact(
+        normal=normal,
+        tangential=tangential,
+        slip=slip,
+        rate=pressed.rate,
+        depth=pressed.depth,
+        elastic=gain * elastic,
+        raw=raw,
+        pace=pace,
+    )
+    if joint.side < 0.0:
+        return Load(fx=-fx, fy=-fy, moment_proximal=on_journal, moment_distal=on_bearing, contacts=(contact,))
+    return Load(fx=fx, fy=fy, moment_proximal=on_bearing, moment_distal=on_journal, contacts=(contact,))
+
+
+@power_stored.member(WornContact)
+def _by_its_pace(contact):
+    return contact.elastic * contact.pace
+
+
+@power_lost.member(WornContact)
+def _beside_what_is_stored(contact):
+    return (contact.normal - contact.elastic) * contact.pace
+
+
+@contact_modes.member(WornJoint)
+@contact_modes.member(WornOnBed)
+def _one_contact(joint):
+    return (ContactModes(FREE, PRESSED),)
+
+
+@parts.member(WornJoint)
+@parts.member(WornOnBed)
+def _those_of_a_dry_joint(joint):
+    return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
+
+
+@load.member(WornJoint)
+@load.member(WornOnBed)
+def _load_at_the_root(joint, gap, place, present):
+    mode = present.mode[place.contact]
+    if mode == FREE:
+        return apart(joint, gap)
+    root = present.y[present.roots + place.contact]
+    law = as_it_is(joint.law, present.y, present.latched, place)
+    friction = as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law))
+    remembering = with_laws(joint, law, friction)
+    return worn_load(remembering, gap, mode, root * abs(root), present.latched[place.contact])
+
+
+@family
+def with_laws(joint, law, friction):
+    """Return a worn joint with other laws of the normal force and of friction."""
+
+
+@with_laws.member(WornJoint)
+def _at_a_point(joint, law, friction):
+    return WornJoint(
+        clearance=joint.clearance,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.journal_radius,
+        side=joint.side,
+        law=law,
+        elastic=joint.elastic,
+        friction=friction,
+        wear=joint.wear,
+        bearing=joint.bearing,
+        journal=joint.journal,
+    )
+
+
+@with_laws.member(WornOnBed)
+def _on_a_bed(joint, law, friction):
+    return WornOnBed(
+        clearance=joint.clearance,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.journal_radius,
+        side=joint.side,
+        law=law,
+        elastic=joint.elastic,
+        friction=friction,
+        wear=joint.wear,
+        bearing=joint.bearing,
+        journal=joint.journal,
+    )
+
+
+# ---------------------------------------------------------------------------------------------- where it starts
+
+
+def worn_in(joint) -> bool:
+    """Return whether the shape of a joint's surfaces acts."""
+    return isinstance(joint, KINDS)
+
+
+@family
+def seat(joint, eccentricity, angles):
+    """Return where (2,) m the journal lies under the load that it bears at an `eccentricity` in circles, and how deep.
+
+    angles : rad, of the proximal and the distal body.  Called from Python alone.
+    """
+
+
+@seat.member(WornJoint)
+def _under_its_deepest_point(joint, eccentricity, angles):
+    """With n the direction of the load, at the angle phi: (c + h + depth) n + h' n', n' being n turned by 90 deg."""
+    size = float(np.hypot(*eccentricity))
+    nx, ny = eccentricity / size
+    bearing, journal = angles if joint.side > 0.0 else angles[::-1]
+    angle = math.atan2(ny, nx)
+    h, slope, _, _ = worn_at(joint.bearing.table, angle - bearing)
+    other, other_slope, _, _ = worn_at(joint.journal.table, angle - journal)
+    along, across = size + h + other, slope + other_slope
+    return np.array([along * nx - across * ny, along * ny + across * nx]), size - joint.clearance
+
+
+# ---------------------------------------------------------------------------------------------- its wear
+
+
+@contact_angle.member(WornJoint)
+@contact_angle.member(WornOnBed)
+def _of_the_nearest(joint, gap):
+    there = nearest(joint, gap)
+    return there.angle, there.turning, there.depth, there.rate
+
+
+@local_clearance.member(WornJoint)
+def _of_the_worn_surfaces(joint, on_bearing, on_journal):
+    h, _, bend, _ = worn_at(joint.bearing.table, on_bearing)
+    other, _, more, _ = worn_at(joint.journal.table, on_journal)
+    return joint.clearance + (h + bend + other + more)
+
+
+with_angles.member(WornJoint)(turned_gap)
+with_angles.member(WornOnBed)(turned_gap)

@@ -1,0 +1,172 @@
+"""Worn surfaces on a bed of springs: `pressure: winkler` beside `elastic: winkler` and `evolve: true`.
+
+Where the surfaces would be in each other by f(phi) = e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j), the
+layer presses with k f.  What it stores is
+
+    W = (1/2) K integral of f^2 dphi,   K = k R_b L ,
+
+whose derivatives by e and by the angles of the bodies are its force and its moments: K times the integrals of f u,
+f h_b' and f h_j'.  Laws of the normal force know one penetration: here that of the circular joint that stores as much,
+W_0(pen) = W.  The derivative of the one over the other is F_0(pen), the closed form of the circular joint; so the
+measure grows by g = K integral(f u) / F_0 as the journal moves, and all forces are those of the circular joint times
+|g|, in its direction.  An impact gives back what the law asks for, whatever the shape.
+
+The arc over which f is above zero has two ends, found by Halley's method, and the integrals are Gauss's.
+"""
+
+import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
+
+from ..compiled import calculus as math
+from ..compiled.direction import direction
+from ..compiled.dual import plain
+from ..compiled.family import inlined, kernel
+from .elastic.contract import elastic_force
+from .nearest import TurnedGap, bodies_of, nearest, surfaces_of
+from .wear.shape import worn_at
+from .worn import Pressing, WornJoint, WornOnBed, pressing, seat
+
+COUNT = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(COUNT)
+ENDS = 0.05  # of the way to an end of the arc: a step of Halley's method below which the next is 1e-4 of it
+STEPS = 30  # at most
+SETTLING = 6  # steps of the measure of depth, each a step of Newton's method
+FARTHEST = 1.7  # rad from the deepest point: there f is below zero, as nothing worn is
+BLUNT = 0.05  # clearances: the least difference of the radii of curvature by which the end of an arc is guessed
+FAINT = 1e-8  # clearances: a penetration below which the bed is taken for a point
+
+
+def _angle(share):
+    """Return twice the half-angle theta (rad) of the arc of circles, share = pen / (2 c + pen)."""
+    return 4.0 * np.arctan(np.sqrt(share))
+
+
+def _stored(share):
+    """Return W_0 over K (c + pen)^2 share^(5/2), half of u + (u / 2) cos u - (3 / 2) sin u, as a series."""
+    u = _angle(np.maximum(share, 1e-12))
+    terms = ((-1.0) ** k * (0.25 / math.factorial(2 * k) - 0.75 / math.factorial(2 * k + 1)) for k in range(2, 20))
+    return sum(term * u ** (2 * k) for k, term in enumerate(terms)) * u**5 / np.maximum(share, 1e-12) ** 2.5
+
+
+def _pressed(share):
+    """Return F_0 over K (c + pen) share^(3/2): half of u - sin u, as a series."""
+    u = _angle(np.maximum(share, 1e-12))
+    terms = (0.5 * (-1.0) ** (k + 1) / math.factorial(2 * k + 1) for k in range(1, 20))
+    return sum(term * u ** (2 * k) for k, term in enumerate(terms)) * u**3 / np.maximum(share, 1e-12) ** 1.5
+
+
+#: Coefficients of both by powers of the share, to 1e-10 and 1e-11.
+STORED, PRESSED_BY = (
+    Chebyshev.interpolate(function, 15, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
+    for function in (_stored, _pressed)
+)
+
+
+@inlined
+def overlap(surfaces, x, y, angle, turned):
+    """Return f (m) at an angle (rad) and its slope and bend; x, y : of the journal's centre; turned : of the bodies."""
+    c, s = direction(angle)
+    h, slope, bend, _ = worn_at(surfaces.bearing, angle - turned[0])
+    other, more, last, _ = worn_at(surfaces.journal, angle - turned[1])
+    along = x * c + y * s
+    return along - (surfaces.clearance + (h + other)), y * c - x * s - (slope + more), -(along + (bend + last))
+
+
+@inlined
+def nearer_end(found, away, side):
+    """Return how far (rad) an end of the arc is, by Halley's method from f, its slope and bend `away` from the middle.
+
+    Where f does not fall there, half of what may be left is gone.
+    """
+    f, slope, bend = found
+    slope = side * slope
+    if slope >= 0.0:
+        return 0.5 * (away + FARTHEST)
+    step = f / slope
+    return min(max(away - step / (1.0 - min(max(0.5 * bend * step / slope, -0.5), 0.5)), 0.5 * away), FARTHEST)
+
+
+@kernel
+def arc_ends(surfaces, x, y, turned, guess):
+    """Return how far (rad) both ends of the arc are from the deepest point; guess : its angle, and about how far."""
+    middle, low, high = guess[0], guess[1], guess[1]
+    for _ in range(STEPS):
+        before, behind = low, high
+        low = nearer_end(overlap(surfaces, x, y, middle - before, turned), before, -1.0)
+        high = nearer_end(overlap(surfaces, x, y, middle + behind, turned), behind, 1.0)
+        if abs(low - before) < ENDS * low and abs(high - behind) < ENDS * high:
+            break
+    return low, high
+
+
+@inlined
+def circles(clearance, pen):
+    """Return W_0 / K (m^2) and F_0 / K (m) of circles at a penetration `pen` (m), without the arctangent of a law."""
+    share, stored, pressed = pen / (2.0 * clearance + pen), 0.0, 0.0
+    for i in range(STORED.size - 1, -1, -1):
+        stored = stored * share + STORED[i]
+        pressed = pressed * share + PRESSED_BY[i]
+    scale = (clearance + pen) * share * math.sqrt(share)
+    return (clearance + pen) * scale * share * stored, scale * pressed
+
+
+@pressing.member(WornOnBed)
+def _over_the_arc(joint, there, gap, pen):
+    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
+    on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
+    c = joint.clearance
+    local = max(plain(there.local), BLUNT * c)
+    if pen <= FAINT * c or there.depth <= FAINT * c:
+        share = (c / local) ** 0.2  # f is a parabola
+        turns = share * there.slopes[0], share * there.slopes[1]
+        return Pressing(there.nx, there.ny, share * there.depth, share * there.rate, share + 0.0 * there.depth, turns)
+    turned, deep = (plain(on_bearing), plain(on_journal)), plain(there.depth)
+    guess = there.angle, math.sqrt(2.0 * deep / (local + deep))
+    low, high = arc_ends(surfaces_of(joint), plain(x), plain(y), turned, guess)
+    half, middle = 0.5 * (high + low), there.angle + 0.5 * (high - low)
+    zero = 0.0 * there.depth
+    along_x, along_y, by_bearing, by_journal, stored = zero, zero, zero, zero, zero
+    for i in range(COUNT):
+        angle = middle + half * NODES[i]
+        ux, uy = direction(angle)
+        h, slope, _, _ = worn_at(joint.bearing.table, angle - on_bearing)
+        other, other_slope, _, _ = worn_at(joint.journal.table, angle - on_journal)
+        f = x * ux + y * uy - (c + (h + other))
+        part = WEIGHTS[i] * f
+        along_x, along_y = along_x + part * ux, along_y + part * uy
+        by_bearing, by_journal = by_bearing + part * slope, by_journal + part * other_slope
+        stored = stored + part * f
+    stored_by_circles, pressed_by_circles = circles(c, pen)
+    depth = pen + (0.5 * half * stored - stored_by_circles) / pressed_by_circles
+    scale = half / pressed_by_circles
+    gx, gy, turns = scale * along_x, scale * along_y, (scale * by_bearing, scale * by_journal)
+    gain = math.sqrt(gx * gx + gy * gy)
+    rate = vx * gx + vy * gy + turns[0] * bearing_spin + turns[1] * journal_spin
+    return Pressing(gx / gain, gy / gain, depth, rate, gain, turns)
+
+
+@seat.member(WornOnBed)
+def _on_its_springs(joint, eccentricity, angles):
+    """Both components of the force are those of the load, by Newton's method with differences."""
+    size = float(np.hypot(*eccentricity))
+    load, pen = elastic_force(joint.elastic, size - joint.clearance), size - joint.clearance
+
+    def force(place):
+        gap = TurnedGap(joint.side * place[0], joint.side * place[1], 0.0, 0.0, 0.0, 0.0, *angles)
+        there, depth = nearest(joint, gap), pen
+        for _ in range(SETTLING):
+            pressed = pressing(joint, there, gap, depth)
+            depth = max(pressed.depth, 1e-3 * pen)
+        size = pressed.gain * elastic_force(joint.elastic, depth)
+        return np.array([size * pressed.nx, size * pressed.ny]) / load, depth
+
+    place, wanted = seat(WornJoint(*joint), eccentricity, angles)[0], eccentricity / size
+    for _ in range(STEPS):
+        here, _ = force(place)
+        step = 1e-6 * pen
+        slopes = np.array([(force(place + step * axis)[0] - here) / step for axis in np.eye(2)]).T
+        move = np.linalg.solve(slopes, wanted - here)
+        place = place + move * min(1.0, pen / float(np.hypot(*move)))
+        if np.hypot(*move) < 1e-13 * size:
+            break
+    return place, force(place)[1]

@@ -1,0 +1,396 @@
+"""Worn surfaces that act: where they touch, what they do to their bodies, and what becomes of them.
+
+Kernels run as Python here.  Shapes are sums of harmonics m, of which the smoothing leaves exp(-(m WIDTH)^2 / 2).
+"""
+
+import math
+
+import numpy as np
+import pytest
+from law_cases import joint as joint_of
+from law_cases import names
+from mechanism_cases import changed, slider_crank
+from scipy.integrate import quad
+from scipy.optimize import brentq, minimize_scalar
+
+import clearsweep
+from clearsweep import grid, simulation
+from clearsweep.case import Wear
+from clearsweep.errors import InputError
+from clearsweep.mechanics.joint import dry, registry
+from clearsweep.mechanics.joint.contract import PRESSED, every_contact
+from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
+from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
+from clearsweep.mechanics.joint.wear.bed import arc_at, enter_arc, sum_over_force
+from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
+from clearsweep.mechanics.joint.wear.passage import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, ROOM
+from clearsweep.mechanics.joint.wear.shape import (
+    AT_POINT,
+    PLACES,
+    STEP,
+    WIDTH,
+    integral_at,
+    shapes_of,
+    smoothed,
+    worn_at,
+)
+from clearsweep.mechanics.joint.worn import WornJoint, WornOnBed, pressing, worn_load
+from clearsweep.mechanics.rates import look
+
+C, BINS = 1e-3, 360  # m, 1: clearance of the reference joint
+WORN = Wear("archard", "mean", BINS, {"bearing_coefficient": 2e-14, "journal_coefficient": 2e-14}, evolve=True)
+BEDDED = WORN._replace(pressure="winkler")
+NOTHING = np.zeros(BINS)
+
+
+class Wave:
+    """h = sum of a_m (1 + cos(m phi + b_m)), its bins, and what smoothing leaves of it; `parts` : m, a_m, b_m."""
+
+    def __init__(self, *parts):
+        self.parts = parts
+
+    def bins(self, count=BINS):
+        edges = np.arange(count + 1) * 2.0 * math.pi / count
+        whole = sum(a * (edges + np.sin(m * edges + b) / m) for m, a, b in self.parts)
+        return np.diff(whole) * count / (2.0 * math.pi)
+
+    def __call__(self, phi, order=0):
+        """Return h or a derivative of it, smoothed."""
+        total = sum(a for _, a, _ in self.parts) if order == 0 else 0.0
+        for m, a, b in self.parts:
+            total = total + a * math.exp(-0.5 * (m * WIDTH) ** 2) * m**order * np.cos(
+                m * phi + b + order * 0.5 * math.pi
+            )
+        return total
+
+
+OVAL = Wave((2, 0.1 * C, 0.0))
+BEARING, JOURNAL = Wave((2, 0.08 * C, 0.4), (3, 0.02 * C, 1.0)), Wave((2, 0.05 * C, -1.0), (5, 4e-3 * C, 0.3))
+
+
+def joint(bearing=NOTHING, journal=NOTHING, wear=WORN, **laws):
+    """Return the compiled form of the reference joint with these worn depths and laws."""
+    case = joint_of(**({"law": "hertz"} | laws))._replace(wear=wear, clearance=C)
+    return registry.joint_term(case, "rod", Worn(bearing, journal))
+
+
+def gap(x, y, angles=(0.3, -0.7), rates=(0.0, 0.0, 0.0, 0.0)):
+    return TurnedGap(x, y, rates[0], rates[1], rates[2], rates[3], *angles)
+
+
+def overlap(x, y, angles, phi, shapes=(BEARING, JOURNAL)):
+    """Return e . u - c - h, of the closed forms."""
+    h = shapes[0](phi - angles[0]) + shapes[1](phi - angles[1])
+    return x * np.cos(phi) + y * np.sin(phi) - C - h
+
+
+def test_what_is_worn_keeps_its_volume_and_its_harmonics_and_nothing_stays_nothing():
+    for count in (45, 360, 1000):
+        spline = smoothed(BEARING.bins(count), WIDTH)
+        phi = np.linspace(0.0, 2.0 * math.pi, 701)
+        assert spline(phi) == pytest.approx(BEARING(phi), rel=1e-6, abs=1e-7 * C)
+        assert spline(phi, 2) == pytest.approx(BEARING(phi, 2), rel=1e-3, abs=1e-4 * C)
+    bins = np.random.default_rng(3).random(BINS) * C
+    shape = shapes_of(bins, NOTHING, C, AT_POINT)[0]
+    assert shape.whole == pytest.approx(bins.mean() * 2.0 * math.pi, rel=1e-12)
+    for low, high in ((0.2, 1.7), (-3.0, 8.0), (6.2, 6.4)):
+        total = quad(lambda phi: worn_at(shape.table, phi)[0], low, high, limit=500, epsabs=1e-9 * C)[0]
+        assert integral_at(shape, high) - integral_at(shape, low) == pytest.approx(total, rel=1e-6)
+    circle, _, width = shapes_of(NOTHING, NOTHING, C, AT_POINT)
+    assert width == WIDTH
+    assert all(worn_at(circle.table, angle) == (0.0, 0.0, 0.0, 0.0) for angle in (0.0, 3.0, 1e4))
+
+
+@pytest.mark.parametrize("depth", [0.05 * C, C, 20.0 * C])
+def test_a_groove_narrower_than_the_journal_is_widened_until_the_journal_reaches_its_bottom(depth):
+    bins = np.zeros(BINS)
+    bins[40:60] = depth
+    bearing, journal, width = shapes_of(bins, np.roll(bins, 100), C, AT_POINT)
+    angles = np.arange(PLACES) * STEP
+    rows = [np.array([worn_at(body.table, angle) for angle in angles]) for body in (bearing, journal)]
+    assert C + sum(np.min(row[:, 0] + row[:, 2]) for row in rows) >= AT_POINT * C * (1.0 - 1e-9)
+    assert width > WIDTH
+    assert bearing.whole == pytest.approx(bins.mean() * 2.0 * math.pi, rel=1e-12)
+
+
+def test_the_deepest_point_of_an_oval_bearing_is_that_of_the_closed_form():
+    """e cos(phi) - a (1 + cos 2 phi) is largest at 0 for e > 4 a, and at cos(phi) = e / (4 a) below."""
+    worn, a = joint(OVAL.bins()), 0.1 * C * math.exp(-2.0 * WIDTH**2)
+    for e in (0.3 * C, 0.39 * C, 0.5 * C, 1.3 * C):
+        cosine = min(e / (4.0 * a), 1.0)
+        expected = e * cosine - 0.1 * C - a * (2.0 * cosine**2 - 1.0) - C
+        for turn in (0.0, 0.4, 5.0):  # of all together
+            there = nearest(worn, gap(e * math.cos(turn), e * math.sin(turn), (turn, 2.0)))
+            assert there.depth == pytest.approx(expected, rel=1e-7)
+            assert there.nx * math.cos(turn) + there.ny * math.sin(turn) == pytest.approx(cosine, abs=2e-6)
+    upright = nearest(worn, gap(0.0, 1.2 * C, (0.0, 0.0)))
+    assert upright.depth == pytest.approx(0.2 * C - (0.1 * C - a), rel=1e-7)
+    assert local_clearance(worn, 0.0, 0.0) == pytest.approx(1.1 * C - 3.0 * a, rel=3e-4)
+    assert local_clearance(worn, 0.5 * math.pi, 0.0) == pytest.approx(1.1 * C + 3.0 * a, rel=3e-4)
+
+
+@pytest.mark.parametrize("size", [0.0, 0.02, 0.4, 0.9, 1.15, 1.5])
+def test_the_deepest_point_is_the_deepest_of_all_and_turns_with_its_bodies(size):
+    worn, phi, angles = joint(BEARING.bins(), JOURNAL.bins()), np.linspace(0.0, 2.0 * math.pi, 20001), (0.3, -0.7)
+    for direction in (0.1, 1.9, 4.0):
+        x, y = size * C * math.cos(direction), size * C * math.sin(direction)
+        place = phi[np.argmax(overlap(x, y, angles, phi))]
+        within = minimize_scalar(
+            lambda at, x=x, y=y: -overlap(x, y, angles, at), (place - 1e-3, place + 1e-3), tol=1e-15
+        )
+        there = nearest(worn, gap(x, y, angles))
+        far = size < 0.1  # from contact, where several places are about as close
+        assert there.depth == pytest.approx(-within.fun, rel=1e-3 if far else 1e-7)
+        turned = nearest(worn, gap(-y, x, (angles[0] + 0.5 * math.pi, angles[1] + 0.5 * math.pi)))
+        if not far:
+            assert (turned.depth, turned.nx, turned.ny) == pytest.approx((there.depth, -there.ny, there.nx), abs=1e-9)
+
+
+def measure(worn, numbers):
+    """Return how deep a joint is at x, y and both angles (of bearing and journal)."""
+    place = gap(numbers[0], numbers[1], numbers[2:])
+    there = nearest(worn, place)
+    pen = there.depth
+    for _ in range(8):  # the root of a motion is at it already
+        pen = pressing(worn, there, place, pen).depth
+    return pen
+
+
+@pytest.mark.parametrize("wear", [WORN, BEDDED])
+def test_forces_and_moments_are_the_derivatives_of_what_is_stored(wear):
+    worn = joint(BEARING.bins(), JOURNAL.bins(), wear, elastic="winkler")
+    assert isinstance(worn, WornOnBed if wear is BEDDED else WornJoint)
+    for state in ([1.5 * C, 0.3 * C, 0.3, -0.7], [-0.6 * C, 1.45 * C, 2.0, 4.0], [-0.4 * C, -1.4 * C, 0.0, 9.0]):
+        place = gap(state[0], state[1], state[2:], (0.3, -0.2, 40.0, -90.0))
+        pen = measure(worn, state)
+        load = worn_load(worn, place, PRESSED, pen, 1.0)
+        slopes = []
+        for k, step in enumerate((1e-5 * C, 1e-5 * C, 1e-5, 1e-5)):
+            near = [
+                measure(worn, [value + sign * step * (i == k) for i, value in enumerate(state)]) for sign in (-1, 1)
+            ]
+            slopes.append((near[1] - near[0]) / (2.0 * step))
+        force = elastic_force(worn.elastic, pen)
+        done = load.fx, load.fy, load.moment_proximal, load.moment_distal
+        assert done == pytest.approx([-force * slope for slope in slopes], rel=1e-6, abs=1e-8 * force * C)
+        (contact,) = load.contacts
+        power = force * (slopes[0] * 0.3 - slopes[1] * 0.2 + slopes[2] * 40.0 - slopes[3] * 90.0)
+        assert contact.rate * force == pytest.approx(power, rel=1e-6)
+        assert contact.elastic * contact.pace == pytest.approx(power, rel=1e-6)
+        assert contact.normal == pytest.approx(math.hypot(load.fx, load.fy), rel=1e-12)
+
+
+def test_springs_store_what_the_integral_over_the_closed_gap_says():
+    worn = joint(BEARING.bins(), JOURNAL.bins(), BEDDED, elastic="winkler")
+    for state in ([1.5 * C, 0.3 * C, 0.3, -0.7], [-0.6 * C, 1.45 * C, 2.0, 4.0]):
+        x, y, *angles = state
+        phi = np.linspace(0.0, 2.0 * math.pi, 100001)
+        f = np.maximum(overlap(x, y, angles, phi), 0.0)
+        stored = 0.5 * worn.elastic.stiffness * np.trapezoid(f**2, phi)
+        pen = measure(worn, state)
+        circles = quad(lambda depth: elastic_force(worn.elastic, depth), 0.0, pen, epsrel=1e-12)[0]
+        assert circles == pytest.approx(stored, rel=1e-6)
+        assert elastic_energy(worn.elastic, pen) == pytest.approx(stored, rel=1e-5)
+        load = worn_load(worn, gap(x, y, angles), PRESSED, pen, 1.0)
+        for done, unit in ((load.fx, np.cos(phi)), (load.fy, np.sin(phi))):
+            assert done == pytest.approx(-worn.elastic.stiffness * np.trapezoid(f * unit, phi), rel=1e-6)
+
+
+def circles(worn):
+    """Return the dry joint with the laws of a worn one."""
+    return dry.Joint(*worn[:8])
+
+
+@pytest.mark.parametrize("law", names("law"))
+def test_where_nothing_is_worn_every_law_does_what_it_does_between_circles(law):
+    elastics = names("elastic") if registry.RECIPES["law", law].law.uses_elastic else ["power"]
+    for elastic in [elastic for elastic in elastics if elastic != "compatible-fit"]:
+        worn = joint(law=law, elastic=elastic, friction="tanh")
+        for direction, pen in ((0.0, 1e-6), (0.7, 1e-5), (4.0, 3e-7), (2.0, -1e-9)):
+            e = C + pen
+            place = gap(e * math.cos(direction), e * math.sin(direction), rates=(0.02, -0.1, 30.0, -80.0))
+            a = worn_load(worn, place, PRESSED, pen, 0.2)
+            b = dry.joint_load(circles(worn), dry.Gap(*place[:6]), PRESSED, pen, 0.2)
+            size = abs(b.contacts[0].normal)
+            assert a[:2] == pytest.approx(b[:2], rel=1e-12, abs=1e-12 * size)
+            assert a[2:4] == pytest.approx(b[2:4], rel=1e-12, abs=1e-14 * size)
+            assert a.contacts[0][:7] == pytest.approx(b.contacts[0], rel=1e-9, abs=1e-13)
+
+
+@pytest.mark.parametrize("depth", [1e-12, 1e-9, 1e-6, 1e-4, 1e-3])
+def test_where_nothing_is_worn_springs_press_as_the_closed_form_of_circles_has_it(depth):
+    worn = joint(wear=BEDDED, law="lankarani-nikravesh", elastic="winkler", friction="tanh")
+    for direction in (0.0, 0.7, 4.0):
+        e = C + depth
+        place = gap(e * math.cos(direction), e * math.sin(direction), rates=(0.02, -0.1, 30.0, -80.0))
+        a = worn_load(worn, place, PRESSED, depth * (1.0 + 1e-9), 0.2)
+        b = dry.joint_load(circles(worn), dry.Gap(*place[:6]), PRESSED, depth * (1.0 + 1e-9), 0.2)
+        size = abs(b.contacts[0].normal)
+        assert a[:2] == pytest.approx(b[:2], rel=1e-8, abs=1e-8 * size)
+        assert a[2:4] == pytest.approx(b[2:4], rel=1e-8, abs=1e-10 * size)
+        assert a.contacts[0].depth == pytest.approx(depth, rel=1e-7, abs=1e-18)
+        assert a.contacts[0].rate == pytest.approx(b.contacts[0].rate, rel=1e-8)
+
+
+# ---------------------------------------------------------------------------------------------- wear on springs
+
+
+def room_at(on_bearing, on_journal, depth):
+    """Return what a step knows of a contact that stands still."""
+    room = np.zeros(ROOM)
+    room[[ON_BEARING * POINTS, ON_JOURNAL * POINTS, DEEPEST * POINTS]] = on_bearing, on_journal, depth
+    return room
+
+
+def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
+    worn = joint(BEARING.bins(), JOURNAL.bins(), BEDDED, elastic="winkler")
+    x, y, angles = 1.5 * C, 0.3 * C, (0.3, -0.7)
+    there = nearest(worn, gap(x, y, angles))
+    normal = math.atan2(there.ny, there.nx)
+    arc = arc_at(worn, room_at(normal - angles[0], normal - angles[1], there.depth), 0.5)
+    edges = np.arange(BINS + 1) * 2.0 * math.pi / BINS
+    fine = np.linspace(0.0, 2.0 * math.pi, 100 * BINS + 1)
+    for body, angle in enumerate(angles):
+        depths = np.zeros(BINS)
+        enter_arc(worn, arc, body, 2e-9, Bins(depths, 0, BINS))
+        assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(2e-9, rel=1e-12)
+        before = np.append(0.0, np.cumsum(np.maximum(overlap(x, y, angles, fine[:-1] + angle + 0.5 * fine[1]), 0.0)))
+        expected = np.diff(np.interp(edges, fine, before)) / before[-1] * 2e-9 / edges[1]
+        assert depths == pytest.approx(expected, rel=2e-4, abs=1e-6 * depths.max())
+    f = np.maximum(overlap(x, y, angles, fine), 0.0)
+    resultant = np.hypot(np.trapezoid(f * np.cos(fine), fine), np.trapezoid(f * np.sin(fine), fine))
+    assert sum_over_force(worn, arc) == pytest.approx(np.trapezoid(f, fine) / resultant, rel=1e-7)
+
+
+def run_in(bins, cycles, step=0.035):
+    """Return the bearing's depths after cycles of steady sliding under a load that presses new circles half C deep.
+
+    Every cycle takes off `step` clearances times a rad, spread like the pressure: a few hundredths of C.
+    """
+    depths = np.zeros(bins)
+    load = elastic_force(joint(wear=BEDDED, elastic="winkler").elastic, 0.5 * C)
+    for _ in range(cycles):
+        worn = joint(depths, NOTHING, BEDDED, elastic="winkler")
+
+        def missing(e, worn=worn):
+            arc = arc_at(worn, room_at(0.0, 0.0, nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth), 0.5)
+            return worn.elastic.stiffness * arc.total / sum_over_force(worn, arc) - load
+
+        e = brentq(missing, C + worn_at(worn.bearing.table, 0.0)[0] + 1e-3 * C, 6.0 * C, xtol=1e-9 * C)
+        depth = nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth
+        arc = arc_at(worn, room_at(0.0, 0.0, depth), 0.5)
+        enter_arc(worn, arc, 0, step * C, Bins(depths, 0, bins))
+    return depths
+
+
+@pytest.mark.slow
+def test_a_bearing_run_in_under_springs_goes_on_as_the_circle_of_its_journal_shifts():
+    """h = h_m cos(phi): once it has run in, every cycle takes off as much along the load, whatever the place."""
+    places = (np.arange(180) + 0.5) * 2.0 * math.pi / 180
+    within = np.cos(places) > math.cos(math.radians(40.0))
+    shift = np.cos(places[within]) / math.cos(places[0])
+    new, worn = run_in(180, 1), run_in(180, 60)
+    taken = run_in(180, 61) - worn
+    assert worn[0] > 1.3 * C
+    assert np.max(np.abs(new[within] / new[0] - shift)) > 0.3
+    assert taken[within] / taken[0] == pytest.approx(shift, abs=0.025)
+
+
+@pytest.mark.slow
+def test_finer_bins_converge_at_first_order_or_better():
+    finest = run_in(720, 8)
+    errors = []
+    for bins in (45, 90, 180):
+        coarse = run_in(bins, 8)
+        errors.append(np.max(np.abs(coarse - finest.reshape(bins, -1).mean(axis=1))))
+    assert errors[1] < 0.6 * errors[0]
+    assert errors[2] < 0.6 * errors[1]
+
+
+# ---------------------------------------------------------------------------------------------- whole motions
+
+WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS, "pressure": "mean", "evolve": True}
+SPRINGS = {"law": "hertz", "elastic": "winkler", "thickness": 5e-3, "material": {"young": 207e9, "poisson": 0.3}}
+SHAPES = Wave((2, 5e-5, 0.3)), Wave((3, 2e-5, 1.0))  # at a clearance of 0.5 mm
+
+
+def motion(worn=True, **changes):
+    """Return the trajectory of a slider-crank whose small end is worn before."""
+    inner = {f"joints.rod-slider.{path.replace('__', '.')}": value for path, value in changes.items()}
+    keep = {"save.orbits": "all", "save.samples": 20000, "simulate.revolutions": 0.06, "simulate.discard": 0}
+    source = slider_crank("rod-slider", changes=keep | {"joints.rod-slider.wear": WEAR})
+    case = grid.load(changed(source, inner), simulation.catalogue()).case(0)
+    shapes = Worn(*(shape.bins() for shape in SHAPES))
+    path = clearsweep.simulate(simulation.build(case, {"rod-slider": shapes} if worn else None))
+    assert path.status == "ok"
+    return path
+
+
+def depths_of(path):
+    """Return how deep the surfaces are in each other at the samples of a motion, by the closed form of the shapes."""
+    x, y = path["joints/rod_slider/x"], path["joints/rod_slider/y"]
+    phi = np.linspace(0.0, 2.0 * math.pi, 4000)[:, None]
+    rod = path["rod/angle"]  # the journal is on the rod, the bearing on the slider, which does not turn
+    h = SHAPES[0](phi) + SHAPES[1](phi - rod)
+    return np.max(x * np.cos(phi) + y * np.sin(phi) - 0.5e-3 - h, axis=0)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("contact", [{"law": "hertz", "stiffness": 6.61e10}, SPRINGS])
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+def test_worn_surfaces_lose_no_energy_and_touch_where_their_shapes_do(contact, method):
+    pressure = "winkler" if contact is SPRINGS else "mean"
+    path = motion(contact=contact, wear__pressure=pressure)
+    assert path.summary["energy_residual"] < 1e-9
+    touching = path["joints/rod_slider/force_normal"] > 0.0
+    deep = depths_of(path)
+    assert touching.any()
+    assert np.all(deep[touching] > -2e-9)  # m: of the grid of directions
+    assert np.all(deep[~touching] < 1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("contact", [{"law": "hertz", "stiffness": 6.61e10}, SPRINGS])
+def test_the_energy_ledger_of_a_revolution_on_worn_surfaces_closes(contact):
+    pressure = "winkler" if contact is SPRINGS else "mean"
+    path = motion(contact=contact, wear__pressure=pressure, wear__bins=BINS)
+    assert path.summary["energy_residual"] < 1e-9
+    assert path.summary["rod_slider_impacts_per_rev"] > 0.0
+
+
+def test_a_joint_is_worn_as_its_grid_says_and_what_is_not_known_with_it_is_refused():
+    source = slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR})
+    scene = simulation.load_case(source)
+    assert type(scene.value.joints[0]) is WornJoint
+    springs = {"joints.rod-slider.contact": SPRINGS, "joints.rod-slider.wear.pressure": "winkler"}
+    assert type(simulation.load_case(changed(source, springs)).value.joints[0]) is WornOnBed
+    plain = simulation.load_case(changed(source, {"joints.rod-slider.wear.evolve": False}))
+    assert type(plain.value.joints[0]) is dry.Joint
+    film = {"joints.rod-slider.film": {"law": "short", "viscosity": 0.1}}
+    with pytest.raises(InputError, match="evolve: is not known beside a film"):
+        simulation.load_case(changed(source, film))
+    sticks = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 2e-3, "band": 2e-4}
+    with pytest.raises(InputError, match="karnopp sticks, which is not known beside the worn shape of joints"):
+        simulation.load_case(changed(source, {"joints.rod-slider.friction": sticks}))
+
+
+@pytest.mark.parametrize("contact", [{"law": "hertz", "stiffness": 6.61e10}, SPRINGS])
+def test_a_seated_journal_bears_its_load_where_it_is_worn_too(contact):
+    wear = WEAR | {"pressure": "winkler"}
+    changes = {"simulate.start": "seated", "joints.rod-slider.wear": wear, "joints.rod-slider.contact": contact}
+    case = grid.load(slider_crank("rod-slider", changes=changes), simulation.catalogue()).case(0)
+    forces = []
+    for worn in (None, {"rod-slider": Worn(*(shape.bins() for shape in SHAPES))}):
+        scene = simulation.build(case, worn)
+        (load,) = loads_at_the_start(scene)
+        forces.append((load.fx, load.fy))
+        assert scene.start[-1] ** 2 == pytest.approx(load.contacts[0].depth, rel=1e-6)
+    assert math.hypot(*forces[0]) > 1.0
+    assert forces[1] == pytest.approx(forces[0], rel=1e-4, abs=1e-4 * math.hypot(*forces[0]))
+
+
+def loads_at_the_start(scene):
+    """Return the Loads of a scene that begins in contact."""
+    modes = np.array([modes.pressed for _, modes in every_contact(scene.value.joints)])
+    return look(scene.value, scene.start, modes, np.ones(modes.size))[2]
