@@ -26,6 +26,7 @@ UNBALANCED = (
 )
 TAYLOR = 41.3  # above, vortices begin between cylinders of which the inner one turns (Taylor 1923)
 UNCHECKED = "unchecked: "  # its error check came to nothing
+UNREACHED = "unreached: "  # its life did not come to the limit
 BETWEEN = " | "  # remarks in a message
 DEEP = 0.1  # of the bearing's radius: a deeper contact is no small deformation
 #: Energy residual that a tolerance explains, per onset and revolution.  Of 1,300 random cases at tolerances from 1e-12
@@ -159,6 +160,7 @@ _TOLD = {
     UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "A film's temperature is not known",
     IMBALANCE: "The energies do not add up as closely as the tolerance promises",
     UNCHECKED: "The error check came to nothing",
+    UNREACHED: "A life does not come to its limit",
 }
 
 

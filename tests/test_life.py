@@ -13,8 +13,13 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import grid, simulation, store
 from clearsweep.errors import InputError
+from clearsweep.mechanics.joint.wear.contract import Worn
+from clearsweep.mechanics.observe.tally import FORCE_MAX
+from clearsweep.mechanics.solver import loop
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import Told, read, written
+from clearsweep.simulation.run import Run, control_of
+from clearsweep.simulation.watch import go_to, moment_of
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 WORN = {
@@ -260,7 +265,7 @@ def test_what_does_not_wear_has_no_life_and_says_so():
     assert found.summary["rod_slider_life_revolutions"] is None
     assert found.summary["rod_slider_life_high"] is None
     assert found.summary["rod_slider_life_low"] == 0.0
-    assert "nothing wears" in found.message
+    assert found.message == "unreached: nothing wears in rod-slider, so that it never comes to life.limit"
 
 
 @heavy
@@ -283,6 +288,22 @@ def test_a_life_that_was_killed_comes_to_the_same_end_to_the_last_bit(monkeypatc
         k: v for k, v in whole.summary.items() if k not in timings
     }
     assert all(np.array_equal(again[name], whole[name]) for name in whole.channels)
+
+
+@heavy
+def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_tells_how_far_it_is(monkeypatch, capsys):
+    monkeypatch.setattr(lives.Ageing, "alike", False)
+    monkeypatch.setattr("clearsweep.simulation.telling.FIRST", 0.0)
+    scene = clearsweep.load_case(source(blocks=3, limit="900 um"))
+    found = clearsweep.simulate(scene, progress=True)
+    summary = found.summary
+    assert found.status == "ok"
+    assert found.message.startswith("unreached: rod-slider does not come to life.limit in ")
+    assert summary["rod_slider_life_revolutions"] is None
+    assert summary["rod_slider_life_high"] is None
+    assert summary["rod_slider_life_low"] == found.history["revolutions"][-1] > 0.0
+    assert summary["rod_slider_clearance_growth"] > 0.0
+    assert capsys.readouterr().err.startswith("1 block, 0\N{NO-BREAK SPACE}m of 0.900\N{NO-BREAK SPACE}mm, ")
 
 
 @heavy
@@ -337,3 +358,58 @@ def test_a_joint_that_runs_in_lives_as_long_as_the_law_says():
         guess *= 3e-6 / worn
     assert exact > guess
     assert turns == pytest.approx(guess, rel=0.02)
+
+
+# ---------------------------------------------------------------------------------------------- shapes that act
+
+
+def worn_on(case, turns):
+    """Return the deepest bin and the force peak after each of so many revolutions of one motion.
+
+    It is never begun anew: after each revolution what it wore off is taken off the shape, and it goes on as it was.
+    """
+    joint, last = case.joints[0], None
+    worn, depths, peaks = np.zeros((2, joint.wear.bins)), [], []
+    for k in range(turns + 1):
+        scene = simulation.build(case, {joint.name: Worn(*worn)})
+        run = Run(scene, np.empty(0))
+        control = control_of(scene, math.inf, keep_events=False)._replace(window=0.0, step_budget=10**9)
+        if last:
+            go_to(moment_of(last.work), run.work)
+        status, _ = run.go(control._replace(pause=scene.turning.at(case.simulate.discard + k)))
+        assert status == loop.PAUSED
+        last = run
+        if k:
+            worn = worn + run.tally.wear.reshape(2, -1)
+            peaks.append(run.tally.joint[0, FORCE_MAX])
+        depths.append(worn.max())
+    return np.array(depths), np.array(peaks), worn
+
+
+ACTING = {
+    "joints.rod-slider.wear": {"law": "archard", "coefficient": 7.4e-12, "bins": 360, "evolve": True},
+    "joints.rod-slider.clearance": 5e-5,
+    "joints.rod-slider.contact.restitution": 0.1,
+    "drive.speed": "1500 rpm",
+    "simulate.tolerance": 1e-7,
+    "simulate.revolutions": 12,
+    "simulate.discard": 8,
+}
+
+
+@pytest.mark.slow
+def test_jumps_come_to_what_two_hundred_revolutions_of_one_motion_wear_off():
+    """Wear comes to a fifth of the clearance and changes the forces by more than a tenth."""
+    plain = grid.load(source(ACTING | {"life": None}), simulation.catalogue()).case(0)
+    depths, peaks, worn = worn_on(plain, 200)
+    assert depths[-1] / plain.joints[0].clearance == pytest.approx(0.2, rel=0.05)
+    assert abs(np.median(peaks[-10:]) / np.median(peaks[:10]) - 1.0) > 0.1
+    found = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50)
+    length = found.summary["rod_slider_life_revolutions"]
+    assert found.summary["rod_slider_life_blocks"] < 15
+    assert length == pytest.approx(200.0, rel=0.02)
+    assert found.summary["rod_slider_life_low"] < 200.0 < found.summary["rod_slider_life_high"]
+    for place, body in enumerate(("bearing", "journal")):
+        assert found.history[f"rod_slider/profile_{body}"][-1].sum() == pytest.approx(worn[place].sum(), rel=0.02)
+    halved = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50, longest_jump=40)
+    assert halved.summary["rod_slider_life_revolutions"] == pytest.approx(length, rel=0.02)

@@ -12,11 +12,13 @@ import math
 import numpy as np
 
 from ..mechanics.joint.wear.contract import Worn
+from ..validity import UNREACHED
 from ..wording import count
 from .extrapolation import Life, Node, Plan
 from .first_touch import Touch, first_touch
 from .life_block import Log, Part, Told, parts_of, read, written
 from .scene import Scene, build
+from .telling import TellingLife
 from .window import finer
 
 FIRST = 0.02  # of the smallest clearance that may wear off in the first jump
@@ -27,9 +29,10 @@ HOUR = 3600.0  # s
 class Ageing:
     """What wears in a case: the vector of what has worn, the blocks that tell how fast, and what follows from it."""
 
-    def __init__(self, scene: Scene, log: Log | None):
-        """Take the scene with nothing worn, and where to keep what blocks tell."""
+    def __init__(self, scene: Scene, log: Log | None, telling: TellingLife | None = None):
+        """Take the scene with nothing worn, where to keep what blocks tell, and who tells how far it is."""
         assert scene.case.life is not None  # asked of cases that have one
+        self.telling = telling
         self.scene, self.log, self.life, self.parts = scene, log, scene.case.life, parts_of(scene.case)
         self.size = self.parts[-1].slid + 2
         self.told = read(log.read() if log else None, self.size)
@@ -80,9 +83,11 @@ class Ageing:
         self.recalled += 1
         return self.told[self.recalled - 1]
 
-    def keep(self, told: Told) -> None:
-        """Keep what a block told beside what those before it did."""
+    def keep(self, told: Told, state: np.ndarray) -> None:
+        """Keep what a block told, run with what had worn, beside what those before it did."""
         self.told.append(told)
+        if self.telling:
+            self.telling.say(len(self.told), self.value(state))
         self.recalled += 1
         if self.log:
             self.log.keep(written(self.told))
@@ -134,11 +139,10 @@ class Ageing:
         """Return why a life did not come to its limit; '' where it did."""
         if life.reached:
             return ""
-        judged = f"{self.life.joint}: "
         if life.blocks < self.life.blocks:
-            return f"{judged}nothing wears, so that life.limit is never reached"
+            return f"{UNREACHED}nothing wears in {self.life.joint}, so that it never comes to life.limit"
         return (
-            f"{judged}life.limit was not reached in {life.revolutions:.6g} revolutions, all that "
+            f"{UNREACHED}{self.life.joint} does not come to life.limit in {life.revolutions:.6g} revolutions, all that "
             f"{count(life.blocks, 'block')} came to; life.blocks allows more, a larger life.tolerance longer jumps"
         )
 

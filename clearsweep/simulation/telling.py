@@ -4,9 +4,26 @@ import sys
 import time
 
 from ..mechanics.solver.event import Work
-from ..wording import duration
+from ..wording import count, duration, text
 
 FIRST, INTERVAL = 2.0, 5.0  # s until the first line, and between lines
+
+
+class TellingLife:
+    """Tells how far a life is, block by block."""
+
+    def __init__(self, limit: float):
+        """Prepare for a life to a limit (m)."""
+        self.limit, self.begin = limit, time.monotonic()
+        self.due = self.begin + FIRST
+
+    def say(self, blocks: int, reached: float) -> None:
+        """Say how much (m) is reached with so many blocks if a line is due."""
+        now = time.monotonic()
+        if now >= self.due and sys.stderr is not None:
+            self.due = now + INTERVAL
+            line = f"{count(blocks, 'block')}, {text(reached, 'm')} of {text(self.limit, 'm')}"
+            print(f"{line}, {duration(now - self.begin)} spent", file=sys.stderr, flush=True)
 
 
 class Telling:

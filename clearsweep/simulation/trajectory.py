@@ -29,7 +29,7 @@ from .outcome import trajectory_of
 from .revolutions import marks_of
 from .run import Run, call, control_of, integrate, integrated
 from .scene import Scene, build
-from .telling import Telling
+from .telling import Telling, TellingLife
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
 
@@ -64,7 +64,8 @@ def simulate(
         most = longest(settings) if scene.layout.until else settings.revolutions
         watchers = (*watchers, Telling(settings.discard, most))
     if scene.case.life:
-        trajectory = _live(scene, times, watchers, log)
+        told = TellingLife(scene.case.life.limit) if progress else None
+        trajectory = _live(scene, times, watchers, Ageing(scene, log, told))
     else:
         trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if balance:
@@ -162,9 +163,9 @@ def _settled(scene: Scene, run: Run, watch: Until | Rates, times: ArrayLike | No
     return trajectory_of(settled, run, end)
 
 
-def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], log: Log | None) -> Trajectory:
+def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], ageing: Ageing) -> Trajectory:
     """Return the trajectory of the last block of a case that wears until its limit, with the history of its life."""
-    begin, ageing = time.process_time(), Ageing(scene, log)
+    begin = time.process_time()
     ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.spent)
     last: list[tuple[Scene, Run, Rates]] = []
 
@@ -178,7 +179,7 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], lo
             return known
         told = run_with(state)
         if told:
-            ageing.keep(told)
+            ageing.keep(told, state)
         return told
 
     life = lived(measure, ageing, ageing.plan(), np.zeros(ageing.size))
