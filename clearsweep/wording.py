@@ -165,6 +165,8 @@ def joint_name(name: str) -> str:
 
 
 def _leaf(parts: list[str]) -> str:
+    if len(parts) > 1 and parts[-1] in _AXES and parts[-2] in _ABOUT:
+        return f"{_leaf(parts[:-1])} {_ABOUT[parts[-2]]} {_AXES[parts[-1]]}"
     if parts[-1] in _NAMES:
         body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
         return _NAMES[parts[-1]] + (f" of the {body}" if body else "")
@@ -172,6 +174,8 @@ def _leaf(parts: list[str]) -> str:
     return " ".join(telling).replace("_", " ").replace("-", " ")
 
 
+_AXES = {"0": "x", "1": "y", "2": "z"}  # of the list that a key holds
+_ABOUT = {"tilt": "about", "inertia": "about", "offset": "along", "center": "along"}
 _NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
 _SPEAKS_FOR_ITSELF = {"stiffness", "restitution", "damping", "exponent"}
 

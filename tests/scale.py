@@ -69,8 +69,7 @@ def verify(_kind: str, directory: Path, _count: int, _: float) -> dict[str, Any]
 
 def page(_kind: str, directory: Path, _count: int, _: float) -> dict[str, Any]:
     """Write the report."""
-    report.write(store.open(directory), directory / "report.html")
-    return {}
+    return {"page": report.write(store.open(directory), directory / "report.html").stat().st_size}
 
 
 def frame(_kind: str, directory: Path, _count: int, _: float) -> dict[str, Any]:
@@ -187,10 +186,11 @@ def verbs(kind: str, count: int, folder: Path) -> Iterator[list[str]]:
     for name in ("again", "dry-run", "status", "verify", "frame", "report"):
         cost = measured(name, kind, directory, count)
         start = f"{cost['start']:.1f}" if "start" in cost else "-"
-        yield [_VERBS[name], start, f"{cost['wall']:.1f}", f"{cost['parent']:.1f}", f"{1e-6 * cost['memory']:.0f}"]
+        memory, page = f"{1e-6 * cost['memory']:.0f}", f"{1e-6 * cost['page']:.1f}" if "page" in cost else "-"
+        yield [_VERBS[name], start, f"{cost['wall']:.1f}", f"{cost['parent']:.1f}", memory, page]
 
 
-VERBS = ("what", "start, s", "wall, s", "processor, s", "memory, MB")
+VERBS = ("what", "start, s", "wall, s", "processor, s", "memory, MB", "page, MB")
 _VERBS = {
     "again": "`run`, all cases there",
     "dry-run": "`run --dry-run`, all cases there",

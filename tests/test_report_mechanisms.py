@@ -63,13 +63,14 @@ JOINTS = {"four-bar": "rod_rocker", "falling-mass": "slot", "wheel": "hub"}
 TITLES = {
     "four-bar": [
         "Journal orbit",
+        "Journal orbit unrolled",
         "Normal force",
         "Rocker acceleration against the ideal mechanism",
         "Rocker position error",
         "Crank torque",
     ],
     "falling-mass": ["Mass x", "Phase portrait: mass v over mass x", "Normal force"],
-    "wheel": ["Wheel charge", "Journal orbit", "Normal force"],
+    "wheel": ["Wheel charge", "Journal orbit", "Journal orbit unrolled", "Normal force"],
 }
 
 

@@ -18,7 +18,6 @@ from .section import Section
 FORMS = ("svg", "pdf", "png")
 COLUMN, PAGE = 85.0, 170.0  # mm: what most journals set a figure in
 WIDTHS = {"auto": None, "85": COLUMN, "170": PAGE}
-FITS_COLUMN = 4.2  # inches on the page up to which a figure is made for a column
 LARGEST_TEXT = 8.0 / 9.0  # of its size on the page, where it is 9 points: journals ask for 6 to 8
 HIGHEST = 110.0  # mm, of a figure as wide as a page, unless its rows need more
 DOTS = 600  # per inch, of PNG and of what is drawn as pixels within the others
@@ -38,7 +37,7 @@ class Wanted(NamedTuple):
 
     directory: Path
     form: str = "svg"  # one of FORMS
-    width: str = "auto"  # one of WIDTHS; auto: what the page draws larger than FITS_COLUMN is as wide as a page
+    width: str = "auto"  # one of WIDTHS; auto: what takes two columns of the page is as wide as a page
 
 
 def write(sections: Iterable[Section], wanted: Wanted) -> list[Path]:
@@ -73,7 +72,7 @@ def named(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
 
 def image(picture: Picture, form: str, width: float | None = None) -> bytes:
     """Return a picture as a file of a form, `width` mm wide; None: a column or a page, by its size on the page."""
-    wide = width or (COLUMN if picture.size[0] <= FITS_COLUMN else PAGE)
+    wide = width or (PAGE if picture.wide else COLUMN)
     size = wide / INCH, _height(picture, wide) / INCH
     shrunk = min(LARGEST_TEXT, size[0] / picture.size[0])
     with rc_context({**STYLE, **FONTS}):

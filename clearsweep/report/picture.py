@@ -36,6 +36,7 @@ STYLE: dict[Any, Any] = {
 }
 
 
+COLUMN = 4.2  # inches, up to which a picture is made for one column
 LONG = 1000  # characters of a curve's coordinates
 PLAYED = 8  # s, that dots take for their way
 
@@ -67,6 +68,11 @@ class Picture(NamedTuple):
     projection: str | None = None  # 'polar', '3d'; None: a plane
     spots: tuple[Spot, ...] = ()
     dots: tuple[Dot, ...] = ()
+
+    @property
+    def wide(self) -> bool:
+        """Return whether it is too wide for one column, of a page or of a journal."""
+        return self.size[0] > COLUMN
 
 
 def drawn(picture: Picture) -> tuple[Figure, Axes]:

@@ -52,6 +52,18 @@ def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[st
     return [(name, heading) for _, name, heading in sorted(found, key=lambda each: each[0])]
 
 
+def in_words(study: Study, column: str) -> str:
+    """Return how sentences call a column: as tables head it where one does, with its joint where there are several."""
+    if column == study.column("error_max"):
+        return f"{study.run.layout.output} error"
+    joint = next((joint for joint in study.joints if column.startswith(f"{joint.name}_")), None)
+    if joint is None:
+        return column.replace("_", " ")
+    headings = dict(shown(study, "forces", joint)) | {joint.column("force_peak_ratio"): "peak / ideal peak"}
+    words = headings.get(column, column.removeprefix(f"{joint.name}_").replace("_", " "))
+    return words + study.where(joint, " ({})")
+
+
 def _computed(figure: Figure, joint: Joint) -> Column:
     return Column(joint.column(figure.name), figure.unit, figure.text, figure=figure.name, joint=joint.name)
 

@@ -61,7 +61,7 @@ def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearanc
         alpha=0.8,
         rasterized=len(x) > 5000,
     )
-    ax.axhspan(min(float(height.min()), 0.0) * 1.1, 0.0, color="#f6e7dd", linewidth=0, zorder=0)
+    ax.axhspan(1.1 * min(float(height.min()), 0.0), 0.0, color="#f6e7dd", linewidth=0, zorder=0)
     ax.axhline(0.0, color=INK, linewidth=1.0)
     touching = force > 0.0
     if touching.any():
@@ -77,13 +77,15 @@ def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearanc
             rasterized=True,
         )
         colour_bar(ax, points, f"normal force [{unit.unit}]")
+    high, low = 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor), 1.1 * min(float(height.min()), 0.0)
     below = [] if deepest == 0.0 else [-deepest, -0.5 * deepest]
-    above = [tick for tick in MaxNLocator(4).tick_values(0.0, max(float(height.max()), 0.0)) if tick >= 0.0]
+    above = np.asarray(MaxNLocator(max(1, round(4.0 * high / (high - low)))).tick_values(0.0, high))
+    above = above[(above >= 0.0) & (above <= high)]
     names = [wording.short(value / scale.factor, 2).replace("-", wording.MINUS) for value in below]
     ax.set_yticks([*(times * value / scale.factor for value in below), *above], [*names, *map(_short, above)])
     ax.set(
         xlim=(-180.0, 180.0),
-        ylim=(min(float(height.min()), 0.0) * 1.1, 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor)),
+        ylim=(low, high),
         xlabel="direction of the journal centre [°]",
         ylabel=f"gap [{scale.unit}]",
     )

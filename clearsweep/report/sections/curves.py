@@ -12,8 +12,8 @@ from ..draw.comparison import Family
 from ..main_effects import main_effects
 from ..picture import Picture, capital
 from ..section import Gallery, Section, filled
-from ..shown import shown
-from ..study import CALLED, Axis, Joint, Study, grouped, largest, median, over_other_axes, smallest
+from ..shown import in_words
+from ..study import CALLED, Axis, Study, grouped, largest, median, over_other_axes, smallest
 
 MOST = 7  # curves side by side that can be told apart
 PICTURES = 6
@@ -55,33 +55,16 @@ def _beside(study: Study, across: Axis) -> Axis | None:
 
 def _drawn(study: Study) -> list[Drawn]:
     """Return what is limited, then the peaks of every joint, over the ideal ones too, and the error of the output."""
-    found = {limit.column: Drawn(limit.column, _name(study, limit.column), limit) for limit in _limits(study)}
+    found = {limit.column: Drawn(limit.column, in_words(study, limit.column), limit) for limit in _limits(study)}
     figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
     columns = [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
     for column in columns:
-        found.setdefault(column, Drawn(column, _name(study, column)))
+        found.setdefault(column, Drawn(column, in_words(study, column)))
     return [drawn for drawn in found.values() if study.has(drawn.column)]
 
 
 def _limits(study: Study) -> list[Limit]:
     return list(limits_of(study.run.grid.get("limits") or {}))
-
-
-def _name(study: Study, column: str) -> str:
-    """Return a column in words, as tables head it where one shows it."""
-    for joint in study.joints:
-        if column == joint.column("force_peak_ratio"):
-            return f"peak / ideal peak{study.where(joint, ' ({})')}"
-        if column.startswith(f"{joint.name}_"):
-            figure = column.removeprefix(f"{joint.name}_").replace("_", " ")
-            return _headings(study, joint).get(column, figure) + study.where(joint, " ({})")
-    if column == study.column("error_max"):
-        return f"{study.run.layout.output} error"
-    return column.replace("_", " ")
-
-
-def _headings(study: Study, joint: Joint) -> dict[str, str]:
-    return dict(shown(study, "forces", joint))
 
 
 def _picture(study: Study, drawn: Drawn, across: Axis, beside: Axis | None) -> Picture:

@@ -32,7 +32,7 @@ def sections(study: Study) -> list[Section]:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
         blocks: list[Block] = [spread_table(study, samples), limit_table(study, samples)]
-        blocks += [rank_table(study, samples), Gallery(SCATTER_NOTE, _scatter(study, samples), small=True)]
+        blocks += [Gallery(SCATTER_NOTE, _scatter(study, samples), small=True), rank_table(study, samples)]
         blocks.append(Gallery(NOTE, _histograms(study, samples), small=True))
         return [Section("sample", "Probabilistic study", filled(blocks))]
     return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]

@@ -10,6 +10,7 @@ from ..draw import passing
 from ..main_effects import main_effects
 from ..picture import Picture, capital
 from ..section import Block, Gallery, Points, Section, filled
+from ..shown import in_words
 from ..study import Axis, Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 from .sought import safest
@@ -72,7 +73,7 @@ def _kept(study: Study) -> list[str]:
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()
         which = study.cases.at[worst, verdict.EXCEEDED]
-        named = f" ({', '.join(which.split(','))})" if which else ""
+        named = f" ({', '.join(in_words(study, name) for name in which.split(','))})" if which else ""
         sentences.append(f"Smallest margin: {_margin(margins.min())}{_at(study, worst)}{named}.")
         if best != worst:
             sentences.append(f"Largest margin: {_margin(margins.max())}{_at(study, best)}.")
@@ -91,6 +92,7 @@ def _margin(share: float) -> str:
 def _table(study: Study) -> Table:
     """Return, limit by limit, how many cases exceed it, and the case with the smallest margin."""
     columns = (
+        Column("column", file_only=True),
         Column("limit"),
         Column("cases that exceed it"),
         Column("of"),
@@ -108,9 +110,17 @@ def _table(study: Study) -> Table:
             values = (study.cases.at[case_id, axis.path] for axis in study.swept())
             margin = Quantity(float(margins[place]), _margin(margins[place]))
             counts = (counted(int(beyond.sum())), counted(int(np.isfinite(margins).sum())))
-            rows.append((f"{limit.column} {limit.words(study.unit(limit.column))}", *counts, margin, *values, case_id))
+            rows.append((limit.column, _limit(study, limit), *counts, margin, *values, case_id))
     note = "Margin: 1 - value/limit, of at least value/limit - 1; negative where the limit is exceeded."
     return Table("limits_kept", "Limits", note, columns, rows)
+
+
+def _limit(study: Study, limit: verdict.Limit) -> str:
+    """Return a limit in words: 'force peak at most 60 kN'."""
+    bound = limit.words(study.unit(limit.column))
+    if limit.times:
+        bound = bound.replace(limit.times, f"the {in_words(study, limit.times)}")
+    return f"{in_words(study, limit.column)} {bound}"
 
 
 def _maps(study: Study) -> list[Picture]:
