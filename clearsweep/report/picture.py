@@ -83,10 +83,19 @@ def drawn(picture: Picture) -> tuple[Figure, Axes]:
     return figure, axes
 
 
+def lay_out(figure: Figure) -> None:
+    """Give everything on a sheet its place, once: to save a sheet with a layout is to draw it twice."""
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    engine.execute(figure)
+    figure.set_layout_engine(None)
+
+
 def svg(picture: Picture, key: str) -> str:
     """Return a picture as an SVG element for a page: no metadata, every id begun with `key`, labelled by its text."""
     with rc_context({**STYLE, "svg.hashsalt": key}):
         figure, axes = drawn(picture)
+        lay_out(figure)
         stream = io.StringIO()
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = stream.getvalue()
