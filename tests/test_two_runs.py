@@ -2,7 +2,9 @@
 
 import csv
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from report_fake import RPM, Run
 
 from clearsweep.errors import InputError
@@ -32,9 +34,10 @@ def tables_of(first, second, tmp_path):
 
 def test_every_case_meets_its_counterpart_and_the_factor_between_them_is_told(tmp_path):
     found = tables_of(made(sweep=SHORT), harder(made(sweep=SHORT)), tmp_path)
-    figures = {row["figure"]: row for row in found["compared_figures"]}
+    figures = {row["column"]: row for row in found["compared_figures"]}
     assert float(figures["rod_slider_force_p99"]["B over A, median"]) == pytest.approx(2.0)
-    assert float(figures["rod_slider_force_peak"]["share of cases that differ"]) == 0.0
+    assert list(figures) == ["rod_slider_force_p99"]  # the others are the same
+    assert float(figures["rod_slider_force_p99"]["cases that differ"]) == 1.0
     assert len(found["compared_cases"]) == 4
     assert all(float(row["B over A"]) == pytest.approx(2.0) for row in found["compared_cases"])
 
@@ -60,4 +63,16 @@ def test_the_page_says_what_differs_in_the_setup():
     assert "mechanism.slider.mass" in text
     assert "B: 0.28" in text
     assert "4 cases finished in both runs" in text
-    assert "B has 2 times the rod slider force p99 of A in the middle case" in text
+    assert "B has 2.00 times the force p99 of A in the middle case" in text
+    assert "The same in every case: force peak, force rms" in text
+
+
+def test_what_is_drawn_is_each_case_of_b_over_that_of_a():
+    first, second = made(sweep=SHORT), harder(made(sweep=SHORT))
+    (name, picture), *_ = two_runs.compared(first, second).parts[0].pictures
+    assert (name, picture.title) == ("", "Force p99 of B over A")
+    axes = Figure().subplots()
+    picture.paint(axes)
+    drawn = 1e3 * np.asarray(axes.collections[0].get_offsets())
+    forces = first.summary["rod_slider_force_p99"].to_numpy()
+    assert drawn[np.argsort(drawn[:, 0])] == pytest.approx(np.sort(forces)[:, np.newaxis] * [1.0, 2.0], rel=1e-12)

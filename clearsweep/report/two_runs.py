@@ -4,16 +4,21 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from .. import wording
 from ..errors import InputError
 from ..results import TIMINGS
 from ..store import StoredRun
 from .case_table import axis_columns
+from .draw import comparison
+from .draw.style import GREY
 from .page import Page
-from .section import Block, Facts, Points, Section, filled
+from .picture import Picture, capital
+from .section import Block, Facts, Gallery, Points, Section, filled
+from .shown import in_words
 from .study import Study, dig, leaves, prepare
-from .table import Column, Table
+from .table import Column, Quantity, Table
 
 NAMES = ("A", "B")
 
@@ -70,7 +75,7 @@ def sections(pairs: Pairs) -> list[Section]:
     setup: list[Block] = [Facts("What differs in their setup", "Differences of setup", _setup(pairs))]
     told: list[Block] = [Points(_told(pairs))]
     return [
-        Section("comparison", "Case by case", [*told, _figures(pairs), _cases(pairs)]),
+        Section("comparison", "Case by case", filled([*told, _pictures(pairs), _figures(pairs), _cases(pairs)])),
         Section(
             "setup", "Setup", filled(setup) or [Points(["Both have the same setup but for the values they vary."])]
         ),
@@ -84,14 +89,46 @@ def _told(pairs: Pairs) -> list[str]:
     same = int(np.count_nonzero(ratio == 1.0))
     told = [
         f"{wording.count(len(pairs.ids), 'case')} finished in both runs, of which {same} have the same "
-        f"{_words(column)} to the last bit; {pairs.alone[0]} are in A alone, {pairs.alone[1]} in B alone."
+        f"{in_words(pairs.first, column)} to the last bit; {pairs.alone[0]} are in A alone, {pairs.alone[1]} in B "
+        "alone."
     ]
     finite = ratio[np.isfinite(ratio)]
     if finite.size and same < len(ratio):
         low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
-        spread = f"{low:.3g} to {high:.3g} times in nine of ten"
-        told.append(f"B has {middle:.3g} times the {_words(column)} of A in the middle case, {spread}.")
+        low, middle, high = (wording.plain(float(part)) for part in (low, middle, high))
+        spread = f"{low} to {high} times in nine of ten"
+        told.append(f"B has {middle} times the {in_words(pairs.first, column)} of A in the middle case, {spread}.")
+    alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _known(pairs, name)]
+    if alike and same < len(ratio):
+        told.append(f"The same in every case: {wording.sentence_list([in_words(pairs.first, one) for one in alike])}.")
     return told
+
+
+def _known(pairs: Pairs, column: str) -> bool:
+    """Return whether any of the cases has a figure."""
+    return bool(np.isfinite(_values(pairs, column)[0]).any())
+
+
+def _pictures(pairs: Pairs) -> Gallery:
+    """Return the leading figure, the force peaks and the output's error of B over those of A."""
+    study = pairs.first
+    wanted = [_lead(pairs), *(joint.column("force_peak") for joint in study.joints), study.column("error_max")]
+    columns = [column for column in dict.fromkeys(wanted) if column in _columns(pairs) and _known(pairs, column)]
+    return Gallery("One point per case that both have; line: equal in both.", [_cloud(pairs, name) for name in columns])
+
+
+def _cloud(pairs: Pairs, column: str) -> Picture:
+    """Return a figure of B over that of A."""
+    here, there = _values(pairs, column)
+    scale = wording.scale(pairs.first.unit(column), [*here[np.isfinite(here)], *there[np.isfinite(there)]])
+    name = in_words(pairs.first, column)
+
+    def paint(ax: Axes) -> None:
+        comparison.cloud(ax, here, there, None, (f"{name} of A", f"{name} of B"), (scale, scale))
+        middle = float(np.nanmedian(here)) / scale.factor
+        ax.axline((middle, middle), (2.0 * middle, 2.0 * middle), color=GREY, linewidth=1.0, zorder=0)
+
+    return Picture(f"{capital(name)} of B over A", "", f"{name} of B over that of A, {len(here)} cases.", paint)
 
 
 def _figures(pairs: Pairs) -> Table:
@@ -100,10 +137,13 @@ def _figures(pairs: Pairs) -> Table:
     for column in _columns(pairs):
         ratio = _ratio(pairs, column)
         finite = ratio[np.isfinite(ratio)]
-        if finite.size:
-            rows.append((column, *np.quantile(finite, [0.5, 0.05, 0.95]), float(np.mean(ratio != 1.0))))
-    heads = ("figure", "B over A, median", "5 %", "95 %", "share of cases that differ")
-    return Table("compared_figures", "Figures of B over those of A", "", tuple(map(Column, heads)), rows)
+        if finite.size and np.any(ratio != 1.0):
+            share = float(np.mean(ratio != 1.0))
+            differ = Quantity(share, wording.percent(share))
+            rows.append((column, in_words(pairs.first, column), *np.quantile(finite, [0.5, 0.05, 0.95]), differ))
+    heads = ("figure", "B over A, median", "5 %", "95 %", "cases that differ")
+    columns = (Column("column", file_only=True), *map(Column, heads))
+    return Table("compared_figures", "Figures of B over those of A", "", columns, rows)
 
 
 def _cases(pairs: Pairs) -> Table:
@@ -116,7 +156,7 @@ def _cases(pairs: Pairs) -> Table:
     heads = (
         Column("case_id"),
         *axis_columns(study, shown),
-        Column(f"{_words(column)} of A", study.unit(column)),
+        Column(f"{in_words(study, column)} of A", study.unit(column)),
         Column("of B", study.unit(column)),
         Column("B over A"),
     )
@@ -153,10 +193,6 @@ def _lead(pairs: Pairs) -> str:
     """Return the leading figure of the joint that is loaded hardest in A, as far as both have it."""
     column = pairs.first.hardest_joint().column(pairs.first.lead.figure)
     return column if column in pairs.second.cases else _columns(pairs)[0]
-
-
-def _words(column: str) -> str:
-    return column.replace("_", " ")
 
 
 def _values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
