@@ -356,7 +356,16 @@ def test_an_override_replaces_a_value_or_an_axis_or_takes_a_key_away(at):
 
 
 @pytest.mark.parametrize(
-    ("name", "cases"), [("slider_crank", 48), ("frictionless", 3), ("two_joints", 4), ("impact_pair", 8)]
+    ("name", "cases"),
+    [
+        ("slider_crank", 48),
+        ("frictionless", 3),
+        ("two_joints", 4),
+        ("impact_pair", 8),
+        ("worn_slider_crank", 9),
+        ("wear_trends", 48),
+        ("ptfe_bushing", 9),
+    ],
 )
 def test_the_shipped_grids_load(name, cases):
     shipped = load(CONFIGS / f"{name}.yaml")

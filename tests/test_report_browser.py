@@ -13,6 +13,7 @@ import subprocess
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 from report_fake import RPM, Run
 
@@ -302,3 +303,32 @@ def test_page_has_no_serious_barrier(pages, browse):
     assert found["errors"] == []
     assert found["passed"] > 20
     assert found["barriers"] == []
+
+
+CHOSEN = """
+  const worn = all(".worn")[0], choice = worn.querySelector("select");
+  const seen = () => [...worn.querySelectorAll("canvas")].map(canvas => canvas.toDataURL());
+  const said = () => [...worn.querySelectorAll("figcaption span")].map(each => each.textContent);
+  const first = {drawn: seen(), said: said()};
+  choice.selectedIndex = choice.length - 1;
+  choice.dispatchEvent(new Event("change"));
+  return {first, last: {drawn: seen(), said: said()}, cases: choice.length};
+"""
+
+
+def test_the_wear_of_a_case_that_is_chosen_is_drawn(monkeypatch, tmp_path, browse):
+    run, ends = Run(**RUNS["pair"]), {}
+    order = run.summary.sort_values("rod_slider_wear_depth_max", ascending=False)["case_id"].tolist()
+    for place, case_id in ((0, order[0]), (90, order[-1])):
+        depth = np.zeros(360)
+        depth[place] = 1e-9 * (1 + place)
+        ends[case_id] = {"rod_slider": (depth, 0.5 * depth)}
+    monkeypatch.setattr(run, "wear", lambda case_id: ends.get(case_id, ends[order[0]]))
+    found = browse(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8"), CHOSEN)
+    assert found["errors"] == []
+    assert found["cases"] == len(order)
+    assert [text.replace("\u00a0", " ").split(" at ")[0] for text in found["last"]["said"]] == [
+        "deepest 91.0 nm",
+        "deepest 45.5 nm",
+    ]
+    assert not set(found["first"]["drawn"]) & set(found["last"]["drawn"])

@@ -17,7 +17,10 @@ from numpy.typing import ArrayLike
 
 HERE = Path(__file__).parent
 #: Files of the page's one script, in order; those of `vendor` are as their makers published them.
-SCRIPTS = ("vendor/uPlot.iife.min.js", "script/common.js", "script/explorer.js", "script/player.js", "script/start.js")
+SCRIPTS = (
+    "vendor/uPlot.iife.min.js",
+    *(f"script/{name}.js" for name in ("common", "explorer", "player", "worn", "start")),
+)
 STYLES = ("vendor/uPlot.min.css",)
 
 

@@ -129,8 +129,8 @@ def _places(spots: tuple[Spot, ...], axes: Axes) -> str:
 
 
 def capital(name: str) -> str:
-    """Return a name as a title begins with it; 'p99' stays as it is."""
-    return name if name.startswith("p99") else f"{name[0].upper()}{name[1:]}"
+    """Return a name as a title begins with it; symbols, 'p99' and 'pV', stay as they are."""
+    return name if name.startswith(("p99", "pV")) else f"{name[0].upper()}{name[1:]}"
 
 
 def _rounded(attribute: re.Match[str]) -> str:

@@ -48,6 +48,7 @@ class Detail(NamedTuple):
     figures: list[tuple[str, str]]
     pictures: list[Picture]
     moving: "Interactive | None" = None
+    key: str = "motion"  # of what is shown of it, on this page once for each case
 
 
 class Facts(NamedTuple):
@@ -61,7 +62,7 @@ class Facts(NamedTuple):
 class Interactive(NamedTuple):
     """What a script of the page makes of data, and what is said where no script runs."""
 
-    kind: str  # 'explorer' or 'player': the script of that name
+    kind: str  # 'explorer', 'player' or 'worn': the script of that name
     key: str  # of the data
     label: str  # for a reader who cannot see it
     data: dict[str, Any]  # as JSON holds it

@@ -1,4 +1,4 @@
-"""One case, simulated again and drawn: orbit, force, output, drive and contact onsets."""
+"""One case, simulated again and drawn: orbit, force, output, drive, contact onsets and wear."""
 
 import io
 from pathlib import Path
@@ -12,7 +12,7 @@ from ..case import Case
 from ..errors import InputError
 from ..results import Trajectory
 from ..store import StoredRun, durable
-from . import motion, page
+from . import motion, page, worn
 from .picture import STYLE, Picture
 from .study import Study, prepare, resolved
 
@@ -51,7 +51,12 @@ def drawn(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
     path = result.channels
     if len(path.get("t", ())) < 2:
         return []
-    return motion.pictures(study, case_id, path) + motion.onsets(study, case_id, pd.DataFrame(result.events), path)
+    seen = motion.pictures(study, case_id, path) + motion.onsets(study, case_id, pd.DataFrame(result.events), path)
+    for joint in study.joints:
+        if joint.name in result.wear:
+            worn_of = worn.pictures(study, joint, case_id, result.wear[joint.name])
+            seen += [each._replace(title=each.title + study.where(joint, ", joint {}")) for each in worn_of]
+    return seen
 
 
 def _title(study: Study, case_id: str) -> str:

@@ -1,15 +1,14 @@
-"""The drawings of one motion: orbit, force, histories, wear and contact onsets."""
+"""The drawings of one motion: orbit, force, histories and contact onsets."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
-from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ... import wording
-from .style import BLUE, GREY, INK, PALE, RED, colour_bar, over_crank, plain_axes, stems
+from .style import BLUE, GREY, INK, RED, colour_bar, over_crank, plain_axes, stems
 
 DEEPEST = 0.4  # of the clearance, as deep as the deepest penetration is drawn where a gap is unrolled
 
@@ -147,41 +146,6 @@ def phase(ax: Axes, place: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, 
     ax.plot(x / x_scale.factor, v / v_scale.factor, color=BLUE, linewidth=0.8, rasterized=len(x) > 5000)
     ax.set(xlabel=f"{x_words[1]} [{x_scale.unit}]", ylabel=f"{v_words[1]} [{v_scale.unit}]")
     plain_axes(ax)
-
-
-def wear(ax: PolarAxes, bearing: np.ndarray, journal: np.ndarray) -> None:
-    """Draw the wear depths (m, one per angular bin of each body's own frame) on polar axes."""
-    scale = wording.scale("m", [*bearing, *journal])
-    for depth, name, colour, dash in ((bearing, "bearing", BLUE, "-"), (journal, "journal", RED, "--")):
-        middle = (np.arange(len(depth)) + 0.5) * 2.0 * np.pi / len(depth)
-        ax.plot(
-            np.append(middle, middle[0]),
-            np.append(depth, depth[0]) / scale.factor,
-            color=colour,
-            linewidth=1.2,
-            linestyle=dash,
-            label=name,
-        )
-    ax.set_rlabel_position(22.5)
-    ax.set_xticks(np.radians(np.arange(0, 360, 45)))
-    ax.yaxis.set_major_locator(MaxNLocator(4))
-    ax.set_ylim(0.0, None)
-    ax.tick_params(axis="y", labelsize=7)
-    ax.grid(color=PALE, linewidth=0.5)
-    ax.legend(loc="upper left", bbox_to_anchor=(0.92, 1.12), frameon=False, title=f"depth [{scale.unit}]")
-
-
-def wear_map(ax: Axes, depth: np.ndarray, length: float) -> None:
-    """Draw wear depths (bins, length bins) m round a body and along it, unrolled; length : m, of the body."""
-    scale, along = wording.scale("m", depth.ravel()), wording.scale("m", length)
-    edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / along.factor
-    angles, largest = np.linspace(0.0, 360.0, depth.shape[0] + 1), max(depth.max(initial=0.0), np.finfo(float).tiny)
-    mesh = ax.pcolormesh(
-        angles, edges, depth.T / scale.factor, cmap="viridis", vmin=0.0, vmax=largest / scale.factor, rasterized=True
-    )
-    ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{along.unit}]")
-    ax.xaxis.set_major_locator(MultipleLocator(90))
-    colour_bar(ax, mesh, f"depth [{scale.unit}]")
 
 
 def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:

@@ -24,6 +24,7 @@ from . import (
     sought,
     summary,
     tradeoffs,
+    trends,
     verdict,
     wear,
 )
@@ -41,6 +42,7 @@ SECTIONS: tuple[Callable[[Study], list[Section]], ...] = (  # in the order of th
     motion_type.sections,
     films.sections,
     wear.sections,
+    trends.sections,
     drivers.sections,
     maps.sections,
     tradeoffs.sections,

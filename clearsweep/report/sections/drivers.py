@@ -5,7 +5,7 @@ import numpy as np
 from ... import wording
 from ..draw import comparison
 from ..draw.comparison import Curve
-from ..draw.style import JOINT_COLOURS, RED
+from ..draw.style import BLUE, JOINT_COLOURS, RED
 from ..main_effects import MainEffect, main_effects
 from ..picture import Picture, capital
 from ..section import Gallery, Section, filled
@@ -73,6 +73,12 @@ def _curves(study: Study, joint: Joint, place: int, figure: tuple[str, str], *, 
     return [Curve(name, colour, band, effect) for effect in main_effects(study, column)]
 
 
+def line(study: Study, effect: MainEffect, name: str) -> Picture:
+    """Return the picture of a figure over one axis."""
+    curve = Curve("", BLUE, True, effect)
+    return _over(study, [curve], (name, name), _range(_edges(curve)))
+
+
 def _edges(curve: Curve) -> list[np.ndarray]:
     return [curve.effect.low, curve.effect.high] if curve.band else [curve.effect.medians]
 
@@ -84,11 +90,16 @@ def _range(edges: list[np.ndarray]) -> tuple[float, float]:
 
 
 def _picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
-    effect, joint = curves[0].effect, study.joints[0]
-    unit, axis = study.unit(effect.column), effect.axis
-    what = study.lead.short if effect.column == joint.column(study.lead.figure) else "p99 / ideal"
+    joint = study.joints[0]
+    what = study.lead.short if curves[0].effect.column == joint.column(study.lead.figure) else "p99 / ideal"
     what += study.where(joint, ", joint {}")
-    medians = ""
+    return _over(study, curves, (name, what), limits)
+
+
+def _over(study: Study, curves: list[Curve], names: tuple[str, str], limits: tuple[float, float]) -> Picture:
+    """Return the picture of curves over one axis; `names` : of all of them, and of the first."""
+    (name, what), effect = names, curves[0].effect
+    unit, axis, medians = study.unit(effect.column), effect.axis, ""
     if len(axis.values) <= NOTED:
         steps = zip(axis.values, effect.medians, strict=True)
         medians = "; ".join(f"{axis.text(value)}: {wording.text(median, unit)}" for value, median in steps)

@@ -9,7 +9,7 @@ from ... import simulation, validity, wording
 from ..case_table import AT_ONCE, axis_columns
 from ..main_effects import MainEffect, main_effects
 from ..section import Points, Section, filled
-from ..study import RATIO, Joint, Study, grouped
+from ..study import PER_HOURS, RATIO, Joint, Study, grouped
 from ..table import Column, Table
 
 
@@ -131,9 +131,10 @@ def _wear(study: Study) -> list[str]:
         if joint.wears and study.has(column):
             worst = study.cases[column].idxmax()
             at = f" at {study.setting(worst)}" if study.swept() else ""
+            hours = study.text(worst, joint.column(PER_HOURS))
             points.append(
-                f"Deepest wear in joint {joint.title}: {study.text(worst, column)} in the window, growing by "
-                f"{study.text(worst, joint.column('wear_rate_max'))}{at}."
+                f"Deepest wear in joint {joint.title}: {study.text(worst, column)} in the window, at that rate {hours} "
+                f"in 1000 h{at}."
             )
     return points
 

@@ -16,7 +16,7 @@ from ..main_effects import main_effects
 from ..picture import Picture, Spot, capital
 from ..section import Gallery, Section, filled
 from ..study import CALLED, P99, RATIO, Axis, Joint, Study, cells, largest, median, over_other_axes, smallest
-from .drivers import ideal_varies
+from .drivers import ideal_varies, line
 
 SPOTS = 150  # cells of a map that say what they hold, at most: larger maps are pixels
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
@@ -26,7 +26,6 @@ FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
     ("film_thickness_min", "least film"),
     ("film_loss", "loss in the film"),
-    ("wear_depth_max", "wear depth"),
     ("restitution", "measured restitution"),
 )
 
@@ -97,6 +96,20 @@ def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
     if study.typical or column.endswith(NO_WORSE):
         return median
     return smallest if column.endswith(LESS_IS_WORSE) else largest
+
+
+def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
+    """Return a figure of a joint over the two axes that move it most, or the only one; [] where it does not vary."""
+    column, name = joint.column(figure), name + study.where(joint, ", joint {}")
+    varies = study.has(column) and study.cases[column].nunique() > 1
+    effects = main_effects(study, column) if varies else []
+    if len(effects) > 1:
+        pair = _in_order(study, (effects[0].axis, effects[1].axis))
+        table = _table(study, column, pair)
+        return [
+            _picture(study, Map(joint, column, name, pair, table), (float(np.nanmin(table)), float(np.nanmax(table))))
+        ]
+    return [line(study, effect, name) for effect in effects]
 
 
 def _in_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:

@@ -1,29 +1,31 @@
 """Wear: where each joint wears, and how much in every finished case."""
 
-from functools import partial
-
-import numpy as np
-
 from ... import simulation, wording
-from ...layout import JointLayout
+from .. import worn
 from ..case_table import case_table
-from ..draw import motion
 from ..picture import Picture
-from ..section import Block, Gallery, Section, Sentences, filled
+from ..section import Block, Detail, Gallery, Note, Section, Sentences, filled
 from ..shown import shown
-from ..study import Joint, Study, joint_of, resolved
+from ..study import PER_HOURS, PER_STROKES, Joint, Study
 from ..table import Table
+from . import maps
 
 NOTE = (
-    "Polar depth on each body, angles counter-clockwise from that body's own x axis, which points along a crank or rod."
+    "Depth round each body in its own frame: angles count counter-clockwise from its x axis, which points along a "
+    "crank or rod. Bearing and journal of a case have one scale; dotted: the mean depth; dot: the deepest place."
 )
+MAPS_NOTE = "Over the two swept values that move each most; of the cases of a cell the worst."
+GLANCE = (  # of one case
+    (PER_HOURS, "per 1000 h"),
+    (PER_STROKES, "per 10⁶ strokes"),
+    ("wear_depth_max", "in the window"),
+    ("pressure_mean", "pressure mean"),
+    ("pressure_peak", "peak"),
+    ("pv_peak", "pV peak"),
+)
+MAPPED = ((PER_HOURS, "wear depth per 1000 h"), ("pressure_peak", "pressure peak"), ("pv_peak", "pV peak"))
 
-IN_SPACE = " Maps are unrolled: angle across, along the body's own axis z upwards from its middle."
-
-
-def joint_layout(study: Study, joint: Joint) -> JointLayout:
-    """Return what decides what is stored about a joint."""
-    return next(each for each in study.run.layout.joints if each.name == joint.name)
+IN_SPACE = " Of joints in space maps are unrolled: angle across, along the body's own axis z upwards from its middle."
 
 
 def sections(study: Study) -> list[Section]:
@@ -33,15 +35,19 @@ def sections(study: Study) -> list[Section]:
     blocks: list[Block] = []
     for joint in study.joints:
         if joint.wears:
-            note = NOTE + IN_SPACE if joint_layout(study, joint).telling else NOTE
-            blocks += [Gallery(note, _pictures(study, joint)), Sentences(_coarse(study, joint)), _table(study, joint)]
-    return [Section("wear", "Wear", filled(blocks))]
+            blocks += _deepest(study, joint)
+            blocks += [Gallery(MAPS_NOTE, _maps(study, joint)), Sentences(_coarse(study, joint)), _table(study, joint)]
+    return [Section("wear", "Wear", filled([Note(_note(study)), *blocks] if blocks else []))]
+
+
+def _note(study: Study) -> str:
+    return NOTE + IN_SPACE if any(joint.telling for joint in study.run.layout.joints) else NOTE
 
 
 def _coarse(study: Study, joint: Joint) -> list[str]:
     """Return in how many cases the bins are too coarse, and how many would do; [] where they are in none."""
     column = joint.column("wear_bins_enough")
-    bins = joint_layout(study, joint).wear_bins
+    bins = next(each.wear_bins for each in study.run.layout.joints if each.name == joint.name)
     if not study.has(column) or study.cases[column].max() <= bins:
         return []
     coarse = study.cases[column][study.cases[column] > bins]
@@ -69,45 +75,25 @@ def _table(study: Study, joint: Joint) -> Table:
     )
 
 
-def _pictures(study: Study, joint: Joint) -> list[Picture]:
-    """Return the polar wear depth of the deepest worn case, and of the median one where there is one."""
+def _deepest(study: Study, joint: Joint) -> list[Block]:
+    """Return the deepest worn case, and what lets a reader choose another."""
     column = joint.column("wear_depth_max")
     if not study.has(column):
         return []
-    ids = study.cases.ranked(column)
-    drawn = _maps if joint_layout(study, joint).telling else _picture
-    pictures = drawn(study, joint, "Deepest", ids[0])
-    return pictures + (drawn(study, joint, "Median", ids[1]) if len(ids) > 2 else [])
+    case_id = study.cases[column].idxmax()
+    figures = [(name, joint.column(figure)) for figure, name in GLANCE if study.has(joint.column(figure))]
+    deepest = Detail(
+        f"Deepest wear, joint {joint.title}",
+        case_id,
+        study.setting(case_id),
+        [(name, study.text(case_id, figure)) for name, figure in figures],
+        worn.pictures(study, joint, case_id, study.run.wear(case_id)[joint.name]),
+        key=f"wear-{joint.name}",
+    )
+    choice = worn.chosen(study, joint)
+    return [deepest, choice] if choice else [deepest]
 
 
-def _maps(study: Study, joint: Joint, word: str, case_id: str) -> list[Picture]:
-    """Return the wear depth over angle and length of both bodies of a joint in space."""
-    (case,) = resolved(study, [case_id])
-    held, depths = joint_of(case, joint), study.run.wear(case_id)[joint.name]
-    bodies = (("bearing", held.length), ("journal", held.journal_length))
-    return [
-        Picture(
-            f"{word} wear of the {body}, joint {joint.title}",
-            "; ".join(filter(None, (study.setting(case_id), f"case {case_id}"))),
-            f"Wear depth over angle and length: at most {wording.text(float(depth.max(initial=0.0)), 'm')}.",
-            partial(motion.wear_map, depth=np.asarray(depth, float), length=float(length or 0.0)),
-            size=(4.2, 2.9),
-        )
-        for depth, (body, length) in zip(depths, bodies, strict=True)
-    ]
-
-
-def _picture(study: Study, joint: Joint, word: str, case_id: str) -> list[Picture]:
-    """Return the polar wear depth of both bodies of a joint."""
-    bearing, journal = (np.asarray(depth, float) for depth in study.run.wear(case_id)[joint.name])
-    deepest = [wording.text(float(depth.max(initial=0.0)), "m") for depth in (bearing, journal)]
-    return [
-        Picture(
-            f"{word} wear, joint {joint.title}",
-            "; ".join(filter(None, (study.setting(case_id), f"case {case_id}"))),
-            f"Polar wear depth: at most {deepest[0]} on the bearing, {deepest[1]} on the journal.",
-            lambda ax: motion.wear(ax, bearing, journal),
-            size=(4.2, 3.4),
-            projection="polar",
-        )
-    ]
+def _maps(study: Study, joint: Joint) -> list[Picture]:
+    """Return what wears, and how fast, over the axes that move it most."""
+    return [picture for figure, name in MAPPED for picture in maps.over_axes(study, joint, figure, name)]

@@ -1,0 +1,58 @@
+"""How a figure goes with one swept value where all else is equal: pairs of cases, and no distribution assumed."""
+
+import itertools
+import math
+
+import numpy as np
+
+from .sensitivity import LEVEL, Estimate
+
+EXACT = 3000  # comparisons up to which the chance of orders is counted; of more it is taken as normal
+
+
+def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
+    """Return the power of `x` with which a figure goes, its interval, and how many pairs of cases were compared.
+
+    The power is the median slope of log figure over log x of all pairs of a row; the interval holds what the orders
+    within the rows do not contradict (Sen 1968, J. Am. Stat. Assoc. 63:1379; several rows as blocks: Hirsch, Slack &
+    Smith 1982, Water Resour. Res. 18:107).  It needs that without a trend every order of a row is as likely, and that
+    rows do not depend on each other.
+
+    Parameters
+    ----------
+    x : (values,) above 0, each another
+    table : (rows, values) the figure above 0 where all but x is equal in a row, NaN where it is not known
+
+    Returns
+    -------
+    power : Estimate, NaN without a pair; its ends NaN where there are too few pairs for an interval
+    """
+    logs, at = np.log(table), np.log(np.asarray(x, float))
+    found = [(logs[:, k] - logs[:, j]) / (at[k] - at[j]) for j, k in itertools.combinations(range(len(at)), 2)]
+    slopes = np.sort(np.concatenate(found)) if found else np.empty(0)
+    slopes = slopes[np.isfinite(slopes)]
+    if not len(slopes):
+        return Estimate(math.nan, math.nan, math.nan), 0
+    sizes = np.isfinite(logs).sum(axis=1)
+    left = _left_out(sizes[sizes > 1])
+    ends = (float(slopes[left]), float(slopes[-1 - left])) if left >= 0 else (math.nan, math.nan)
+    return Estimate(float(np.median(slopes)), *ends), len(slopes)
+
+
+def _left_out(sizes: np.ndarray) -> int:
+    """Return how many of the ordered slopes lie beyond each end of the interval, -1 where it has no ends.
+
+    Of n values without a trend, the pairs in falling order are as many as the inversions of a permutation.
+    """
+    tail = 0.5 * (1.0 - LEVEL)
+    if (sizes * (sizes - 1) // 2).sum() > EXACT:
+        from scipy.stats import norm
+
+        pairs = 0.5 * (sizes * (sizes - 1.0)).sum()
+        spread = math.sqrt((sizes * (sizes - 1.0) * (2.0 * sizes + 5.0)).sum() / 72.0)
+        return int(0.5 * pairs + norm.ppf(tail) * spread - 0.5)
+    chances = np.ones(1)
+    for size in sizes:
+        for joined in range(2, size + 1):  # the last of `joined` values stands at any place as likely
+            chances = np.convolve(chances, np.full(joined, 1.0 / joined))
+    return int(np.searchsorted(np.cumsum(chances), tail, side="right")) - 1

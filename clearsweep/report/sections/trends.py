@@ -1,0 +1,126 @@
+"""Which trends of wear that the literature names this run shows: pairs of cases that differ in one value alone."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import wording
+from .. import worn
+from ..matching import matched
+from ..paired import power
+from ..picture import capital
+from ..section import Points, Section
+from ..sensitivity import Estimate, quantile
+from ..study import PER_STROKES, Axis, Joint, Study
+from ..table import Column, Table, counted
+
+UNEVEN = 1.5  # deepest over mean depth round a body from which on its wear is called uneven
+LOOKED_AT = 200  # cases whose depths round the circle are read; ids are hashes, so that the first of them are a lot
+SHOWN, CONTRADICTED, OPEN = "shown", "contradicted", "not decided"
+NOTE = (
+    "The literature has wear deeper with larger clearance, higher crank speed and lower stiffness, and uneven round "
+    "the circle. Depths per turn of the crank are compared, of cases that differ in one value alone: shown or "
+    "contradicted is what the 95 % interval of the median change says, whatever the distribution of depths; where it "
+    "leaves both open, or has no ends for lack of cases, nothing is decided. Uneven: the deepest place is at least "
+    f"{UNEVEN} times as deep as the mean round the body."
+)
+
+
+class Claim(NamedTuple):
+    """A trend of wear depth with a swept value that the literature names."""
+
+    title: str
+    ends: tuple[str, ...]  # of the paths it is about
+    sign: float  # 1: deeper with a larger value, -1: with a smaller one
+
+
+CLAIMS = (
+    Claim("deeper with larger clearance", ("clearance",), 1.0),
+    Claim("deeper with higher crank speed", ("drive.speed",), 1.0),
+    Claim("deeper with lower stiffness", ("contact.stiffness", "young"), -1.0),
+)
+
+
+class Answer(NamedTuple):
+    """What a run says to one claim about one joint."""
+
+    title: str
+    joint: Joint
+    measure: str  # what is estimated, in words
+    estimate: Estimate
+    number: int  # of what it is estimated from
+    counted: str
+    answer: str
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where nothing wears, nothing turns or no case finished."""
+    if study.cases.empty or not study.driven:
+        return []
+    answers = [answer for joint in study.joints if joint.wears for answer in _answers(study, joint)]
+    if not answers:
+        return []
+    return [Section("wear-trends", "Trends of wear", [Points(_points(study, answers)), _table(study, answers)])]
+
+
+def _answers(study: Study, joint: Joint) -> list[Answer]:
+    if not study.has(joint.column(PER_STROKES)):
+        return []
+    pairs = [(claim, axis) for claim in CLAIMS for axis in study.levels() if _about(claim, axis, joint)]
+    return [_with_value(study, joint, *pair) for pair in pairs] + _round_the_circle(study, joint)
+
+
+def _about(claim: Claim, axis: Axis, joint: Joint) -> bool:
+    """Return whether an axis holds the value that a claim speaks of, in this joint or of the drive."""
+    own = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
+    numbers = axis.numeric and min(axis.values) > 0.0
+    return own and numbers and axis.path.endswith(claim.ends)
+
+
+def _with_value(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
+    """Return what pairs of cases that differ in the value of an axis alone say to a claim."""
+    table = matched(study, axis).table(study, joint.column(PER_STROKES))
+    estimate, pairs = power(table.columns.to_numpy(float), table.to_numpy(float))
+    ends = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
+    factor = Estimate(*(2.0**value for value in estimate))
+    measure = f"factor of the depth for twice the {axis.name}"
+    return Answer(claim.title, joint, measure, factor, pairs, "pairs", _verdict(*ends, border=0.0))
+
+
+def _round_the_circle(study: Study, joint: Joint) -> list[Answer]:
+    """Return how uneven each body that wears is worn."""
+    some = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:LOOKED_AT]
+    depths = [[worn.round_it(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in some]
+    answers = []
+    for place, body in enumerate(("bearing", "journal")):
+        found = np.sort([depth[place].max() / depth[place].mean() for depth in depths if depth[place].max() > 0.0])
+        if len(found):
+            middle = quantile(found, 0.5) if len(found) > 1 else Estimate(found[0], math.nan, math.nan)
+            answer = _verdict(middle.low, middle.high, border=UNEVEN)
+            title = f"uneven round the {body}"
+            answers.append(Answer(title, joint, "deepest over mean depth", middle, len(found), "cases", answer))
+    return answers
+
+
+def _verdict(low: float, high: float, *, border: float) -> str:
+    """Return the answer of an interval: all of it above a border, below it, or neither."""
+    return SHOWN if low > border else CONTRADICTED if high < border else OPEN
+
+
+def _points(study: Study, answers: list[Answer]) -> list[str]:
+    """Return one sentence for each answer that there is."""
+    said = []
+    for word in (SHOWN, CONTRADICTED, OPEN):
+        titles = [each.title + study.where(each.joint, " ({})") for each in answers if each.answer == word]
+        said += [f"{capital(word)}: {wording.sentence_list(titles)}."] if titles else []
+    return said
+
+
+def _table(study: Study, answers: list[Answer]) -> Table:
+    columns = ("wear is", "joint", "answer", "measured", "median", "95 % from", "to", "number", "of")
+    rows = [
+        (each.title, each.joint.title, each.answer, each.measure, *each.estimate, counted(each.number), each.counted)
+        for each in answers
+    ]
+    return Table("wear_trends", "What the cases say", NOTE, tuple(map(Column, columns)), rows)

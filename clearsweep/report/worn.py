@@ -1,0 +1,111 @@
+"""The wear of one case: how deep round each body, in pictures."""
+
+import base64
+from functools import partial
+
+import numpy as np
+
+from .. import simulation, wording
+from .draw import wear
+from .picture import Picture
+from .section import Interactive
+from .study import Joint, Study, joint_of, resolved
+
+POLAR, FLAT, UNROLLED = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
+MOST, SECTORS = 30, 120  # cases to choose from in all joints, and parts of the circle in which the page has them
+Depths = tuple[np.ndarray, np.ndarray]
+
+
+def bodies(study: Study, joint: Joint) -> tuple[str, str]:
+    """Return what carries the bearing and what the journal, such as 'Bearing in the slider', 'Journal on the rod'."""
+    mechanism = simulation.catalogue().mechanism(study.mechanism)
+    sites = {site.name: site for site in mechanism.joints} if mechanism else {}
+    site, journal = sites.get(joint.title), study.base["joints"].get(joint.title, {}).get("journal")
+    if site is None or journal not in site.journals:
+        return "Bearing", "Journal"
+    bearing = next(body for body in site.journals if body != journal)
+    return f"Bearing in the {bearing}", f"Journal on the {journal}"
+
+
+def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
+    """Return the depths (m) round the bearing and the journal on one scale, and both along their surfaces.
+
+    A body that does not wear has no picture of its own.  Of a joint in space there is a map of each body.
+    """
+    named = bodies(study, joint)
+    if depths[0].ndim > 1:
+        return _maps(study, joint, case_id, depths)
+    depths = (np.asarray(depths[0], float), np.asarray(depths[1], float))
+    scale, most = wording.scale("m", [*depths[0], *depths[1]]), float(max(map(np.max, depths)))
+    found = [
+        Picture(
+            name,
+            told(depth),
+            f"{name}: wear depth round it. {told(depth)}",
+            partial(wear.around, depth=depth, place=place, scale=scale, most=most),
+            POLAR,
+            "polar",
+        )
+        for place, (name, depth) in enumerate(zip(named, depths, strict=True))
+        if depth.any()
+    ]
+    if found:
+        text = "Wear depth over the angle on the body, of bearing and journal."
+        painted = partial(wear.along, depths=depths, scale=scale)
+        found.append(Picture("Depth along the surface", "", text, painted, FLAT))
+    return found
+
+
+def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
+    """Return the wear depths (m) over angle and length of both bodies of a joint in space."""
+    (case,) = resolved(study, [case_id])
+    held = joint_of(case, joint)
+    return [
+        Picture(
+            name,
+            told(round_it(depth)),
+            f"{name}: wear depth over angle and length. {told(round_it(depth))}",
+            partial(wear.unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
+            UNROLLED,
+        )
+        for name, depth, length in zip(bodies(study, joint), depths, (held.length, held.journal_length), strict=True)
+    ]
+
+
+def round_it(depth: np.ndarray) -> np.ndarray:
+    """Return the depths (m) of a body by angular bin, of a joint in space the deepest along its axis."""
+    return np.asarray(depth, float) if depth.ndim == 1 else np.asarray(depth.max(axis=1), float)
+
+
+def chosen(study: Study, joint: Joint) -> Interactive | None:
+    """Return the wear of the joint's deepest worn cases, to choose from; None where there are no two."""
+    column = joint.column("wear_depth_max")
+    places = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MOST // len(study.joints))]
+    if len(places) < 2:
+        return None
+    label = f"Wear depth round the bodies of joint {joint.title}, of a case to choose"
+    cases = [_drawn(study, joint, case_id) for case_id in study.cases.index[places]]
+    data = {"title": f"Joint {joint.title}, of any case: ", "bodies": bodies(study, joint), "cases": cases}
+    return Interactive("worn", f"worn-{joint.name}", label, data, "")
+
+
+def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
+    """Return the depths round the bodies of a joint as the page's script draws them: bytes, of the deepest."""
+    depths = [round_it(depth) for depth in study.run.wear(case_id)[joint.name]]
+    most = max(depth.max() for depth in depths)
+    shares = [wear.joined(depth, SECTORS) / most for depth in depths]
+    text = wording.text(float(most), "m")
+    return {
+        "name": f"{study.setting(case_id)}: {text}",
+        "most": text,
+        "said": [told(depth) for depth in depths],
+        "mean": [float(depth.mean() / most) for depth in depths],
+        "depths": [base64.b64encode(np.rint(255.0 * share).astype(np.uint8)).decode() for share in shares],
+    }
+
+
+def told(depth: np.ndarray) -> str:
+    """Return where a body is worn deepest, and its mean depth, in words."""
+    angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
+    deepest, mean = (wording.text(float(value), "m") for value in (depth.max(), depth.mean()))
+    return f"deepest {deepest} at {angle:.0f}°, mean {mean}"
