@@ -29,6 +29,7 @@ def axis(ax: Any, ends: np.ndarray, half: tuple[float, float], clearance: float)
         x, y, z = ends[:, k].T
         ax.plot(x / across.factor, y / across.factor, z / along.factor, color=PALE, linewidth=0.6, zorder=0)
     ax.set(xlabel=f"x [{across.unit}]", ylabel=f"y [{across.unit}]", zlabel=f"along the bearing [{along.unit}]")
+    ax.set_box_aspect(None, zoom=0.8)  # so that no label is cut
     ax.tick_params(labelsize=7)
     for each in (ax.xaxis, ax.yaxis, ax.zaxis):
         each.set_major_locator(MaxNLocator(4))
@@ -42,7 +43,7 @@ def face(ax: Axes, ends: np.ndarray, clearance: float) -> None:
     for end, colour, name in zip(ends, COLOURS, ("end +z", "end -z"), strict=True):
         ax.plot(*(end[:, :2].T / scale.factor), color=colour, linewidth=0.5, alpha=0.6, label=name)
     ax.set(aspect="equal", xlabel=f"x [{scale.unit}]", ylabel=f"y [{scale.unit}]")
-    ax.legend(frameon=False, loc="upper right", fontsize=7)
+    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
 
 
 def tilt(ax: Axes, angle: np.ndarray, tilted: np.ndarray, limit: float | None) -> None:
