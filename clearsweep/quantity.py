@@ -148,8 +148,12 @@ def exponent_of(unit: str, exponent: float) -> str:
 
 
 def dimension_of(unit: str) -> tuple[tuple[str, Fraction], ...]:
-    """Return the dimension of an SI unit, as pairs of a base quantity and its power, in order."""
-    return _unit(unit, unit)[1] if unit else ()
+    """Return the dimension of an SI unit, as pairs of a base quantity and its power, in order.
+
+    A column in another unit, such as hours, holds bare numbers of them: it has none.
+    """
+    size, dimension = _unit(unit, unit) if unit else (Fraction(1), ())
+    return dimension if size == 1 else ()
 
 
 def unit_of(dimension: tuple[tuple[str, Fraction], ...]) -> str:
@@ -196,7 +200,9 @@ def _from_text(text: str, unit: str) -> Fraction:
         scale, _ = _unit("rpm", text)
     else:
         scale, dimension = _unit(written, text)
-        if dimension != _unit(unit, unit)[1]:
+        size, wanted = _unit(unit, unit)
+        scale /= size  # 1, but of a column that is in hours
+        if dimension != wanted:
             raise InputError(f"found {shown(text)}, whose unit {written} has another dimension; {expected(unit)}")
     rough = float(digits)  # tells 0 and infinity, whose exact digits (1e-999999999) could fill the memory
     if rough - rough != 0.0:

@@ -176,7 +176,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     if mechanism.spatial:
         start = word_key(tree, "simulate.start")
         tree["simulate.start"] = start._replace(options=("centred",), text="the journals are in the middle at t = 0")
-    if not mechanism.spatial:
+    else:
         life_keys.enter(tree)
     if mechanism.free:
         enter_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)

@@ -38,6 +38,7 @@ class Ageing:
         self.told = read(log.read() if log else None, self.size)
         self.recalled = 0  # of them that were asked for in this process
         self.spent = float(self.told[-1].seconds[1]) if self.told else 0.0  # s, process time before this process
+        self.start = np.zeros(self.size)
         self.judged = next(part for part in self.parts if part.name == self.life.joint)
 
     @property

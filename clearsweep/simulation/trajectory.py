@@ -182,10 +182,12 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], ag
             ageing.keep(told, state)
         return told
 
-    life = lived(measure, ageing, ageing.plan(), np.zeros(ageing.size))
-    if life and not (last and ageing.constant):
+    life = lived(measure, ageing, ageing.plan(), ageing.start)
+    if life and not ageing.constant:
         ended = run_with(life.nodes[-1].state)
         life = ageing.ended(life, ended) if ended else None
+    elif life and not last and not run_with(ageing.start):  # its one block was run before a kill
+        life = None
     aged, run, watch = last[0]
     if life is None:
         whole = _changed(aged, revolutions=longest_block(scene.case))
