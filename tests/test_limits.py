@@ -140,6 +140,16 @@ def test_a_mistake_is_told_with_its_place(line, message, tmp_path, monkeypatch):
     assert any(problem.startswith(f"grid.yaml:{message}") for problem in caught.value.problems), caught.value.problems
 
 
+def test_a_name_that_is_nearly_right_is_told_in_a_line():
+    for limit in ({"rod_slider_force_peek": 1.0}, {PEAK: {"at_mots": 1.0}}):
+        with pytest.raises(InputError) as caught:
+            grid.load(fake_physics.grid(limits=limit), fake_physics.CATALOGUE)
+        (problem,) = caught.value.problems
+        assert len(problem) < 130
+    with pytest.raises(InputError, match=r"is no figure of this grid .known: rod_slider_force_peak, "):
+        grid.load(fake_physics.grid(limits={"zzz": 1.0}), fake_physics.CATALOGUE)
+
+
 def test_they_are_no_part_of_a_case_and_of_what_a_directory_holds_fixed(tmp_path):
     plain = grid.load(fake_physics.grid(), fake_physics.CATALOGUE)
     more = {"figures": HEADROOM, "limits": {PEAK: {"at_most": 2, "times": IDEAL}, "headroom": {"at_least": "10 %"}}}

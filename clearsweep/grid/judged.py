@@ -51,7 +51,8 @@ def _entries(draft: Draft, root: WrittenValue, name: str, example: str) -> dict[
 
 
 def _unknown(name: str, units: dict[str, str]) -> str:
-    return f"is no figure of this grid{nearest(name, units)} (known: {', '.join(units)})"
+    known = f" (known: {', '.join(units)})"  # a long list, of use where nothing is near
+    return f"is no figure of this grid{nearest(name, units) or known}"
 
 
 def _taken(draft: Draft, name: str) -> str:
@@ -82,7 +83,7 @@ def _bounds(draft: Draft, column: str, written: WrittenValue, units: dict[str, s
         if key not in known:
             sentence = f"unknown key{nearest(key, known)} (known: {', '.join(known)})"
             draft.problems.add(written.key_place(key), f"{path}.{key}", sentence)
-    if not any(kind in entries for kind in KINDS):
+    if not any(kind in entries for kind in KINDS) and all(key in known for key in entries):
         draft.problems.add(written, path, f"holds no limit; write {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
         return
     unit, bounds = units[column], dict[str, Any]()

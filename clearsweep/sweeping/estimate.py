@@ -143,8 +143,8 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[
                 spent: tuple[float, int] = workers.submit(time_case, simulator, case).result(timeout=PILOT_PATIENCE)
                 return spent
 
-            begin = time.monotonic()
             timed(cases[0])  # the first motion of all may compile what its first moment did not need
+            begin = time.monotonic()
             for case in cases:
                 if times and time.monotonic() - begin > PILOT_TIME:
                     break
