@@ -132,6 +132,7 @@ def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
     ]
     (bare,) = motion_type.sections(study.prepare(Run(sweep=PAIR, histories=False)))
     assert len(bare.pictures) == 4
+    assert [column.name for column in bare.tables[0].columns[3:5]] == ["free flight", "contact"]
     pair = Run(sweep={}, joints=("pair",), mechanism="impact-pair", wear=False)
     assert motion_type.sections(study.prepare(pair)) == []
 

@@ -9,7 +9,6 @@ from .study import Axis, Joint, Study, grouped, window
 SHORT = 10.0  # degrees of the crank: a contact that is over sooner is an impact
 CONTACTS = ("continuous contact", "contact and flight", "impacts", "free flight")
 PERIODS = ("1", "2", "n", "irregular")
-SHARES = ("free flight", "impacts", "lasting contact")
 
 
 class Kinds(NamedTuple):
@@ -21,11 +20,13 @@ class Kinds(NamedTuple):
     impact: np.ndarray  # the same of contacts shorter than SHORT; NaN where no events were kept
     lasting: np.ndarray  # of other contacts
 
-    def shares(self) -> np.ndarray:
-        """Return the shares of time, (3, n), in the order of SHARES; of contacts all, where events were not kept."""
+    def shares(self) -> dict[str, np.ndarray]:
+        """Return name -> share of the window's time, (n,) each; contacts are one share where no events were kept."""
         known = np.isfinite(self.impact)
+        if not known.any():
+            return {"free flight": self.flight, "contact": 1.0 - self.flight}
         lasting = np.where(known, self.lasting, 1.0 - self.flight)
-        return np.stack([self.flight, np.where(known, self.impact, 0.0), lasting])
+        return {"free flight": self.flight, "impacts": np.where(known, self.impact, 0.0), "lasting contact": lasting}
 
 
 def of_joint(study: Study, joint: Joint) -> Kinds:
@@ -79,12 +80,16 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
     return found / (turn * turns) if first else np.full(count, np.nan)
 
 
-def by_value(study: Study, joint: Joint, axis: Axis) -> list[tuple]:
-    """Return a row for each value of an axis: the value, its cases, their mean SHARES of time, shares of PERIODS."""
+def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tuple]]:
+    """Return the names of shares of time, and a row for each value of an axis.
+
+    A row has the value, its cases, the means of their shares of time, the shares of PERIODS.
+    """
     kinds, rows = of_joint(study, joint), []
     times = kinds.shares()
     for value, cases in zip(axis.values, grouped(study.places(axis), len(axis.values)), strict=True):
         if len(cases):
+            means = [float(share[cases].mean()) for share in times.values()]
             periods = [float(np.mean(kinds.period[cases] == place)) for place in range(len(PERIODS))]
-            rows.append((value, len(cases), *(float(share) for share in times[:, cases].mean(axis=1)), *periods))
-    return rows
+            rows.append((value, len(cases), *means, *periods))
+    return list(times), rows

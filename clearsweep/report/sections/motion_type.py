@@ -1,11 +1,13 @@
 """How motions are of their kind: bearing, flying or striking; repeating or not; what they look like once a turn."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ... import wording
 from .. import kinds, spectrum, strobe
 from ..draw import kinds as draw
-from ..kinds import CONTACTS, PERIODS, SHARES
+from ..kinds import CONTACTS, PERIODS
 from ..main_effects import main_effects
 from ..motion import FLAT, SQUARE, courses, history, saved_of
 from ..picture import Picture, capital
@@ -78,19 +80,19 @@ def _shares(study: Study, joint: Joint) -> list[Picture]:
     axis = next((axis for axis in ranked if len(axis.values) <= BARS), None)
     if axis is None:
         return []
-    rows = kinds.by_value(study, joint, axis)
+    names, rows = kinds.by_value(study, joint, axis)
     there = axis._replace(values=tuple(row[0] for row in rows))
     parts = np.array([row[2:] for row in rows], float).T
-    times, periods = parts[: len(SHARES)], parts[len(SHARES) :]
+    times, periods = parts[: len(names)], parts[len(names) :]
     pictures = []
     if not _oiled(study, joint):
-        pictures.append(_bars("Share of time", there, times, SHARES, draw.SHARE_COLOURS))
+        pictures.append(_bars("Share of time", there, times, names, [draw.SHARE_COLOURS[name] for name in names]))
     if periods.any():
         pictures.append(_bars("Cases by period", there, periods, PERIODS, draw.KIND_COLOURS))
     return pictures
 
 
-def _bars(title: str, axis: Axis, parts: np.ndarray, names: tuple[str, ...], colours: tuple[str, ...]) -> Picture:
+def _bars(title: str, axis: Axis, parts: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> Picture:
     mean = "; ".join(f"{name} {wording.percent(part.mean())}" for name, part in zip(names, parts, strict=True))
     return Picture(
         f"{title} over {axis.name}",
@@ -103,13 +105,14 @@ def _bars(title: str, axis: Axis, parts: np.ndarray, names: tuple[str, ...], col
 
 def _table(study: Study, joint: Joint) -> Table:
     """Return the shares for each value of every axis."""
-    times = () if _oiled(study, joint) else SHARES
-    heads = ("axis", "value", "cases", *times, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
-    rows = []
+    rows, times = [], list[str]()
     for axis in study.levels():
-        for value, cases, *parts in kinds.by_value(study, joint, axis):
-            shares = (Quantity(part, wording.percent(part)) for part in parts[len(SHARES) - len(times) :])
+        names, found = kinds.by_value(study, joint, axis)
+        times = [] if _oiled(study, joint) else names
+        for value, cases, *parts in found:
+            shares = (Quantity(part, wording.percent(part)) for part in parts[len(names) - len(times) :])
             rows.append((axis.name, Quantity(value, axis.text(value)), counted(cases), *shares))
+    heads = ("axis", "value", "cases", *times, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
     note = "Of all cases that share the value: mean shares of the time, and the share of the cases with each period."
     return Table("kinds_of_motion", "Kinds of motion", note, tuple(map(Column, heads)), rows)
 
