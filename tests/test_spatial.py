@@ -414,6 +414,27 @@ def test_a_mistake_is_told_with_its_place_and_a_remedy(changes, path, words):
     assert all(word in problem for word in words), problem
 
 
+@pytest.mark.parametrize(
+    ("changes", "line", "remedy"),
+    [
+        ({f"{AT}.clearance": None}, '"crank-rod": {', "such as 0.5 mm"),
+        ({f"{AT}.axial_clearance": None}, '"crank-rod": {', "such as 0.5 mm"),
+        ({f"{AT}.journal_length": 0.021}, '"journal_length"', "shorten the journal, or write flange: false"),
+        ({"mechanism.rod.inertia": [1e-5, 1e-4, 2e-4]}, '"inertia": [', "correct the largest one"),
+    ],
+)
+def test_a_mistake_in_a_file_is_told_with_its_line_and_a_remedy(changes, line, remedy, tmp_path):
+    file = tmp_path / "grid.yaml"
+    file.write_text(json.dumps(changed(spatial(), changes), indent=1), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        clearsweep.load_case(file)
+    (problem,) = caught.value.problems
+    lines = file.read_text(encoding="utf-8").splitlines()
+    number = int(problem.removeprefix(f"{file}:").partition(":")[0])
+    assert line in lines[number - 1], problem
+    assert remedy in problem
+
+
 @pytest.mark.parametrize("keys", [{"tilt": [0.03, 0.0]}, {"offset": [0.0, 0.0, 1e-3]}])
 def test_a_journal_that_would_start_in_its_bearing_is_refused(keys):
     with pytest.raises(InputError, match=r"joints\.crank-rod: the journal penetrates its bearing by .* at the start"):
