@@ -415,3 +415,21 @@ def test_the_least_film_grows_with_viscosity_and_falls_with_clearance_and_speed(
     assert least(viscosity=0.1) < least() < least(viscosity=0.8)
     assert least() < least(clearance="0.3 mm")
     assert least(speed="5000 rpm") < least() < least(speed="1000 rpm")
+
+
+@pytest.mark.slow
+def test_bodies_that_come_to_rest_in_oil_say_so():
+    source = {
+        "mechanism": {"type": "impact-pair", "masses": ["0.2 kg", "0.2 kg"], "speed": "1 m/s"},
+        "joints": {
+            "pair": {
+                **{"clearance": "0.5 mm", "bearing_radius": "10 mm", "length": "20 mm"},
+                "film": {"law": "short", "viscosity": "0.1 Pa*s"},
+                "contact": {"law": "hertz", "stiffness": "1e9 N/m^1.5"},
+            }
+        },
+        "simulate": {"impacts": 3, "tolerance": 1e-5},
+    }
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert path.status == "at-rest"
+    assert "ask for fewer" in path.message

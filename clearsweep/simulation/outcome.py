@@ -55,9 +55,27 @@ _STATUS = {
 }
 
 
+_AT_REST = (
+    "at-rest",
+    "the oil has stopped the bodies before the impacts that simulate.impacts asks for; ask for fewer, or take thinner oil "
+    "or a higher speed",
+)
+REST = 1e-3  # of the speed at the start: bodies that are slower when no step is small enough are at rest
+
+
+def _ended(scene: Scene, run: Run) -> tuple[str, str]:
+    """Return the status of an integration and the sentence that says it."""
+    film = any(joint.film for joint in scene.layout.joints)
+    if run.status == loop.STEP_UNDERFLOW and film and not scene.mechanism.turns:
+        rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
+        if np.abs(run.work.y[rates]).max() <= REST * np.abs(scene.start[rates]).max():
+            return _AT_REST
+    return _STATUS[run.status]
+
+
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration came to."""
-    status, text = _STATUS[run.status]
+    status, text = _ended(scene, run)
     whole = f" of {end:.6g} s" if math.isfinite(end) else ""
     if scene.turning.free:
         whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
