@@ -57,8 +57,8 @@ _STATUS = {
 
 _AT_REST = (
     "at-rest",
-    "the oil has stopped the bodies before the impacts that simulate.impacts asks for; ask for fewer, or take thinner oil "
-    "or a higher speed",
+    "the oil has stopped the bodies before the impacts that simulate.impacts asks for; ask for fewer, or take thinner "
+    "oil or a higher speed",
 )
 REST = 1e-3  # of the speed at the start: bodies that are slower when no step is small enough are at rest
 
