@@ -138,7 +138,8 @@ def _foundation(elastic, pen):
 
 def foundation_modulus(joint: Joint) -> float:
     """Return (1 - nu) E / ((1 + nu) (1 - 2 nu) t) in Pa/m, the modulus of a thin layer held at its back."""
-    young, poisson = joint.contact.material.bearing
+    layer = joint.contact.material.bearing
+    young, poisson = layer.young, layer.poisson
     if poisson >= 0.5:
         raise InputError(
             f"contact.material.poisson: found {poisson:g}; winkler allows below 0.5: its layer would not give way"
