@@ -139,7 +139,17 @@ def browse(proxy, tmp_path):
     return run
 
 
-LAID_OUT = 'return {svg: size("svg"), section: size("section"), table: size("table"), canvas: size("canvas")};'
+LAID_OUT = """
+  const folded = all("#setup table").every(each => !each.checkVisibility());
+  all("details").forEach(part => part.open = true);
+  await frame();
+  const letters = all("figure svg").map(each => {
+    const text = each.querySelector("text");
+    return text ? text.getBoundingClientRect().height / 1.2 : 99;
+  });
+  return {svg: size("svg"), section: size("section"), table: size("table"), canvas: size("canvas"), folded,
+          smallest: Math.min(...letters)};
+"""
 
 
 @pytest.mark.parametrize(
@@ -154,6 +164,8 @@ def test_page_is_laid_out_and_fetches_nothing(pages, browse, proxy, name, width)
     assert len(found["canvas"]) >= 4
     for kind in ("svg", "section", "table", "canvas"):
         assert all(wide > 50 and high > 20 for wide, high in found[kind])
+    assert found["folded"]  # the setup, until it is opened
+    assert found["smallest"] > 5.5  # px, of the first letters of every figure
     assert found["page"] <= found["window"]  # nothing makes the page scroll sideways
 
 
