@@ -219,9 +219,11 @@ def _raised(assembly: Assembly, at: At, joints: Mapping) -> float:
 
 def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
     """Return how far (m) a body moves for a unit of each of its coordinates."""
-    solid = assembly.solids[hang.body]
-    body = assembly.machine.bodies[hang.body]
-    reach = extent(body) or max(extent(each) for each in assembly.machine.bodies.values()) or 1.0
+    reach = (
+        extent(assembly.machine.bodies[hang.body])
+        or max(extent(each) for each in assembly.machine.bodies.values())
+        or 1.0
+    )
     if hang.joint == assembly.machine.driven:
         return []
     if not hang.joint:
@@ -229,7 +231,6 @@ def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
     if isinstance(_joint(assembly, hang.joint), Guide):
         return [1.0]
     kind = assembly.ideal.get(hang.joint, "")
-    assert solid.mass > 0.0  # the grid wants it
     return [2.0 * reach] * 4 if kind == SPHERICAL else [1.0, reach] if kind == CYLINDRICAL else [reach]
 
 
