@@ -7,7 +7,7 @@ from ..section import Block, Interactive, Note, Section
 from ..shown import shown
 from ..study import RATIO, Axis, Study
 
-MOST = 4_700  # cases: a page stays below 3 MB
+MOST = 4_400  # cases: a page stays below 3 MB
 DRAWN = 5  # figures that are shown at first, besides the swept values
 TABLES = ("forces", "wear", "output", "certainty")  # whose figures are there
 WIDE = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
