@@ -365,6 +365,7 @@ def test_an_override_replaces_a_value_or_an_axis_or_takes_a_key_away(at):
         ("worn_slider_crank", 9),
         ("wear_trends", 48),
         ("ptfe_bushing", 9),
+        ("press_life", 6),
     ],
 )
 def test_the_shipped_grids_load(name, cases):

@@ -159,8 +159,62 @@ def test_a_case_that_is_shown_by_itself_shows_its_wear():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["worn_slider_crank", "wear_trends", "ptfe_bushing"])
+@pytest.mark.parametrize("name", ["worn_slider_crank", "wear_trends", "ptfe_bushing", "press_life"])
 def test_a_ready_study_of_wear_is_looked_over_by_a_dry_run(name):
     result = CliRunner().invoke(verbs, ["run", str(CONFIGS / f"{name}.yaml"), "--dry-run"])
     assert result.exit_code == 0, result.output
     assert "to run" in result.output
+
+
+def living():
+    """Return a run whose joint grows evenly by 50 um, the faster the larger its clearance."""
+    run = Run(sweep=SWEEP)
+    frame = run.summary
+    turns = 1e6 * 5e-5 / frame[CLEARANCE]
+    run.layout = run.layout._replace(life="rod_slider")
+    run.grid["life"] = {"limit": 5e-5, "of": "clearance_growth", "joint": "rod-slider"}
+    for name, values in {"revolutions": turns, "hours": turns / 6e4, "low": 0.9 * turns, "high": 1.2 * turns}.items():
+        frame[f"rod_slider_life_{name}"] = values
+        frame.attrs["units"][f"rod_slider_life_{name}"] = "h" if name == "hours" else "1"
+
+    def history(case_id):
+        case = frame.set_index("case_id").loc[case_id]
+        at = np.linspace(0.0, 1.0, 5)
+        return {
+            "revolutions": at * case["rod_slider_life_revolutions"],
+            "rod_slider/wear_depth_max": 4e-5 * at,
+            "rod_slider/clearance": case[CLEARANCE] + 5e-5 * at,
+            "rod_slider/force_peak": 1e3 * (1.0 + at),
+        }
+
+    run.history = history
+    return run
+
+
+def test_lives_are_told_mapped_and_drawn_with_their_intervals():
+    (part,) = sections.life.sections(study.prepare(living()))
+    points, gallery = part.blocks
+    said = [text.replace("\u00a0", " ").replace("\u2009", "") for text in points.texts]
+    assert said[0].startswith(
+        "Shortest life until the growth of the clearance in joint rod-slider is 50.0 µm: 4.17 h "
+        "(95 %: 3.75 h to 5.00 h), 250000 revolutions, at clearance 0.2 mm"
+    )
+    assert said[1].startswith("Longest life")
+    assert "16.7 h" in said[1]
+    mapped, depth, growth, force = gallery.pictures
+    assert "Life" in mapped.title
+    shortest, bar, median = drawn(growth).lines[:3]
+    assert shortest.get_ydata() == pytest.approx([0.0, 12.5, 25.0, 37.5, 50.0])
+    assert shortest.get_xdata() == pytest.approx(np.linspace(0.0, 0.25, 5))  # millions
+    assert bar.get_xdata() == pytest.approx([0.225, 0.3])
+    assert median.get_xdata()[-1] > 0.25
+    assert drawn(depth).lines[0].get_ydata()[-1] == pytest.approx(40.0)
+    assert drawn(force).lines[0].get_ydata() == pytest.approx([1.0, 1.25, 1.5, 1.75, 2.0])
+
+
+def test_a_life_without_an_end_says_so_and_runs_without_a_life_say_nothing():
+    run = living()
+    run.summary.loc[0, ["rod_slider_life_hours", "rod_slider_life_high"]] = np.nan
+    (part,) = sections.life.sections(study.prepare(run))
+    assert part.blocks[0].texts[-1].startswith("1 case did not come to the limit")
+    assert sections.life.sections(study.prepare(Run(sweep=SWEEP))) == []

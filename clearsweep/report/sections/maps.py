@@ -21,7 +21,7 @@ from .drivers import ideal_varies, line
 SPOTS = 150  # cells of a map that say what they hold, at most: larger maps are pixels
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
 NO_WORSE = ("contact_fraction", "impacts_per_rev", "restitution")  # figures of which neither more nor less is worse
-LESS_IS_WORSE = ("film_thickness_min",)
+LESS_IS_WORSE = ("film_thickness_min", "life_hours")
 FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
     ("film_thickness_min", "least film"),

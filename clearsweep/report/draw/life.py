@@ -1,0 +1,43 @@
+"""The drawing of lives: how a joint goes on with the revolutions of its crank."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ... import wording
+from .style import BLUE, GREEN, GREY, RED, plain_axes, with_unit
+
+COLOURS = (RED, BLUE, GREEN)
+WIDE = 8.0  # times the shortest life, from which on the longest is drawn on a logarithmic axis
+
+
+class Course(NamedTuple):
+    """How a figure of one case goes on."""
+
+    name: str
+    revolutions: np.ndarray  # (nodes,) from 0
+    values: np.ndarray  # (nodes,) SI
+    interval: tuple[float, float] | None = None  # revolutions, of the last node
+
+
+def over_revolutions(ax: Axes, courses: Sequence[Course], unit: str, name: str, limit: float | None = None) -> None:
+    """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and a limit where there is one."""
+    scale = wording.scale(unit, [*(value for each in courses for value in each.values), limit])
+    ends = [each.revolutions[-1] for each in courses]
+    turns = wording.scale("revolutions", ends)
+    for each, colour in zip(courses, COLOURS, strict=False):
+        x, y = each.revolutions / turns.factor, each.values / scale.factor
+        ax.plot(x, y, color=colour, linewidth=1.4, marker="o", markersize=3, label=each.name)
+        if each.interval:
+            ax.plot(np.array(each.interval) / turns.factor, [y[-1]] * 2, color=colour, marker="|", linewidth=1.0)
+    if limit is not None:
+        ax.axhline(limit / scale.factor, color=GREY, linewidth=1.0, linestyle=":")
+    power = turns.unit.removesuffix("revolutions").rstrip()
+    ax.set(xlabel=f"revolutions [{power}]" if power else "revolutions", ylabel=with_unit(name, scale))
+    if min(ends) > 0.0 and max(ends) > WIDE * min(ends):
+        ax.set_xscale("symlog", linthresh=min(ends) / turns.factor)
+    ax.set_ylim(0.0, None)
+    plain_axes(ax)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)

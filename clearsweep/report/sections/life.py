@@ -1,0 +1,90 @@
+"""How long a joint lasts: hours to its limit over the swept values, and how it goes on until then."""
+
+from functools import partial
+
+import numpy as np
+
+from ... import wording
+from ..draw import life
+from ..draw.life import Course
+from ..picture import Picture
+from ..section import Gallery, Points, Section, filled
+from ..study import Joint, Study
+from . import maps
+
+NOTE = (
+    "The shortest, the median and the longest life, node by node of the extrapolation; bars: the 95 % interval of the "
+    "revolutions to the limit, dotted. The map shows the shortest life of the cases of a cell."
+)
+CALLED = {"wear_depth_max": "wear depth", "clearance_growth": "growth of the clearance"}
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where no case has a life or none finished."""
+    joint = next((each for each in study.joints if each.name == study.run.layout.life), None)
+    if joint is None or study.cases.empty:
+        return []
+    return [Section("life", "Life", filled([Points(_points(study, joint)), Gallery(NOTE, _pictures(study, joint))]))]
+
+
+def _points(study: Study, joint: Joint) -> list[str]:
+    """Return the shortest and the longest life, and how many cases did not come to their limit."""
+    asked, hours = study.run.grid["life"], joint.column("life_hours")
+    what = f"{CALLED[asked['of']]} in joint {joint.title}"
+    limit = study.base.get("life", asked).get("limit")
+    until = f"until the {what} is {wording.text(limit, 'm')}" if limit is not None else f"until the limit of {what}"
+    points = []
+    if study.has(hours):
+        known = study.cases[hours]
+        ends = dict.fromkeys((known.idxmin(), known.idxmax()))
+        for case_id, word in zip(ends, ("Shortest life", "Longest life"), strict=False):
+            at = f", at {study.setting(case_id)}" if study.swept() else ""
+            points.append(f"{word} {until}: {_told(study, joint, case_id)}{at}.")
+    short = int(study.cases[hours].isna().sum())
+    if short:
+        points.append(f"{wording.count(short, 'case')} did not come to the limit: the lower end is as far as was run.")
+    return points
+
+
+def _told(study: Study, joint: Joint, case_id: str) -> str:
+    """Return a life in hours with its interval, and in revolutions."""
+    turns, hours, low, high = (
+        float(study.cases.at[case_id, joint.column(f"life_{name}")]) for name in ("revolutions", "hours", "low", "high")
+    )
+    ends = [f"{wording.plain(hours * end / turns)} h" if np.isfinite(end) else "no end" for end in (low, high)]
+    return f"{wording.plain(hours)} h (95{wording.BLANK}%: {ends[0]} to {ends[1]}), {wording.plain(turns)} revolutions"
+
+
+def _pictures(study: Study, joint: Joint) -> list[Picture]:
+    hours, of = joint.column("life_hours"), study.run.grid["life"]["of"]
+    ids = study.cases.ranked(hours)[::-1] if study.has(hours) else ()
+    names = {1: ("the case",), 2: ("shortest", "longest"), 3: ("shortest", "median", "longest")}.get(len(ids), ())
+    histories = {name: (case_id, study.run.history(case_id)) for name, case_id in zip(names, ids, strict=True)}
+    caption = "; ".join(f"{name}: {study.setting(case_id) or case_id}" for name, (case_id, _) in histories.items())
+    limit = study.run.grid["life"].get("limit")
+    found = []
+    for figure, unit, title in (
+        ("wear_depth_max", "m", "wear depth"),
+        ("clearance_growth", "m", "growth of the clearance"),
+        ("force_peak", "N", "force peak"),
+    ):
+        courses = [_course(study, joint, name, *each, figure) for name, each in histories.items()]
+        if courses:
+            ends = [f"{each.name} {wording.text(float(each.values[-1]), unit)}" for each in courses]
+            text = f"{title} over revolutions; at the end: {', '.join(ends)}."
+            of_limit = limit if figure == of and isinstance(limit, float) else None
+            paint = partial(life.over_revolutions, courses=courses, unit=unit, name=title, limit=of_limit)
+            found.append(Picture(f"{title.capitalize()} over revolutions", caption, text, paint))
+    return maps.over_axes(study, joint, "life_hours", "life") + found
+
+
+def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> Course:
+    """Return how a figure of a case goes on; the end of what is judged has its interval."""
+    key = f"{joint.name}/{'clearance' if figure == 'clearance_growth' else figure}"
+    values = np.asarray(history[key], float)
+    interval = None
+    if figure == study.run.grid["life"]["of"]:
+        low, high = (float(study.cases.at[case_id, joint.column(f"life_{end}")]) for end in ("low", "high"))
+        interval = (low, high) if np.isfinite(low) and np.isfinite(high) else None
+    grown = values - values[0] if figure == "clearance_growth" else values
+    return Course(name, np.asarray(history["revolutions"], float), grown, interval)
