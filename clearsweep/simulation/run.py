@@ -82,9 +82,8 @@ class Run:
             wear=np.zeros(2 * many * bins),
             account=np.zeros((many, ACCOUNT)),
         )
-        for place, joint in enumerate(scene.case.joints):
-            if joint.name in scene.worn:
-                self.tally.account[place, SLID] = scene.worn[joint.name].slid
+        slid = [scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints]
+        self.tally.account[:, SLID] = np.repeat(slid, every)
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
         self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))), along if turned else moment)
