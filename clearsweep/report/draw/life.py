@@ -10,7 +10,6 @@ from ... import wording
 from .style import BLUE, GREEN, GREY, RED, plain_axes, with_unit
 
 COLOURS = (RED, BLUE, GREEN)
-WIDE = 8.0  # times the shortest life, from which on the longest is drawn on a logarithmic axis
 
 
 class Course(NamedTuple):
@@ -36,8 +35,7 @@ def over_revolutions(ax: Axes, courses: Sequence[Course], unit: str, name: str, 
         ax.axhline(limit / scale.factor, color=GREY, linewidth=1.0, linestyle=":")
     power = turns.unit.removesuffix("revolutions").rstrip()
     ax.set(xlabel=f"revolutions [{power}]" if power else "revolutions", ylabel=with_unit(name, scale))
-    if min(ends) > 0.0 and max(ends) > WIDE * min(ends):
-        ax.set_xscale("symlog", linthresh=min(ends) / turns.factor)
+    ax.set_xlim(0.0, None)
     ax.set_ylim(0.0, None)
     plain_axes(ax)
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)

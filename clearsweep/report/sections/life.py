@@ -62,7 +62,7 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
     histories = {name: (case_id, study.run.history(case_id)) for name, case_id in zip(names, ids, strict=True)}
     caption = "; ".join(f"{name}: {study.setting(case_id) or case_id}" for name, (case_id, _) in histories.items())
     limit = study.run.grid["life"].get("limit")
-    found = []
+    found: list[Picture] = []
     for figure, unit, title in (
         ("wear_depth_max", "m", "wear depth"),
         ("clearance_growth", "m", "growth of the clearance"),
@@ -74,7 +74,7 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
             text = f"{title} over revolutions; at the end: {', '.join(ends)}."
             of_limit = limit if figure == of and isinstance(limit, float) else None
             paint = partial(life.over_revolutions, courses=courses, unit=unit, name=title, limit=of_limit)
-            found.append(Picture(f"{title.capitalize()} over revolutions", caption, text, paint))
+            found.append(Picture(f"{title.capitalize()} over revolutions", "" if found else caption, text, paint))
     return maps.over_axes(study, joint, "life_hours", "life") + found
 
 
