@@ -123,6 +123,8 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     """Return the event log of a run, (events, 5), as a structured array."""
     found = np.empty(len(log), EVENT_DTYPE)
+    if not len(log):
+        return found
     names = np.array(layout.contacts)
     found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
     found["joint"] = names[log[:, 1].astype(int)]

@@ -4,6 +4,7 @@ import contextlib
 import ctypes
 import faulthandler
 import functools
+import gc
 import os
 import pickle
 import platform
@@ -138,6 +139,7 @@ def enter(parent: int, load: Callable[[], None]) -> None:
     store.use_one_thread()
     with contextlib.suppress(Exception):  # what is wrong with them comes up again in a case, where it is recorded
         load()
+    gc.freeze()  # what is loaded stays, so it need not be looked through again and again
 
 
 def time_case(simulator: Simulator, case: Case) -> tuple[float, int]:
