@@ -15,7 +15,7 @@ from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.joint.sticking import slip_rates, surfaces_of, with_sticking_forces
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
 from clearsweep.mechanics.mechanism.slider_crank import pose as pose_of_slider_crank
-from clearsweep.simulation import trajectory as simulating
+from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integrated
 
 pytestmark = pytest.mark.heavy
@@ -226,7 +226,7 @@ def test_only_joints_with_the_law_stick():
     guards = run.work.guards
     assert list(guards.contact[guards.leads_to == STUCK]) == [1]
     assert np.all(guards.leads_to[guards.contact == 0] != STUCK)
-    assert simulating._trajectory(made, run, 1.0).summary["energy_residual"] < 1e-9
+    assert trajectory_of(made, run, 1.0).summary["energy_residual"] < 1e-9
 
 
 @pytest.mark.compiled

@@ -15,7 +15,7 @@ from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.places import with_internal_state
 from clearsweep.mechanics.observe import tally
 from clearsweep.results import ELASTIC_ONSET
-from clearsweep.simulation import trajectory as simulating
+from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integrated
 
 pytestmark = pytest.mark.heavy
@@ -197,7 +197,7 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     assert list(run.work.ended_by) == [0, 1]  # of the bristles, which are integrated
     assert [type(law).__name__ for law, _ in every_latched(scene.value.joints)] == ["Renewed", "Plastic"]
     assert run.work.latched.size == 2 + 2
-    assert simulating._trajectory(scene, run, 1.0).summary["energy_residual"] < 1e-9
+    assert trajectory_of(scene, run, 1.0).summary["energy_residual"] < 1e-9
 
 
 @pytest.mark.compiled
