@@ -107,12 +107,13 @@ def in_both() -> dict:
 
 def spaces(rounds: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
     """Return the time (s) of a right-hand side in plane and space, of what is apart and of what is pressed."""
-    works, least = {}, {state: {"plane": np.inf, "space": np.inf} for state in ("apart", "pressed")}
+    runs, least = {}, {state: {"plane": np.inf, "space": np.inf} for state in ("apart", "pressed")}
     for name, scene in in_both().items():
         print(f"compiling {name}", file=sys.stderr, flush=True)
-        works[name] = integrated(scene, np.empty(0), 0.1 * scene.turning.at(1.0)).work
+        runs[name] = integrated(scene, np.empty(0), 0.1 * scene.turning.at(1.0))
     for _ in range(rounds):
-        for name, work in works.items():
+        for name, run in runs.items():
+            work = run.work
             for state, found in least.items():
                 work.mode[:] = work.apart
                 walls = slice(0, (WALLS if name == "space" else 1) if state == "pressed" else 0)
@@ -125,14 +126,14 @@ def spaces(rounds: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
 def kinds(rounds: int = ROUNDS) -> list[tuple[str, float]]:
     """Return name and time (s) of a right-hand side of every kind of joint."""
     scenes = {name: scene_of(joint, "centred") for name, joint in KINDS.items()}
-    works, least = {}, dict.fromkeys(scenes, np.inf)
+    runs, least = {}, dict.fromkeys(scenes, np.inf)  # a run keeps the parameters that compiled code reads
     for name, scene in scenes.items():
         print(f"compiling {name}", file=sys.stderr, flush=True)
-        works[name] = integrated(scene, np.empty(0), 0.1 * scene.turning.at(1.0)).work
-        _side(works[name])
+        runs[name] = integrated(scene, np.empty(0), 0.1 * scene.turning.at(1.0))
+        _side(runs[name].work)
     for _ in range(rounds):
-        for name, work in works.items():
-            least[name] = min(least[name], _side(work))
+        for name, run in runs.items():
+            least[name] = min(least[name], _side(run.work))
     return list(least.items())
 
 
