@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from law_cases import RECIPES, compiled_elastic, force, in_millimetres, joint, names, resolved, written
+from law_cases import RECIPES, compiled_elastic, few, force, in_millimetres, joint, names, resolved, written
 from mechanism_cases import PAIR, changed
 from scipy.integrate import quad
 from scipy.special import lambertw
@@ -105,7 +105,7 @@ def test_the_sphere_s_stiffness_depends_on_the_unit_of_length_for_other_exponent
     assert ratio == pytest.approx(1e3 * 1e3**-0.3, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", few("elastic", "power", "johnson", "persson"))
 def test_a_free_impact_gives_back_what_the_exact_law_is_asked_for_whatever_the_elastic_law(name):
     section = written("exact", name, restitution=0.6)
     case = changed(PAIR, {"joints.pair": section, "simulate.impacts": 1, "mechanism.speed": 0.5})

@@ -221,7 +221,7 @@ def test_a_scene_without_memory_has_no_state_for_it():
     assert bristles.start.size == plain.start.size + 1
 
 
-@pytest.mark.parametrize("friction", [LUGRE, DAHL], ids=["lugre", "dahl"])
+@pytest.mark.parametrize("friction", [LUGRE, pytest.param(DAHL, marks=pytest.mark.slow)], ids=["lugre", "dahl"])
 def test_the_first_contact_is_that_of_scipy_in_time(friction):
     """The right-hand side in time, with the penetration of the coordinates, from the located onset on."""
     made = crank(friction, simulate__revolutions=0.03, simulate__tolerance=1e-11)

@@ -121,7 +121,7 @@ def test_page_is_whole_small_and_refers_to_nothing_outside(pages, name):
     assert page.figures == text.count("<svg ")
 
 
-@pytest.mark.parametrize("name", ["full", "impact pair"])
+@pytest.mark.parametrize("name", [pytest.param("full", marks=pytest.mark.slow), "impact pair"])
 def test_same_run_gives_the_same_bytes(pages, tmp_path, name):
     again = report.write(Run(**RUNS[name]), tmp_path / "again.html")
     assert again.read_bytes() == pages(name).read_bytes()

@@ -223,15 +223,6 @@ def test_tables_of_laws_are_written_with_their_units(tmp_path):
     assert "force peak [N]" in heads
 
 
-@pytest.mark.parametrize("name", ["law_comparison", "two_joints", "probabilistic", "thousand_cases"])
-def test_every_case_is_found_again_by_its_values(name):
-    cases = grid.load(f"configs/{name}.yaml", simulation.catalogue())
-    for index in range(0, len(cases), max(1, len(cases) // 50)):
-        assert cases.index(cases.point(index)) == index
-    with pytest.raises(ValueError, match="no case"):
-        cases.index(dict.fromkeys(cases.axes, -1.0))
-
-
 def test_a_case_is_resolved_again_with_the_keys_that_it_uses():
     cases = grid.load("configs/law_comparison.yaml", simulation.catalogue())
     run = Run(sweep={path: list(values) for path, values in cases.axes.items()}, wear=False)

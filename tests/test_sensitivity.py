@@ -85,6 +85,7 @@ def test_the_error_of_a_mean_falls_as_expected(run, method, least, most):
     assert least < errors[0] / errors[1] < most
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
     chance, held = np.random.default_rng(3), []
     for _ in range(200):

@@ -318,7 +318,7 @@ def test_half_a_revolution_is_that_of_quadruple_precision():
     assert 0.0 < summary["crank_rod_edge_load_share"] < 1.0
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_parallel_journal_moves_as_in_the_plane():
     contact, wear = JOINT["contact"] | {"restitution": 0.4}, {"law": "archard", "coefficient": 1e-13}
     times = np.linspace(0.0, 0.03, 31)

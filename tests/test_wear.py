@@ -222,7 +222,7 @@ def test_every_bin_holds_the_mean_that_standing_arcs_at_a_hundred_thousand_momen
         assert depths == pytest.approx(naive, rel=0.0, abs=1e-6 * naive.max())
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_pressure_that_a_grid_names_acts():
     """The tenth harmonic of the bearing's wear: a contact of half arc theta leaves sin(10 theta) / (10 theta) of it."""
     changes = {"save.orbits": "last", "save.revolutions": 1, "save.samples": 100000}

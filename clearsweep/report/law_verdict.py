@@ -31,9 +31,7 @@ def _sentence(study: Study, beside: Matched, table: pd.DataFrame) -> str:
     designs = wording.count(len(table), "design")
     if moved.empty:
         agreed = "keeps to the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
-        rest = (
-            f": each {agreed} with every one" if agreed else ": each keeps to the limits with all of them, or with none"
-        )
+        rest = f"each {agreed} with every one" if agreed else "each keeps to the limits with all of them, or with none"
         return f"The choice of {beside.axis.name} does not move the verdict on {designs}: {rest}."
     group = moved.index[0]
     row = moved.loc[group].dropna()

@@ -18,7 +18,8 @@ from ..verdict import EXCEEDED
 from ..wording import Scale
 from .rows import Rows
 
-BASE = ("mechanism", "drive", "loads", "joints", "simulate", "save")  # where run.json keeps the values that make a case
+#: Where run.json keeps the values that make a case.
+BASE = ("mechanism", "drive", "loads", "life", "joints", "simulate", "save")
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint that are computed here: force p99 over the peak of the ideal joint, depth (m) worn in 1000 hours
 #: and in a million strokes, which are turns of the crank.

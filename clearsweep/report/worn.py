@@ -92,7 +92,7 @@ def chosen(study: Study, joint: Joint) -> Interactive | None:
 def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
     """Return the depths round the bodies of a joint as the page's script draws them: bytes, of the deepest."""
     depths = [round_it(depth) for depth in study.run.wear(case_id)[joint.name]]
-    most = max(depth.max() for depth in depths)
+    most = max(depth.max() for depth in depths) or 1.0  # as good as any where nothing is worn
     shares = [wear.joined(depth, SECTORS) / most for depth in depths]
     text = wording.text(float(most), "m")
     return {
