@@ -86,7 +86,7 @@ class Verdict(NamedTuple):
         """Return what it adds to the summary of one case, None for null there and here."""
         import numpy as np
 
-        if failed:
+        if failed or not (self.figures or self.limits):
             return dict.fromkeys(column.name for column in self.columns)
         known = {name: summary[name] for name in self.needs()}
         added = self.judge({name: np.array([np.nan if value is None else value]) for name, value in known.items()})

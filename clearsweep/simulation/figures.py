@@ -301,12 +301,27 @@ def _places(layout: Layout) -> dict[str, int]:
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
     """Return the figures of merit that follow from sums, by column; of a run that `failed`, what it took."""
-    known = {figure.name: figure for figure in (COST if failed else FIGURES)}
-    places, found = _places(window.layout), {}
-    for column in window.layout.columns:
+    found = {}
+    for name, formula, place, kind in _formulas(window.layout, COST if failed else FIGURES):
+        value = formula(window, place)
+        found[name] = value if value is None else kind(value)
+    return found
+
+
+_Formula = tuple[str, Callable, int | None, type]  # column, formula of its figure, place of its joint, kind of number
+_LATEST: list[tuple[Layout | None, tuple[Figure, ...], list[_Formula]]] = [(None, (), [])]  # what was asked last
+
+
+def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
+    """Return how the columns of a layout follow from sums, made once for all cases that share it."""
+    of, among, found = _LATEST[0]
+    if of is layout and among is figures:
+        return found
+    known, places, found = {figure.name: figure for figure in figures}, _places(layout), []
+    for column in layout.columns:
         figure = known.get(column.figure)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
-            value = formula(window, places.get(column.joint))
-            found[column.name] = value if value is None else (int if figure.kind == "int" else float)(value)
+            found.append((column.name, formula, places.get(column.joint), int if figure.kind == "int" else float))
+    _LATEST[0] = layout, figures, found
     return found

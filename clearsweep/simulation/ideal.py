@@ -3,7 +3,7 @@
 import functools
 import math
 import pickle
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -11,14 +11,18 @@ from ..case import Case
 from ..catalogue import Mechanism
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import STEPS, IdealMotion, largest_reactions, peak_of
+from ..outline import Outline
 
 
 def mechanism_of(case: Case) -> Mechanism:
     """Return the mechanism of a case, with all that its grid names."""
     mechanism: Mechanism = MECHANISMS[case.mechanism.type]
-    if mechanism.outlined:
-        mechanism = mechanism.outlined(case.outline)
-    return mechanism
+    return _outlined(mechanism.outlined, case.outline) if mechanism.outlined else mechanism
+
+
+@functools.lru_cache(maxsize=256)  # the cases of a sweep share it
+def _outlined(outlined: Callable[[Outline], Mechanism], outline: Outline) -> Mechanism:
+    return outlined(outline)
 
 
 def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:

@@ -57,26 +57,12 @@ _STATUS = {
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration came to."""
-    status, text = _STATUS[run.status]
-    whole = f" of {end:.6g} s" if math.isfinite(end) else ""
-    if scene.turning.free:
-        whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
-    message = text.format(
-        time=run.work.y[run.work.time],
-        turned=(run.work.y[run.work.along] - scene.turning.at(0.0)) / (2.0 * math.pi),
-        whole=whole,
-        events=int(run.work.counts[events.EVENTS]),
-        steps=int(run.work.counts[events.STEPS]),
-        rejected=int(run.work.counts[events.REJECTED]),
-        patience=scene.case.simulate.time_budget,
-        budget=control_of(scene, end, keep_events=False).step_budget,
-    )
-    failed = run.status != loop.OK
+    status, failed = _STATUS[run.status][0], run.status != loop.OK
     summary = dict.fromkeys(column.name for column in scene.layout.columns)
     window = window_of(scene, run, end)
     summary |= figures_of(window, failed=failed)
     if failed:
-        return Trajectory(status, message, summary, units=scene.layout.units)
+        return Trajectory(status, _failure_of(scene, run, end), summary, units=scene.layout.units)
     summary |= run.figures
     message = message_of(*remarks(scene, run, window, summary))
     names = [channel.name for channel in scene.layout.channels]
@@ -86,6 +72,23 @@ def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     logged = _events_of(scene.layout, run.events)
     sections, units = sections_of(scene, run), scene.layout.units
     return Trajectory(status, message, summary, histories, logged, window.wear, sections, units)
+
+
+def _failure_of(scene: Scene, run: Run, end: float) -> str:
+    """Return the sentence on an integration that failed."""
+    whole = f" of {end:.6g} s" if math.isfinite(end) else ""
+    if scene.turning.free:
+        whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
+    return _STATUS[run.status][1].format(
+        time=run.work.y[run.work.time],
+        turned=(run.work.y[run.work.along] - scene.turning.at(0.0)) / (2.0 * math.pi),
+        whole=whole,
+        events=int(run.work.counts[events.EVENTS]),
+        steps=int(run.work.counts[events.STEPS]),
+        rejected=int(run.work.counts[events.REJECTED]),
+        patience=scene.case.simulate.time_budget,
+        budget=control_of(scene, end, keep_events=False).step_budget,
+    )
 
 
 def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
@@ -105,6 +108,8 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     """Return the event log of a run, (events, 5), as a structured array."""
     found = np.empty(len(log), EVENT_DTYPE)
+    if not len(log):
+        return found
     names = np.array(layout.contacts)
     found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
     found["joint"] = names[log[:, 1].astype(int)]

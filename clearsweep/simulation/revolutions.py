@@ -1,5 +1,6 @@
 """What is taken revolution by revolution: force peaks, the motion at crank angle 0, after how many it repeats."""
 
+import functools
 import math
 from typing import Any, NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 from ..layout import MOST_REVOLUTIONS
 from ..mechanics.observe.turns import Turns
 from .scene import Scene
-from .spread import Spread, quantile
+from .spread import Spread, quantiles
 from .window import bearing_of
 
 LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be repeated
@@ -31,10 +32,15 @@ def marks_of(scene: Scene, revolutions: float) -> Marks:
     """Return the marks of a run of so many revolutions; none where nothing turns."""
     if not scene.mechanism.turns:
         return NO_MARKS
-    discard = scene.case.simulate.discard
+    ahead = None if scene.case.save.orbits == "none" else -begun(scene) % 1.0
+    return _marks(scene.case.simulate.discard, revolutions, ahead)
+
+
+@functools.lru_cache(maxsize=64)  # the cases of a sweep share them
+def _marks(discard: float, revolutions: float, ahead: float | None) -> Marks:
+    """Return the marks of a run whose window begins at `discard`, with sections from `ahead` on; None: without."""
     window = _each(discard, revolutions)
-    ahead = -begun(scene) % 1.0
-    sections = np.empty(0) if scene.case.save.orbits == "none" else _each(ahead, revolutions)
+    sections = np.empty(0) if ahead is None else _each(ahead, revolutions)
     if np.array_equal(window, sections[len(sections) - len(window) :]):  # as good as always
         turns = sections
     else:
@@ -73,7 +79,7 @@ def turns_of(scene: Scene, marks: Marks, contacts: int) -> Turns:
 
 def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
     """Return how the force peaks of each joint spread over the window's revolutions."""
-    return tuple(Spread(quantile(peaks, 0.5), quantile(peaks, 0.95)) for peaks in peaks_of(scene, marks, turns).T)
+    return tuple(Spread(*quantiles(peaks, (0.5, 0.95))) for peaks in peaks_of(scene, marks, turns).T)
 
 
 def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:

@@ -26,25 +26,30 @@ class Spread(NamedTuple):
     p95: Quantile
 
 
-def quantile(values: np.ndarray, share: float) -> Quantile:
-    """Return the quantile (linear between neighbours) of values that follow each other, and its interval.
+def quantiles(values: np.ndarray, shares: tuple[float, ...]) -> tuple[Quantile, ...]:
+    """Return quantiles (linear between neighbours) of values that follow each other, with their intervals.
 
-    The interval runs between order statistics (David & Nagaraja 2003, Order Statistics, 7.1).  Where neighbours are
-    alike (lag 1, if positive) there are fewer independent values, by (1 - r) / (1 + r), as for a first-order
-    autoregressive process.
+    Intervals run between order statistics (David & Nagaraja 2003, Order Statistics, 7.1).  Where neighbours are alike
+    (lag 1, if positive) there are fewer independent values, by (1 - r) / (1 + r), as for a first-order autoregressive
+    process.
     """
-    count = len(values)
-    if not count:
-        return Quantile(None, None, None)
-    ordered = np.sort(values)
+    if not len(values):
+        return (Quantile(None, None, None),) * len(shares)
+    ordered = sorted(values.tolist())
+    independent = max(round(len(values) / dependence(values)), 1)
+    return tuple(_quantile(ordered, independent, share) for share in shares)
+
+
+def _quantile(ordered: list[float], independent: int, share: float) -> Quantile:
+    """Return a quantile of values in their order, so many of them `independent`."""
+    count = len(ordered)
     place = share * (count - 1)
     below = min(int(place), count - 1)
     value = ordered[below] + (place - below) * (ordered[min(below + 1, count - 1)] - ordered[below])
-    independent = max(round(count / dependence(values)), 1)
     low, high = _ranks(independent, share)
-    bottom = None if low is None else float(ordered[low * count // independent])
-    top = None if high is None else float(ordered[min(-(-(high + 1) * count // independent), count) - 1])
-    return Quantile(float(value), bottom, top)
+    bottom = None if low is None else ordered[low * count // independent]
+    top = None if high is None else ordered[min(-(-(high + 1) * count // independent), count) - 1]
+    return Quantile(value, bottom, top)
 
 
 def dependence(values: np.ndarray) -> float:
