@@ -92,14 +92,15 @@ def chosen(study: Study, joint: Joint) -> Interactive | None:
 def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
     """Return the depths round the bodies of a joint as the page's script draws them: bytes, of the deepest."""
     depths = [round_it(depth) for depth in study.run.wear(case_id)[joint.name]]
-    most = max(float(depth.max()) for depth in depths) or 1.0  # as good as any where nothing is worn
-    shares = [wear.joined(depth, SECTORS) / most for depth in depths]
+    most = max(float(depth.max()) for depth in depths)
+    scale = most or 1.0  # any will do where nothing is worn
+    shares = [wear.joined(depth, SECTORS) / scale for depth in depths]
     text = wording.text(most, "m")
     return {
         "name": f"{study.setting(case_id)}: {text}",
         "most": text,
         "said": [told(depth) for depth in depths],
-        "mean": [float(depth.mean() / most) for depth in depths],
+        "mean": [float(depth.mean() / scale) for depth in depths],
         "depths": [base64.b64encode(np.rint(255.0 * share).astype(np.uint8).tobytes()).decode() for share in shares],
     }
 
