@@ -18,8 +18,7 @@ from ..verdict import EXCEEDED
 from ..wording import Scale
 from .rows import Rows
 
-#: Where run.json keeps the values that make a case.
-BASE = ("mechanism", "drive", "loads", "life", "joints", "simulate", "save")
+BASE = ("mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint that are computed here: force p99 over the peak of the ideal joint, depth (m) worn in 1000 hours
 #: and in a million strokes, which are turns of the crank.
