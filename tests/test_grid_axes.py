@@ -123,7 +123,7 @@ def test_a_mistake_in_a_sweep_is_told_with_its_place(told, lines, message):
     assert any(problem.startswith(f"grid.yaml:{message}") for problem in problems), problems
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_list_that_nobody_wrote_by_hand_is_refused(told):
     values = ", ".join(str(k) for k in range(1, 100_002))
     (problem,) = told(f"{TEXT}sweep:\n  drive.speed: [{values}]\n")

@@ -174,7 +174,7 @@ def test_a_guard_of_a_law_is_located_where_its_function_is_zero():
     assert run.tally.whole[tally.RESIDUAL] < 1e-7 * run.tally.whole[tally.KINETIC_MAX]
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_guard_of_a_law_runs_uncompiled():
     program = (
         "import sys; sys.path.insert(0, 'tests')\n"

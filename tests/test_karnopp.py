@@ -229,7 +229,7 @@ def test_only_joints_with_the_law_stick():
     assert trajectory_of(made, run, 1.0).summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_scene_that_sticks_runs_uncompiled():
     program = (
         "import sys; sys.path.insert(0, 'tests')\n"

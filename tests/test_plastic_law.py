@@ -176,7 +176,7 @@ def test_the_implicit_method_finds_the_same_motion():
         assert implicit[figure] == pytest.approx(explicit[figure], rel=1e-6)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     lugre = {
         "law": "lugre",

@@ -100,7 +100,12 @@ def pages(tmp_path_factory):
     return page
 
 
-@pytest.mark.parametrize("name", RUNS)
+LARGE = ("three joints", "big")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in RUNS]
+)
 def test_page_is_whole_small_and_refers_to_nothing_outside(pages, name):
     text = pages(name).read_text(encoding="utf-8")
     page = Page(text)
