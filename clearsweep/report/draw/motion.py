@@ -19,8 +19,22 @@ def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: 
     x, y, radius = x / scale.factor, y / scale.factor, clearance / scale.factor
     ax.add_patch(Circle((0.0, 0.0), radius, facecolor="#f3f6f9", edgecolor=INK, linewidth=1.0, zorder=0))
     ax.plot(x, y, color=GREY, linewidth=0.5, alpha=0.8, rasterized=len(x) > 5000)
-    touching = force > 0.0
     reach = 1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0)))
+    _in_contact(ax, x, y, force)
+    ax.set(
+        xlim=(-reach, reach),
+        ylim=(-reach, reach),
+        aspect="equal",
+        xlabel=f"journal x [{scale.unit}]",
+        ylabel=f"journal y [{scale.unit}]",
+    )
+    ax.xaxis.set_major_locator(MaxNLocator(5))
+    ax.yaxis.set_major_locator(MaxNLocator(5))
+
+
+def _in_contact(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
+    """Draw the points of a path at which there is contact, coloured by the force (N)."""
+    touching = force > 0.0
     if touching.any():
         unit = wording.scale("N", force)
         points = ax.scatter(
@@ -34,15 +48,6 @@ def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: 
             rasterized=True,
         )
         colour_bar(ax, points, f"normal force [{unit.unit}]")
-    ax.set(
-        xlim=(-reach, reach),
-        ylim=(-reach, reach),
-        aspect="equal",
-        xlabel=f"journal x [{scale.unit}]",
-        ylabel=f"journal y [{scale.unit}]",
-    )
-    ax.xaxis.set_major_locator(MaxNLocator(5))
-    ax.yaxis.set_major_locator(MaxNLocator(5))
 
 
 def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
@@ -62,20 +67,7 @@ def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearanc
     )
     ax.axhspan(1.1 * min(float(height.min()), 0.0), 0.0, color="#f6e7dd", linewidth=0, zorder=0)
     ax.axhline(0.0, color=INK, linewidth=1.0)
-    touching = force > 0.0
-    if touching.any():
-        unit = wording.scale("N", force)
-        points = ax.scatter(
-            around[touching],
-            height[touching],
-            c=force[touching] / unit.factor,
-            s=4,
-            cmap="viridis",
-            zorder=3,
-            linewidths=0,
-            rasterized=True,
-        )
-        colour_bar(ax, points, f"normal force [{unit.unit}]")
+    _in_contact(ax, around, height, force)
     high, low = 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor), 1.1 * min(float(height.min()), 0.0)
     below = [] if deepest == 0.0 else [-deepest, -0.5 * deepest]
     above = np.asarray(MaxNLocator(max(1, round(4.0 * high / (high - low)))).tick_values(0.0, high))
