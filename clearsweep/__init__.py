@@ -20,11 +20,11 @@ _HOMES = {
     "sweep": "sweeping.sweep",
     "merge": "sweeping.merge",
     "open": "report",
-    "Trajectory": "results",
-    "ClearsweepError": "errors",
-    "InputError": "errors",
-    "DirectoryError": "errors",
-    "StorageError": "errors",
+    "Trajectory": "contracts.results",
+    "ClearsweepError": "language.errors",
+    "InputError": "language.errors",
+    "DirectoryError": "language.errors",
+    "StorageError": "language.errors",
 }
 __all__ = [
     "MODEL_VERSION",

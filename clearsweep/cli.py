@@ -12,8 +12,9 @@ import click
 
 import clearsweep
 
-from . import resources, streams
-from .errors import ClearsweepError, InputError, printable
+from . import streams
+from .language.errors import ClearsweepError, InputError, printable
+from .sweeping import resources
 
 if TYPE_CHECKING:
     from .report.page import Page  # loads what draws

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import quantity
-from .case import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER
-from .errors import InputError, nearest
+from .contracts.case import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER
 from .grid.case_table import head_of, rows_of_csv
 from .grid.document import refuse_endless
+from .language import quantity
+from .language.errors import InputError, nearest
 
 _LARGEST = 64 * 2**20  # bytes of a file
 #: Column -> SI unit, and the names by which its head may begin: `contact_pressure [MPa]` or `contact_pressure_MPa`.

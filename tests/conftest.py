@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from grid_fake import load
 
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 
 
 @pytest.fixture

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from clearsweep import results
-from clearsweep.catalogue import Catalogue, Channel, Field, Figure, JointSite, Keys, Law, Mechanism, Output
-from clearsweep.errors import InputError
-from clearsweep.layout import Layout
+from clearsweep.contracts import results
+from clearsweep.contracts.catalogue import Catalogue, Channel, Field, Figure, JointSite, Keys, Law, Mechanism, Output
+from clearsweep.contracts.layout import Layout
+from clearsweep.language.errors import InputError
 
 GOOD, REFUSED, RAISES, DIES, HANGS, FAILS, LOCKS = 0.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0  # below 10: s of sleep
 

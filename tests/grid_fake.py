@@ -4,7 +4,7 @@ import copy
 from pathlib import Path
 
 from clearsweep import grid, simulation
-from clearsweep.catalogue import Order
+from clearsweep.contracts.catalogue import Order
 from clearsweep.grid import Field, Law
 
 CONFIGS = Path(__file__).parent.parent / "configs"

@@ -8,7 +8,7 @@ import numpy as np
 import pint
 import pytest
 
-from clearsweep.case import Contact, Friction, Joint, Material, Materials
+from clearsweep.contracts.case import Contact, Friction, Joint, Material, Materials
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.describe import REFERENCE
 from clearsweep.mechanics.joint.elastic.contract import elastic_force

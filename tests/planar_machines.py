@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from clearsweep.machine import Aim, At, Body, Constant, Guide, Machine, Pin
+from clearsweep.contracts.machine import Aim, At, Body, Constant, Guide, Machine, Pin
 from clearsweep.mechanics.joint.contract import Load
 from clearsweep.mechanics.mechanism.contract import Motion, accelerate, describe, place
 from clearsweep.mechanics.mechanism.planar.closure import Closure

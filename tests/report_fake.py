@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 from summary_fake import OfFrame
 
-from clearsweep import case, simulation
-from clearsweep.layout import Layout
+from clearsweep import simulation
+from clearsweep.contracts import case
+from clearsweep.contracts.layout import Layout
 
 RPM = 2.0 * np.pi / 60.0
 SWEEP = {

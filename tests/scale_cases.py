@@ -8,8 +8,9 @@ from typing import Any
 import fake_physics
 import numpy as np
 
-from clearsweep import grid, results
-from clearsweep.layout import Layout
+from clearsweep import grid
+from clearsweep.contracts import results
+from clearsweep.contracts.layout import Layout
 
 COUNTS = {10_000: (20, 20, 25), 100_000: (50, 50, 40), 1_000_000: (100, 100, 100)}  # values on the three axes
 REAL = Path(__file__).parent.parent / "configs" / "thousand_cases.yaml"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fake_sweeps import sweep
 
-from clearsweep.errors import ClearsweepError
+from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping.signals import Stopped
 
 directory, source, options = sys.argv[1:]

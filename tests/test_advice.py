@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from clearsweep.cli import verbs
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.describe import REFERENCE, text
 from clearsweep.mechanics.joint.registry import described
 from clearsweep.simulation import advice, advice_text

@@ -3,8 +3,8 @@
 import pytest
 from grid_fake import TEXT, load
 
-from clearsweep.errors import InputError
 from clearsweep.grid import SET, SWEEP, Changed, read_options
+from clearsweep.language.errors import InputError
 
 JOINT = "joints.rod-slider"
 SWEPT = TEXT + "sweep:\n  drive.speed: [1000 rpm, 2000 rpm]\n"

@@ -15,7 +15,7 @@ from fake_physics import FAILS, GOOD, Fake, grid
 from ruamel.yaml import YAML
 
 from clearsweep import cli, simulation
-from clearsweep.errors import SchedulerLostError, StorageError
+from clearsweep.language.errors import SchedulerLostError, StorageError
 from clearsweep.sweeping import estimate, sweep
 from clearsweep.sweeping.signals import Stopped
 

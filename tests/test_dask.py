@@ -15,7 +15,7 @@ import pytest
 from fake_physics import DIES, GOOD, HANGS, grid
 from test_sweep import quiet, same_results, wait_for
 
-from clearsweep.errors import InputError, SchedulerLostError
+from clearsweep.language.errors import InputError, SchedulerLostError
 from clearsweep.sweeping import executors
 
 pytestmark = pytest.mark.heavy

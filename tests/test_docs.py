@@ -14,8 +14,9 @@ from click.testing import CliRunner
 from ruamel.yaml import YAML
 
 import clearsweep
-from clearsweep import grid, layout
+from clearsweep import grid
 from clearsweep.cli import verbs
+from clearsweep.contracts import layout
 from clearsweep.simulation.scene import catalogue
 from clearsweep.sweeping.sweep import sweep
 

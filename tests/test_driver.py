@@ -11,7 +11,7 @@ from fake_sweeps import sweep
 
 from clearsweep import grid as grids
 from clearsweep import store
-from clearsweep.errors import ClearsweepError
+from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping import driver as driving
 from clearsweep.sweeping import executors, progress
 from clearsweep.sweeping.driver import Batches, Driver

@@ -9,9 +9,9 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import grid, report, simulation
-from clearsweep.catalogue import Figure, Shown
-from clearsweep.errors import DirectoryError, InputError
-from clearsweep.layout import Layout, markdown
+from clearsweep.contracts.catalogue import Figure, Shown
+from clearsweep.contracts.layout import Layout, markdown
+from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.mechanics.observe import tally as tallies
 from clearsweep.simulation import figures
 from clearsweep.simulation.sums import Mean

@@ -12,9 +12,10 @@ from mechanism_cases import changed, slider_crank
 from scipy.integrate import quad
 
 import clearsweep
-from clearsweep import simulation, validity
-from clearsweep.case import NO_CONTACT, Film, Joint
-from clearsweep.errors import InputError
+from clearsweep import simulation
+from clearsweep.contracts.case import NO_CONTACT, Film, Joint
+from clearsweep.judging import validity
+from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.dual import Dual
 from clearsweep.mechanics.joint import lubricated, registry
 from clearsweep.mechanics.joint.dry import Gap

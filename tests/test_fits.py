@@ -14,8 +14,8 @@ from grid_fake import JOINT, TEXT, ids, load
 from report_fake import Run
 
 from clearsweep import report
-from clearsweep.errors import InputError
 from clearsweep.grid import iso286, noted_fits
+from clearsweep.language.errors import InputError
 from clearsweep.sweeping import closing
 
 CLEARANCE, RADIUS = f"{JOINT}.clearance", f"{JOINT}.bearing_radius"

@@ -8,7 +8,7 @@ from law_cases import RECIPES, compiled_friction, few, in_millimetres, joint, na
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.case import Friction
+from clearsweep.contracts.case import Friction
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.friction.contract import friction_force
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.layout import JointLayout
+from clearsweep.contracts.layout import JointLayout
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from grid_fake import CONTACT, JOINT, TEXT, load
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from clearsweep import grid
 from clearsweep.cli import verbs
-from clearsweep.outline import ANY
+from clearsweep.contracts.outline import ANY
 from clearsweep.simulation.scene import catalogue
 
 PAGE = (Path(__file__).parents[1] / "docs/grid.md").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 from grid_fake import CONTACT, JOINT, TEXT, ids, load
 
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 
 CLEARANCE, SPEED, RESTITUTION = f"{JOINT}.clearance", "drive.speed", f"{CONTACT}.restitution"
 

@@ -5,9 +5,9 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep.judging.validity import THRESHOLDS, Remarks, columns, past_limits, surfaces_of
 from clearsweep.mechanics.joint import registry
 from clearsweep.simulation import scene
-from clearsweep.validity import THRESHOLDS, Remarks, columns, past_limits, surfaces_of
 
 pytestmark = pytest.mark.heavy
 

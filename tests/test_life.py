@@ -12,7 +12,7 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import grid, simulation, store
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.observe.tally import FORCE_MAX
 from clearsweep.mechanics.solver import loop

@@ -10,8 +10,10 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import expression, grid, verdict
-from clearsweep.errors import InputError
+from clearsweep import grid
+from clearsweep.judging import verdict
+from clearsweep.language import expression
+from clearsweep.language.errors import InputError
 from clearsweep.sweeping import closing
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import clearsweep
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 
 HELD = json.loads((resources.files("clearsweep.verify") / "references" / "machines.json").read_text(encoding="utf-8"))
 PROBLEMS = HELD["problems"]

@@ -8,8 +8,8 @@ import re
 import pytest
 
 from clearsweep import grid, simulation
-from clearsweep.errors import InputError
-from clearsweep.machine import Course, Motor, Push, Spring, Tabled
+from clearsweep.contracts.machine import Course, Motor, Push, Spring, Tabled
+from clearsweep.language.errors import InputError
 from clearsweep.report import mechanism as pictures
 from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
 from clearsweep.simulation.turning import followed

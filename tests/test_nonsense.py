@@ -9,9 +9,7 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep.grid import check_memory, largest_history, load
-from clearsweep.simulation import catalogue, scene
-from clearsweep.sweeping import sweep
-from clearsweep.validity import (
+from clearsweep.judging.validity import (
     THRESHOLDS,
     Reached,
     Remarks,
@@ -21,6 +19,8 @@ from clearsweep.validity import (
     too_deep,
     worn_through,
 )
+from clearsweep.simulation import catalogue, scene
+from clearsweep.sweeping import sweep
 
 CONTACT = "joints.rod-slider.contact"
 WEAR = {"law": "archard", "coefficient": 2e-8}

@@ -9,7 +9,8 @@ from fake_physics import grid
 from fake_sweeps import sweep
 
 import clearsweep
-from clearsweep import results, simulation
+from clearsweep import simulation
+from clearsweep.contracts import results
 from clearsweep.simulation.telling import Telling
 
 PAIR = {

@@ -13,8 +13,8 @@ from law_cases import compiled_contact
 from mechanism_cases import PAIR, changed, slider_crank
 
 from clearsweep import InputError, grid, simulation
-from clearsweep.catalogue import Field, Law
 from clearsweep.cli import verbs
+from clearsweep.contracts.catalogue import Field, Law
 from clearsweep.mechanics.joint import recipe, registry
 from clearsweep.mechanics.joint.contract import internal_state
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
@@ -25,7 +25,7 @@ from clearsweep.mechanics.joint.rebound import hysteresis_rebound
 
 BLOCK = """
 from typing import NamedTuple
-from clearsweep.catalogue import Field, Law
+from clearsweep.contracts.catalogue import Field, Law
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import loss_form
 from clearsweep.mechanics.joint.recipe import enter

@@ -12,7 +12,7 @@ from test_report_sections import LINE
 
 import clearsweep
 from clearsweep import cli, report
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.report import page as report_page
 from clearsweep.report import paper, section, study
 from clearsweep.report import sections as of_page

@@ -22,7 +22,20 @@ from planar_machines import (
     weight_and_loads,
 )
 
-from clearsweep.machine import Aim, At, Body, Constant, Course, Machine, Motor, Pin, Push, Rubbing, Spring, Tabled
+from clearsweep.contracts.machine import (
+    Aim,
+    At,
+    Body,
+    Constant,
+    Course,
+    Machine,
+    Motor,
+    Pin,
+    Push,
+    Rubbing,
+    Spring,
+    Tabled,
+)
 from clearsweep.mechanics.joint.contract import FREE, PRESSED, Load, Present, load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh

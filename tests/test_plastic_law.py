@@ -8,13 +8,13 @@ from law_cases import resolved, written
 from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
+from clearsweep.contracts.results import ELASTIC_ONSET
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.contract import every_latched
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.places import with_internal_state
 from clearsweep.mechanics.observe import tally
-from clearsweep.results import ELASTIC_ONSET
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integrated
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearsweep import quantity
-from clearsweep.errors import InputError
+from clearsweep.language import quantity
+from clearsweep.language.errors import InputError
 
 READS = [
     ("0.5 mm", "m", 0.0005),
@@ -194,5 +194,5 @@ def test_the_exponent_in_a_unit_is_written_as_a_user_would():
 
 
 def test_bare_numbers_need_no_unit_table():
-    code = "import sys; from clearsweep import quantity; quantity.read('5e-4', 'm'); sys.exit('pint' in sys.modules)"
+    code = "import sys; from clearsweep.language import quantity; quantity.read('5e-4', 'm'); sys.exit('pint' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -10,7 +10,7 @@ from test_sweep import same_results
 
 import clearsweep
 from clearsweep import grid as grids
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.sweeping import closing
 
 MASS, SPEED = "mechanism.slider.mass", "drive.speed"

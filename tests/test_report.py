@@ -13,8 +13,10 @@ import pytest
 from report_fake import RPM, SWEEP, Run
 
 import clearsweep
-from clearsweep import report, results, store, wording
-from clearsweep.errors import InputError
+from clearsweep import report, store
+from clearsweep.contracts import results
+from clearsweep.language import wording
+from clearsweep.language.errors import InputError
 from clearsweep.report import interactive, main_effects, single, study
 from clearsweep.report.sections import headline
 

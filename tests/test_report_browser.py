@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 from report_fake import RPM, Run
 
-from clearsweep import report, wording
+from clearsweep import report
+from clearsweep.language import wording
 
 pytestmark = pytest.mark.heavy
 

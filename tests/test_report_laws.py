@@ -9,8 +9,9 @@ from mechanism_cases import PAIR, changed
 from report_fake import RPM, Run
 from test_report import Page
 
-from clearsweep import grid, report, simulation, verdict
-from clearsweep.case import Contact, Joint, Material, Materials
+from clearsweep import grid, report, simulation
+from clearsweep.contracts.case import Contact, Joint, Material, Materials
+from clearsweep.judging import verdict
 from clearsweep.report import elastic_comparison, study
 from clearsweep.report.picture import svg
 from clearsweep.report.section import Gallery, Sentences

@@ -7,7 +7,7 @@ from report_fake import CRANK, ROD, RPM, Run
 from test_report import Page
 
 from clearsweep import report, simulation
-from clearsweep.catalogue import Channel, Field, JointSite, Keys, Mechanism, Output
+from clearsweep.contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism, Output
 from clearsweep.mechanics.mechanism import MECHANISMS
 from clearsweep.report import motion, single, study
 from clearsweep.report.sections import headline, summary

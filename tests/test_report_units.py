@@ -6,10 +6,11 @@ import pytest
 from mechanism_cases import PAIR, changed
 from report_fake import Run
 
-from clearsweep import grid, quantity, report, simulation
+from clearsweep import grid, report, simulation
 from clearsweep.grid.key_table import shape
 from clearsweep.grid.keys import Number
 from clearsweep.grid.pattern import nested
+from clearsweep.language import quantity
 from clearsweep.report import study
 from clearsweep.report.section import Columns, Facts
 from clearsweep.report.sections import setup

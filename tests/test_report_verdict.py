@@ -7,7 +7,8 @@ from test_refine import Arc, off_border, refined
 from test_seek import MASS, quiet, sought
 
 import clearsweep
-from clearsweep import report, verdict
+from clearsweep import report
+from clearsweep.judging import verdict
 from clearsweep.report import study
 from clearsweep.report.picture import svg
 from clearsweep.report.sections import headline, maps

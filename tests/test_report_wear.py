@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from report_fake import RPM, Run
 
 from clearsweep.cli import verbs
+from clearsweep.contracts.results import Trajectory
+from clearsweep.language.wording import TIMES
 from clearsweep.report import section, sections, single, study, worn
 from clearsweep.report.table import Table
-from clearsweep.results import Trajectory
-from clearsweep.wording import TIMES
 
 CLEARANCE, STIFFNESS = "joints.rod-slider.clearance", "joints.rod-slider.contact.stiffness"
 SWEEP = {CLEARANCE: [5e-5, 1e-4, 2e-4], STIFFNESS: [1e9, 1e10], "drive.speed": [1000 * RPM, 3000 * RPM]}

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 
 import clearsweep
 from clearsweep import InputError, grid, simulation
-from clearsweep.case import Roughness
+from clearsweep.contracts.case import Roughness
 from clearsweep.mechanics.compiled import calculus
 from clearsweep.mechanics.compiled.dual import Dual
 from clearsweep.mechanics.joint import registry

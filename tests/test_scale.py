@@ -10,7 +10,8 @@ import scale_cases
 import speed_page
 from summary_fake import OfFrame
 
-from clearsweep import grid, wording
+from clearsweep import grid
+from clearsweep.language import wording
 from clearsweep.report import case_table, rows, study
 from clearsweep.report.draw import comparison
 from clearsweep.sweeping.crew import within

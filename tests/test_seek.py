@@ -9,7 +9,7 @@ from test_sweep import parts, program, same_results, wait_for
 
 import clearsweep
 from clearsweep import grid as grids
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.sweeping import closing
 
 MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"

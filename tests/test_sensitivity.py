@@ -12,7 +12,7 @@ from scipy import stats
 from summary_fake import OfFrame
 
 from clearsweep import report
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.report import sensitivity
 
 pytestmark = pytest.mark.heavy

@@ -9,7 +9,7 @@ from test_cli import ROOT
 
 from clearsweep import series
 from clearsweep.cli import verbs
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 
 PUBLISHED = ROOT / "configs/operating_series.csv"
 COEFFICIENT = 2e-14  # m^2/N

@@ -18,7 +18,7 @@ from test_sweep import quiet, same_results
 
 from clearsweep import cli
 from clearsweep import grid as grids
-from clearsweep.errors import DirectoryError, InputError
+from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.sweeping import merge as merging
 from clearsweep.sweeping import sweep as sweeping
 from clearsweep.sweeping.crew import case_ids

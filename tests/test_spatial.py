@@ -14,7 +14,7 @@ from spatial_oracle import Oracle
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.attitude import Frame, frame_of, in_body, in_fixed
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint import spatial as joints

@@ -16,8 +16,9 @@ import pytest
 from fake_physics import FAILS, GOOD, Fake, grid
 
 from clearsweep import grid as grids
-from clearsweep import results, store
-from clearsweep.errors import DirectoryError, InputError, StorageError
+from clearsweep import store
+from clearsweep.contracts import results
+from clearsweep.language.errors import DirectoryError, InputError, StorageError
 from clearsweep.store import assemble, durable
 from clearsweep.store.record import checksum_of
 

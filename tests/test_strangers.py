@@ -16,8 +16,9 @@ from test_store import loaded
 from test_sweep import quiet
 
 import clearsweep
-from clearsweep import cli, results, store
-from clearsweep.errors import DamagedError, DirectoryError
+from clearsweep import cli, store
+from clearsweep.contracts import results
+from clearsweep.language.errors import DamagedError, DirectoryError
 from clearsweep.report import page
 from clearsweep.store import assemble, directory
 from clearsweep.store.batch import file_name

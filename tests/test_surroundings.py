@@ -14,8 +14,9 @@ from fake_physics import FAILS, GOOD, Fake, grid
 from fake_sweeps import sweep
 from test_sweep import parts, program, wait_for
 
-from clearsweep import cli, errors, resources, streams
-from clearsweep.sweeping import executors, progress, signals
+from clearsweep import cli, streams
+from clearsweep.language import errors
+from clearsweep.sweeping import executors, progress, resources, signals
 
 pytestmark = pytest.mark.heavy
 

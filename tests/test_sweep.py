@@ -19,7 +19,7 @@ import torture
 from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake, grid
 from fake_sweeps import sweep
 
-from clearsweep import errors
+from clearsweep.language import errors
 from clearsweep.sweeping import closing, estimate, executors, progress
 from clearsweep.sweeping.driver import Batches
 from clearsweep.sweeping.everything import everything

@@ -15,7 +15,7 @@ from torture_attempts import Attempt, Result
 from torture_grids import Ended, drawn
 
 from clearsweep import grid, simulation
-from clearsweep.errors import DirectoryError, InputError
+from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.sweeping.simulator import SIMULATION
 
 pytestmark = pytest.mark.heavy

@@ -10,10 +10,11 @@ from click.testing import CliRunner
 from fake_sweeps import sweep
 
 import clearsweep
-from clearsweep import grid, results, simulation
+from clearsweep import grid, simulation
 from clearsweep.cli import verbs
+from clearsweep.contracts import results
+from clearsweep.contracts.layout import Layout
 from clearsweep.grid import iso286
-from clearsweep.layout import Layout
 from clearsweep.report import study
 from clearsweep.report.sections import peak_revolution
 from clearsweep.sweeping import closing
@@ -90,7 +91,7 @@ def test_the_grids_are_those_that_are_shown():
 def test_the_fits_have_the_clearances_that_are_told():
     for name, low, high in re.findall(r"\((H\d+/\w+), radial\) = ([\d.]+ \w+) to ([\d.]+ \w+)", TEXT):
         fit = iso286.fit(name, 80)
-        assert [fit.low, fit.high] == [clearsweep.quantity.read(text, "m") for text in (low, high)]
+        assert [fit.low, fit.high] == [clearsweep.language.quantity.read(text, "m") for text in (low, high)]
 
 
 def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 from report_fake import RPM, Run
 
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.report import study, two_runs
 
 CLEARANCE = "joints.rod-slider.clearance"

@@ -9,8 +9,8 @@ from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
 from clearsweep import grid, report, simulation
-from clearsweep.errors import InputError
-from clearsweep.layout import settling
+from clearsweep.contracts.layout import settling
+from clearsweep.language.errors import InputError
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
 from clearsweep.simulation.outcome import window_of

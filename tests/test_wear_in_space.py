@@ -9,7 +9,7 @@ from spatial_cases import planar, spatial
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.attitude import in_fixed
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.contract import FREE, PRESSED

@@ -12,7 +12,7 @@ from mechanism_cases import slider_crank
 from scipy.integrate import quad
 
 from clearsweep import grid, simulation
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn

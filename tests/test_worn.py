@@ -15,8 +15,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.case import Wear
-from clearsweep.errors import InputError
+from clearsweep.contracts.case import Wear
+from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import dry, registry
 from clearsweep.mechanics.joint.contract import PRESSED, every_contact
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force

@@ -10,7 +10,7 @@ from fake_sweeps import merge, sweep
 from test_sweep import same_results
 
 import clearsweep
-from clearsweep.errors import InputError
+from clearsweep.language.errors import InputError
 
 PEAK = "rod_slider_force_peak"
 

@@ -16,7 +16,7 @@ import numpy as np
 import psutil
 import pyarrow.parquet as pq
 
-from clearsweep.results import TIMINGS
+from clearsweep.contracts.results import TIMINGS
 
 ROOT = Path(__file__).parent.parent
 GRID = {

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import clearsweep
 from clearsweep import cli
-from clearsweep.errors import ClearsweepError
-from clearsweep.results import TIMINGS
+from clearsweep.contracts.results import TIMINGS
+from clearsweep.language.errors import ClearsweepError
 
 NAMED, UNREAD, UNNAMED, SILENT, FAULT = "named", "without meaning", "unnamed", "silent", "traceback"
 PASSING = ("start", "end", "counts", "checksum", "merged")  # of run.json: no two runs agree on them

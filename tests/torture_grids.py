@@ -25,7 +25,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 from clearsweep import cli, grid, simulation
-from clearsweep.errors import ClearsweepError
+from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping import sweep
 from clearsweep.sweeping.simulator import SIMULATION
 from clearsweep.sweeping.worker import failure

@@ -1,6 +1,6 @@
 """What the user wrote, checked and in SI, and the cases it stands for.  Imports neither numba nor numpy."""
 
-from ..catalogue import Catalogue, Field, Law
+from ..contracts.catalogue import Catalogue, Field, Law
 from .changes import SET, SWEEP, Changed, read_options
 from .enumeration import Words
 from .fits import noted as noted_fits

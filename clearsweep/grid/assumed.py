@@ -1,6 +1,6 @@
 """Finds the quantities of a grid that are written as bare numbers, so that SI is assumed for them."""
 
-from ..quantity import is_bare
+from ..language.quantity import is_bare
 from .document import WrittenValue
 from .draft import Draft
 from .keys import Number

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
-from .. import quantity
-from ..catalogue import Field
-from ..errors import InputError, shown
+from ..contracts.catalogue import Field
+from ..language import quantity
+from ..language.errors import InputError, shown
 from .document import Problems, WrittenValue
 
 _MOST_WRITTEN = 100_000  # values in a list: what a person or a script may reasonably write out

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from ..errors import InputError, shown
+from ..language.errors import InputError, shown
 from .document import Problems, WrittenValue, from_node, override
 
 SET, SWEEP = "--set", "--sweep"

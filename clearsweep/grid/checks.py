@@ -2,9 +2,9 @@
 
 import math
 
-from ..case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
-from ..catalogue import Catalogue, Law
-from ..errors import nearest
+from ..contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
+from ..contracts.catalogue import Catalogue, Law
+from ..language.errors import nearest
 from . import film_checks, life_keys, machine_checks
 from .draft import Draft
 from .joint_keys import moduli

@@ -11,7 +11,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 
-from ..errors import InputError, shown
+from ..language.errors import InputError, shown
 
 _LARGEST = 64 * 2**20  # bytes of a grid file
 _TAG = "tag:yaml.org,2002:"

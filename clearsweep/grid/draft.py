@@ -4,10 +4,10 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from .. import quantity
-from ..catalogue import Mechanism
-from ..errors import InputError
-from ..outline import Outline
+from ..contracts.catalogue import Mechanism
+from ..contracts.outline import Outline
+from ..language import quantity
+from ..language.errors import InputError
 from .document import Problems, WrittenValue
 from .iso286 import Fit
 from .keys import Number, Shape

@@ -1,6 +1,6 @@
 """The checks of joints with a film of oil."""
 
-from ..catalogue import Catalogue
+from ..contracts.catalogue import Catalogue
 from .draft import Draft
 from .keys import Section
 

@@ -1,6 +1,6 @@
 """The quantities that describe the film of oil in a joint."""
 
-from ..catalogue import Field
+from ..contracts.catalogue import Field
 
 FILM = (
     Field(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from ..errors import InputError, nearest, shown
+from ..language.errors import InputError, nearest, shown
 from .document import WrittenValue
 from .draft import Draft
 from .iso286 import Fit, fit

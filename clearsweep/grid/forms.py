@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..catalogue import Catalogue, Mechanism
-from ..outline import EVERYTHING, IN_SPACE
+from ..contracts.catalogue import Catalogue, Mechanism
+from ..contracts.outline import EVERYTHING, IN_SPACE
 from .key_table import shape
 from .keys import Shape
 

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from .. import MODEL_VERSION
-from ..case import Case
-from ..catalogue import Catalogue
-from ..errors import InputError, shown
-from ..layout import Layout
-from ..outline import Outline
-from ..verdict import Verdict, figures_of, limits_of
+from ..contracts.case import Case
+from ..contracts.catalogue import Catalogue
+from ..contracts.layout import Layout
+from ..contracts.outline import Outline
+from ..judging.verdict import Verdict, figures_of, limits_of
+from ..language.errors import InputError, shown
 from . import checks, variations
 from .added import ADDED
 from .added import rows as added_rows

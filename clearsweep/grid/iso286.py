@@ -9,7 +9,7 @@ from bisect import bisect_left
 from fractions import Fraction
 from typing import NamedTuple
 
-from ..errors import InputError, shown
+from ..language.errors import InputError, shown
 
 SMALLEST, LARGEST = 10, 500  # mm, both included
 _RANGES = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, the last size of each

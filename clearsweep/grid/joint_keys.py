@@ -1,7 +1,7 @@
 """The keys that joints of several kinds have: their contact, their friction, the laws of both."""
 
-from ..case import Materials
-from ..catalogue import Catalogue, Field, Law
+from ..contracts.case import Materials
+from ..contracts.catalogue import Catalogue, Field, Law
 from .keys import Condition, Number, Section, Shape, Table, Use, Word, word_key
 
 _MATERIAL = (

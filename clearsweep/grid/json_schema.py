@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from .. import quantity
-from ..catalogue import Catalogue
-from ..outline import ANY
-from ..verdict import KINDS
+from ..contracts.catalogue import Catalogue
+from ..contracts.outline import ANY
+from ..judging.verdict import KINDS
+from ..language import quantity
 from .added import ADDED
 from .fits import SPREADS
 from .forms import forms

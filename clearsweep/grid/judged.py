@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from .. import expression, quantity
-from ..errors import InputError, nearest, shown
-from ..verdict import EXCEEDED, KINDS, MARGIN
+from ..judging.verdict import EXCEEDED, KINDS, MARGIN
+from ..language import expression, quantity
+from ..language.errors import InputError, nearest, shown
 from .document import WrittenValue
 from .draft import Draft
 

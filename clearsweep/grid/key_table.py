@@ -1,8 +1,8 @@
 """What a grid file may contain: every key with its unit, range, default and meaning."""
 
-from ..catalogue import Catalogue, Field, JointSite, Keys, Mechanism
-from ..layout import settling
-from ..outline import ANY
+from ..contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism
+from ..contracts.layout import settling
+from ..contracts.outline import ANY
 from . import film_keys, life_keys
 from .joint_keys import enter_contact, enter_friction, enter_laws, enter_numbers, first_onset, moduli, pointed
 from .keys import Flag, Number, Section, Shape, Table, Use, Word, section_key, word_key

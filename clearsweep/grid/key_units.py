@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from .. import quantity
-from ..catalogue import Catalogue
+from ..contracts.catalogue import Catalogue
+from ..language import quantity
 from .key_table import shape
 from .keys import Number, Word
 from .outlining import outline_of

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Set
 from typing import NamedTuple
 
-from ..catalogue import Columns, Field
+from ..contracts.catalogue import Columns, Field
 
 Condition = tuple[str, frozenset[str]]  # path of a law's name, and the names with which a key is in use
 Names = Mapping[str, Set[str]]  # path of a law's name -> the names in play

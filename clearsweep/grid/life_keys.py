@@ -1,6 +1,6 @@
 """The keys of `life`: how long a case is to wear, how closely that is extrapolated, and what it asks of other keys."""
 
-from ..catalogue import Field
+from ..contracts.catalogue import Field
 from .draft import Draft
 from .keys import Number, Section, Shape, Use, Word
 

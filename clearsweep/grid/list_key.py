@@ -1,6 +1,6 @@
 """Reads a section that is written as a list: of two or three quantities or names, or one quantity for all."""
 
-from ..errors import shown
+from ..language.errors import shown
 from .axes import half_bare
 from .document import WrittenValue
 from .draft import Draft

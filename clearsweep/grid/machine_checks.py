@@ -1,7 +1,7 @@
 """The checks of what a grid names itself: how bodies hang together, what drives and loads them."""
 
-from ..catalogue import Catalogue
-from ..outline import GROUND, JointOutline
+from ..contracts.catalogue import Catalogue
+from ..contracts.outline import GROUND, JointOutline
 from .draft import Draft
 from .keys import Section
 

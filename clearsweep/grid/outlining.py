@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..outline import GENERAL, BodyOutline, JointOutline, LoadOutline, Outline
+from ..contracts.outline import GENERAL, BodyOutline, JointOutline, LoadOutline, Outline
 from .document import WrittenValue
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..catalogue import Catalogue, Field
-from ..outline import ANY
+from ..contracts.catalogue import Catalogue, Field
+from ..contracts.outline import ANY
 from .axes import FORMS
 from .fits import FORM
 from .forms import forms

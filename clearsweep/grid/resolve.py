@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..case import (
+from ..contracts.case import (
     NO_CONTACT,
     Case,
     Contact,
@@ -25,7 +25,7 @@ from ..case import (
     Until,
     Wear,
 )
-from ..outline import Outline
+from ..contracts.outline import Outline
 from .key_table import DIMENSIONLESS
 
 Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section

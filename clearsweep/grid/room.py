@@ -2,9 +2,9 @@
 
 import os
 
-from ..case import Save
-from ..errors import InputError
-from ..layout import MOST_REVOLUTIONS, Layout
+from ..contracts.case import Save
+from ..contracts.layout import MOST_REVOLUTIONS, Layout
+from ..language.errors import InputError
 from .grid import Grid
 
 COPIES = 2.0  # of a case's histories in memory: as they were recorded, and channel by channel

@@ -3,9 +3,9 @@
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .. import quantity
-from ..catalogue import Field
-from ..errors import InputError, nearest, shown
+from ..contracts.catalogue import Field
+from ..language import quantity
+from ..language.errors import InputError, nearest, shown
 from .axes import Reading, half_bare
 from .document import Problems, WrittenValue
 

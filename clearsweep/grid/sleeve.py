@@ -2,7 +2,7 @@
 
 import math
 
-from ..catalogue import Catalogue, Field, JointSite
+from ..contracts.catalogue import Catalogue, Field, JointSite
 from .joint_keys import enter_contact, enter_friction, enter_numbers, first_onset, pointed
 from .keys import Flag, Section, Shape, Word
 

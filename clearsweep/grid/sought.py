@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from .. import quantity
-from ..errors import InputError, nearest, shown
+from ..language import quantity
+from ..language.errors import InputError, nearest, shown
 from .added import ADDED
 from .document import WrittenValue
 from .draft import Draft

@@ -4,9 +4,9 @@ import csv
 import math
 from pathlib import Path
 
-from .. import quantity
-from ..catalogue import Columns, Field
-from ..errors import InputError, nearest, shown
+from ..contracts.catalogue import Columns, Field
+from ..language import quantity
+from ..language.errors import InputError, nearest, shown
 from .case_table import head_of, rows_of_csv
 from .document import Problems, WrittenValue, refuse_endless
 

@@ -2,11 +2,11 @@
 
 import math
 
-from .. import quantity
-from ..case import column_name
-from ..catalogue import Catalogue, Field, Mechanism
-from ..errors import InputError, nearest, shown
-from ..layout import columns_of
+from ..contracts.case import column_name
+from ..contracts.catalogue import Catalogue, Field, Mechanism
+from ..contracts.layout import columns_of
+from ..language import quantity
+from ..language.errors import InputError, nearest, shown
 from . import added, fits, judged, life_keys, list_key, refined, sought, table_key, variations, wear_unit
 from .axes import Reading
 from .document import Problems, WrittenValue

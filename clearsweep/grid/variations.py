@@ -3,7 +3,7 @@
 from itertools import product
 from typing import Any
 
-from ..errors import nearest, shown
+from ..language.errors import nearest, shown
 from . import case_table, sampling, sought
 from .axes import Reading, axis
 from .document import WrittenValue

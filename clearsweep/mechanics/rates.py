@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from numba import types
 
-from ..catalogue import Channel
+from ..contracts.catalogue import Channel
 from .compiled.dual import Seeded, as_dual, slope
 from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
 from .joint import spatial

@@ -3,8 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from .. import case, simulation, wording
-from ..errors import InputError
+from .. import simulation
+from ..contracts import case
+from ..language import wording
+from ..language.errors import InputError
 from .draw import comparison
 from .picture import Picture
 from .section import Part

@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from .. import verdict, wording
+from ..judging import verdict
+from ..language import wording
 from .matching import Matched, axis_key
 from .section import Part
 from .study import Study

@@ -7,9 +7,9 @@ from pathlib import Path
 from matplotlib import rc_context
 
 from .. import grid, simulation
-from ..case import Case
-from ..errors import InputError
-from ..machine import GROUND
+from ..contracts.case import Case
+from ..contracts.machine import GROUND
+from ..language.errors import InputError
 from ..store import durable
 from .draw import mechanism
 from .picture import STYLE, Picture, drawn, svg

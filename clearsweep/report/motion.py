@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from .. import simulation, wording
-from ..errors import InputError
-from ..layout import TIME, Column
-from ..results import ELASTIC_ONSET
+from .. import simulation
+from ..contracts.layout import TIME, Column
+from ..contracts.results import ELASTIC_ONSET
+from ..language import wording
+from ..language.errors import InputError
 from ..store import StoredRun
 from . import spatial
 from .draw import motion

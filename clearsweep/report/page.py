@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jinja2
 from markupsafe import Markup
 
-from .. import wording
+from ..language import wording
 from ..store import durable
 from . import interactive, paper, sections
 from .picture import Picture, svg

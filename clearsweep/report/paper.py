@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from matplotlib import rc_context
 from matplotlib.text import Text
 
-from ..errors import InputError
+from ..language.errors import InputError
 from ..store import durable
 from .picture import STYLE, Picture, drawn
 from .section import Section

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .. import simulation, wording
-from ..errors import InputError
-from ..machine import GROUND
+from .. import simulation
+from ..contracts.machine import GROUND
+from ..language import wording
+from ..language.errors import InputError
 from .interactive import packed
 from .motion import History, courses, saved_of
 from .section import Interactive

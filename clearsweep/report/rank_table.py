@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from .. import wording
+from ..language import wording
 from . import ranks, sensitivity
 from .sample_tables import (
     any_exceeded,

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from .. import simulation, wording
-from ..errors import InputError
+from .. import simulation
+from ..language import wording
+from ..language.errors import InputError
 from .draw import comparison
 from .elastic_comparison import UNKNOWN
 from .matching import axis_key

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import wording
-from ..verdict import Limit, limits_of
+from ..judging.verdict import Limit, limits_of
+from ..language import wording
 from . import sensitivity
 from .case_table import axis_columns
 from .sensitivity import Chance, Effect, Estimate, Setting

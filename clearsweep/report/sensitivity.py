@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..layout import DIFFERENCE
+from ..contracts.layout import DIFFERENCE
+from ..judging.verdict import EXCEEDED
+from ..language.errors import InputError
 from ..store import StoredRun
-from ..verdict import EXCEEDED
 from .rows import KEPT
 
 QUANTILES = (0.05, 0.5, 0.95)

@@ -1,8 +1,8 @@
 """Which figures a table shows, in which order and under which headings: every figure says so of itself."""
 
 from .. import simulation
-from ..catalogue import Figure, Shown
-from ..layout import Column
+from ..contracts.catalogue import Figure, Shown
+from ..contracts.layout import Column
 from .study import PER_HOURS, PER_STROKES, RATIO, Joint, Study
 
 #: The figures that are computed of columns of the summary, see `study`.

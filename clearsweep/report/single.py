@@ -7,10 +7,11 @@ import pandas as pd
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from .. import simulation, wording
-from ..case import Case
-from ..errors import InputError
-from ..results import Trajectory
+from .. import simulation
+from ..contracts.case import Case
+from ..contracts.results import Trajectory
+from ..language import wording
+from ..language.errors import InputError
 from ..store import StoredRun, durable
 from . import motion, page, worn
 from .picture import STYLE, Picture

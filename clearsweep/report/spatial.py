@@ -4,10 +4,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from .. import simulation, wording
-from ..case import Case, column_name
-from ..case import Joint as CaseJoint
-from ..outline import GROUND
+from .. import simulation
+from ..contracts.case import Case, column_name
+from ..contracts.case import Joint as CaseJoint
+from ..contracts.outline import GROUND
+from ..language import wording
 from .draw import spatial
 from .picture import Dot, Picture
 

@@ -8,14 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from .. import grid, simulation, wording
-from ..case import Case
-from ..case import Joint as CaseJoint
+from .. import grid, simulation
+from ..contracts.case import Case
+from ..contracts.case import Joint as CaseJoint
+from ..contracts.results import ELASTIC_ONSET
 from ..grid import Fit
-from ..results import ELASTIC_ONSET
+from ..judging.verdict import EXCEEDED
+from ..language import wording
+from ..language.wording import Scale
 from ..store import StoredRun
-from ..verdict import EXCEEDED
-from ..wording import Scale
 from .rows import Rows
 
 BASE = ("mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from .. import wording
+from ..language import wording
 from ..store import durable
 from .study import Axis
 

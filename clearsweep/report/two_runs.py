@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from .. import wording
-from ..errors import InputError
-from ..results import TIMINGS
+from ..contracts.results import TIMINGS
+from ..language import wording
+from ..language.errors import InputError
 from ..store import StoredRun
 from .case_table import axis_columns
 from .draw import comparison

@@ -5,7 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from .. import simulation, wording
+from .. import simulation
+from ..language import wording
 from .draw import wear
 from .picture import Picture
 from .section import Interactive

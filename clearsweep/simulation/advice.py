@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import grid, wording
-from ..case import Case, Joint
-from ..catalogue import Law
-from ..errors import InputError, nearest
+from .. import grid
+from ..contracts.case import Case, Joint
+from ..contracts.catalogue import Law
+from ..language import wording
+from ..language.errors import InputError, nearest
 from ..mechanics.joint import registry
 from ..mechanics.joint.material import plane_strain_modulus, relative_radius
 from .ideal import ideal_peaks

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..layout import Layout
+from ..contracts.layout import Layout
 from ..mechanics.solver.event import Work
 from .figures import column_of
 from .window import by_joint

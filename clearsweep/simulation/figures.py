@@ -7,8 +7,8 @@ order is that of the columns.
 import math
 from collections.abc import Callable
 
-from ..catalogue import Figure, Shown
-from ..layout import Layout
+from ..contracts.catalogue import Figure, Shown
+from ..contracts.layout import Layout
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
 from . import film_figures, life_figures, wear_figures

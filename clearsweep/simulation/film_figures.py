@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ..catalogue import Figure, Shown
+from ..contracts.catalogue import Figure, Shown
 from ..mechanics.joint.film.contract import film_pressure
 from ..mechanics.observe import tally as tallies
 from .sums import Mean

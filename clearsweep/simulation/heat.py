@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..case import Case, Film
+from ..contracts.case import Case, Film
 from ..mechanics.observe.tally import HEAT
 from ..mechanics.solver import loop
 from ..mechanics.solver.event import Work

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..case import Case
-from ..catalogue import Mechanism
+from ..contracts.case import Case
+from ..contracts.catalogue import Mechanism
+from ..contracts.outline import Outline
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import STEPS, IdealMotion, largest_reactions, peak_of
-from ..outline import Outline
 
 
 def mechanism_of(case: Case) -> Mechanism:

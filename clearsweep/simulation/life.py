@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
+from ..judging.validity import UNREACHED
+from ..language.wording import count
 from ..mechanics.joint.wear.contract import Worn
-from ..validity import UNREACHED
-from ..wording import count
 from .extrapolation import Life, Node, Plan
 from .first_touch import Touch, first_touch
 from .life_block import Log, Part, Told, parts_of, read, written

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..case import Case
+from ..contracts.case import Case
 from ..mechanics.joint.wear.contract import FINEST, SLID
 from ..mechanics.mechanism.contract import body_angles
 from ..mechanics.observe.tally import FORCE_MAX, OPENED

@@ -1,6 +1,6 @@
 """The figures of merit of a life, as `figures` has the others; `life` finds them, under these names."""
 
-from ..catalogue import Figure, Shown
+from ..contracts.catalogue import Figure, Shown
 
 LIFE = (
     Figure(

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from ..layout import SECTION_COUNT, Layout
+from ..contracts.layout import SECTION_COUNT, Layout
+from ..contracts.results import EVENT_DTYPE, Trajectory
+from ..judging.validity import message_of
 from ..mechanics.observe.record import sample_states
 from ..mechanics.observe.tally import OPENED
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
-from ..results import EVENT_DTYPE, Trajectory
-from ..validity import message_of
 from .figures import figures_of
 from .remarks import remarks
 from .revolutions import begun, period_in, spreads_of

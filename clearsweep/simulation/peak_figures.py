@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from ..catalogue import Figure, Shown
+from ..contracts.catalogue import Figure, Shown
 from ..mechanics.observe import tally as tallies
 from .ideal import ideal_peaks
 from .window import Window

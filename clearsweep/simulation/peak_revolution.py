@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from ..case import Case
-from ..results import Peak
+from ..contracts.case import Case
+from ..contracts.results import Peak
 from .heat import balanced, has_balance
 from .outcome import trajectory_of
 from .revolutions import marks_of, peaks_of

@@ -4,19 +4,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ..judging.validity import Lubricated, Reached, films, imbalance, kept_onsets, past_limits, too_deep, worn_through
 from ..mechanics.joint import registry
 from ..mechanics.observe.tally import ONSETS
 from ..mechanics.solver import event as events
-from ..validity import (
-    Lubricated,
-    Reached,
-    films,
-    imbalance,
-    kept_onsets,
-    past_limits,
-    too_deep,
-    worn_through,
-)
 from .run import Run
 from .scene import Scene
 from .window import Window

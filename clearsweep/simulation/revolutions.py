@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..layout import MOST_REVOLUTIONS
+from ..contracts.layout import MOST_REVOLUTIONS
 from ..mechanics.observe.turns import Turns
 from .scene import Scene
 from .spread import Spread, quantiles

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from .. import grid
-from ..case import DOUBTFUL_WEAR_NUMBER, Case, Joint
-from ..catalogue import Catalogue, Figure, Mechanism
-from ..errors import InputError
-from ..layout import Layout, Parts, parts_of
-from ..machine import Machine
+from ..contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
+from ..contracts.catalogue import Catalogue, Figure, Mechanism
+from ..contracts.layout import Layout, Parts, parts_of
+from ..contracts.machine import Machine
+from ..judging.verdict import NO_VERDICT, Verdict
+from ..language.errors import InputError
 from ..mechanics import rates
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import every_contact, every_internal_state
@@ -23,7 +24,6 @@ from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles
 from ..mechanics.mechanism.spatial.build import deepest
-from ..verdict import NO_VERDICT, Verdict
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
 

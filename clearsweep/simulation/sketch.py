@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..case import Case
-from ..errors import InputError
-from ..machine import GROUND, Constant, Guide, Machine, Push, Rubbing, Spring
+from ..contracts.case import Case
+from ..contracts.machine import GROUND, Constant, Guide, Machine, Push, Rubbing, Spring
+from ..language.errors import InputError
 from ..mechanics.mechanism import planar
 from ..mechanics.mechanism.planar.ideal import ideal_of
 from .ideal import mechanism_of

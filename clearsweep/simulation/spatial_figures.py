@@ -2,7 +2,7 @@
 
 import math
 
-from ..catalogue import Figure, Shown
+from ..contracts.catalogue import Figure, Shown
 from ..mechanics.joint.spatial import jam_angle
 from ..mechanics.observe.tally import FORCE_TIME
 from .sums import PerRevolution

@@ -3,8 +3,8 @@
 import sys
 import time
 
+from ..language.wording import count, duration, text
 from ..mechanics.solver.event import Work
-from ..wording import count, duration, text
 
 FIRST, INTERVAL = 2.0, 5.0  # s until the first line, and between lines
 

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..case import Case
-from ..errors import InputError
+from ..contracts.case import Case
+from ..contracts.layout import DIFFERENCE
+from ..contracts.results import Trajectory
 from ..grid import check_memory, history_bytes
-from ..layout import DIFFERENCE
+from ..judging.validity import UNBALANCED, UNCHECKED, message_of
+from ..language.errors import InputError
 from ..mechanics.compiled.announce import announced
 from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop
-from ..results import Trajectory
-from ..validity import UNBALANCED, UNCHECKED, message_of
 from .extrapolation import lived
 from .figures import COST
 from .heat import Balance, balanced, has_balance

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .. import case
-from ..case import Simulate
+from ..contracts import case
+from ..contracts.case import Simulate
 from ..mechanics.solver.event import Work
 from .batch_means import Blocks, Interval
 from .revolutions import period_of

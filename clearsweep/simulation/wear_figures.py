@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..catalogue import Figure, Shown
+from ..contracts.catalogue import Figure, Shown
 from ..mechanics.joint.spatial import Flanged, Through
 from ..mechanics.joint.wear.contract import (
     ARCS,

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from ..case import Case
-from ..catalogue import Mechanism
-from ..layout import WALLS, JointLayout, Layout
+from ..contracts.case import Case
+from ..contracts.catalogue import Mechanism
+from ..contracts.layout import WALLS, JointLayout, Layout
 from ..mechanics.joint import dry
 from ..mechanics.joint.wear.contract import ARCS, FINEST, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
 from ..mechanics.observe.tally import (

@@ -15,10 +15,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from .. import results
+from ..contracts import results
+from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..grid import Grid
-from ..layout import SECTION_COUNT, Column, Layout
-from ..verdict import Verdict
+from ..judging.verdict import Verdict
 from . import durable
 from .datasets import CASE, EVENT, NODE, SAMPLE, SECTION, Dataset, event_datasets, life_datasets, section_datasets
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..results import TIMINGS
+from ..contracts.results import TIMINGS
 from .assemble import GROUP_ROWS, OrbitFiles, summary_groups
 from .batch import Form, datasets, id_text, summary_schema
 from .directory import RunDirectory

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 
-from .. import results
-from ..layout import SECTION_COUNT, Layout
+from ..contracts import results
+from ..contracts.layout import SECTION_COUNT, Layout
 
 CASE, SAMPLE, EVENT, SECTION, NODE = "case", "sample", "event", "section", "node"
 

@@ -14,8 +14,8 @@ from typing import Any, BinaryIO, Self
 
 import numpy as np
 
-from ..errors import DamagedError, DirectoryError
 from ..grid import Grid
+from ..language.errors import DamagedError, DirectoryError
 from . import durable
 from .batch import (
     HASH_LENGTH,

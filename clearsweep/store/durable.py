@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from io import BufferedReader, FileIO
 from pathlib import Path
 
-from ..errors import ClearsweepError, DirectoryError, StorageError
+from ..language.errors import ClearsweepError, DirectoryError, StorageError
 
 _KINDS = {
     stat.S_IFLNK: "a link",

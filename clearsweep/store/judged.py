@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ..layout import Column
-from ..verdict import EXCEEDED
+from ..contracts.layout import Column
+from ..judging.verdict import EXCEEDED
 from . import durable
 from .assemble import summary_groups
 from .batch import Form, field_of, summary_schema, values_of, with_verdict

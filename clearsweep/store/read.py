@@ -11,9 +11,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from .. import results
-from ..errors import ClearsweepError, DirectoryError, InputError
-from ..layout import SECTION_COUNT, Layout
+from ..contracts import results
+from ..contracts.layout import SECTION_COUNT, Layout
+from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
 from .batch import GROUP_ROWS, open_table, values_of
 from .datasets import EVENT, NODE, SAMPLE, SECTION

@@ -11,8 +11,8 @@ from typing import Any
 
 import clearsweep
 
-from ..errors import DamagedError, DirectoryError
 from ..grid import SCHEMA_VERSION, Grid
+from ..language.errors import DamagedError, DirectoryError
 from . import durable
 
 RECORD_FILE = "run.json"

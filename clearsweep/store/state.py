@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import DirectoryError
+from ..language.errors import DirectoryError
 from .directory import FINAL_FILES, RunDirectory
 from .read import verify
 from .record import RECORD_FILE, check_form, read_record

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pyarrow as pa
 
-from ..results import Peak
+from ..contracts.results import Peak
 from .batch import CASE, CASE_ID, SAMPLE, Dataset, Form, put, summary_schema, values_of
 
 GROUP = "worst"  # of orbits.h5

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import simulation, validity, verdict, wording
+from .. import simulation
+from ..judging import validity, verdict
+from ..language import wording
 from .sweep import RunResult
 
 WORST_CASES = 5

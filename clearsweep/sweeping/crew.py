@@ -10,9 +10,9 @@ import numpy as np
 
 from .. import grid as grids
 from .. import store
-from ..case import Case
-from ..errors import InputError, brief
-from ..results import Peak
+from ..contracts.case import Case
+from ..contracts.results import Peak
+from ..language.errors import InputError, brief
 from . import executors, progress, signals
 from .driver import TICK, Batches, Driver
 from .worker import Job, Simulator, find_peak

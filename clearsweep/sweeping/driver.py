@@ -11,7 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 import numpy as np
 
 from .. import store
-from ..errors import ClearsweepError, StorageError
+from ..language.errors import ClearsweepError, StorageError
 from ..store import durable
 from . import signals
 from .executors import Executor

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..case import Case
+from ..contracts.case import Case
 from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
 from . import crew, executors, signals, sweep
 from .bracket import usual_probes

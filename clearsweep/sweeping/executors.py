@@ -20,9 +20,8 @@ from typing import Any, Protocol, TypeVar
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
-from .. import resources
-from ..errors import InputError, SchedulerLostError, brief
-from . import signals, worker
+from ..language.errors import InputError, SchedulerLostError, brief
+from . import resources, signals, worker
 
 THREAD_VARIABLES = (
     "OPENBLAS_NUM_THREADS",

@@ -10,8 +10,8 @@ import numpy as np
 
 from .. import grid as grids
 from .. import store
-from ..errors import DirectoryError
 from ..grid.variations import WAYS
+from ..language.errors import DirectoryError
 from . import progress, signals
 from .crew import Crew, Options, case_ids
 from .shard import Shard, each_once

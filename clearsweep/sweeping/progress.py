@@ -4,8 +4,8 @@ import sys
 import time
 from contextlib import AbstractContextManager
 
-from ..errors import printable
-from ..wording import duration
+from ..language.errors import printable
+from ..language.wording import duration
 
 SETTLING = 1.0  # s after the first case before the time left is told
 

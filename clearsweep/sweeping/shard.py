@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..language.errors import InputError
 
 
 class Shard(NamedTuple):

@@ -4,9 +4,9 @@ from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
 from .. import simulation
-from ..case import Case
-from ..catalogue import Catalogue
-from ..results import Peak, Trajectory
+from ..contracts.case import Case
+from ..contracts.catalogue import Catalogue
+from ..contracts.results import Peak, Trajectory
 from .worker import Simulator
 
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from .. import grid as grids
-from .. import resources, store
-from ..errors import DirectoryError, InputError
-from . import executors, progress, rounds, signals
+from .. import store
+from ..language.errors import DirectoryError, InputError
+from . import executors, progress, resources, rounds, signals
 from .crew import Crew, Options, case_ids, most, within
 from .refining import Refined, Refining
 from .seeking import Answer, Seeking

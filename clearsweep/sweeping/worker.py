@@ -17,14 +17,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from .. import resources, store
-from ..case import Case
-from ..catalogue import Catalogue
-from ..errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
+from .. import store
+from ..contracts.case import Case
+from ..contracts.catalogue import Catalogue
+from ..contracts.results import Peak, Trajectory
 from ..grid import Grid
-from ..results import Peak, Trajectory
+from ..language.errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
 from ..store import durable
-from . import signals
+from . import resources, signals
 
 AT_ONCE = 64  # cases made before the first of them runs
 _PR_SET_PDEATHSIG = 1

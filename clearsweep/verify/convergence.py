@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from .. import grid
-from ..layout import Layout
+from ..contracts.layout import Layout
 from ..mechanics.solver.event import Work
 from ..simulation import scene
 from ..simulation.batch_means import Blocks, Interval

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import lambertw
 
 from .. import grid
-from ..case import column_name
+from ..contracts.case import column_name
 from ..mechanics.solver.event import ONSET, SEPARATION
 from ..simulation import scene
 from ..simulation.trajectory import simulate

@@ -37,9 +37,10 @@ from typing import Any
 import numpy as np
 
 from .. import grid
-from ..case import Case
-from ..layout import JointLayout
-from ..machine import Constant
+from ..contracts.case import Case
+from ..contracts.layout import JointLayout
+from ..contracts.machine import Constant
+from ..contracts.results import Trajectory
 from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.elastic.contract import elastic_energy
 from ..mechanics.joint.elastic.power import POWERS
@@ -47,7 +48,6 @@ from ..mechanics.joint.guide import CORNERS
 from ..mechanics.joint.lubricated import Film, Lubricated
 from ..mechanics.mechanism import contract, planar
 from ..mechanics.observe import tally
-from ..results import Trajectory
 from ..simulation import scene
 from ..simulation.ideal import ideal_peaks
 from ..simulation.run import integrated

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import grid, results
+from .. import grid
+from ..contracts import results
 from ..simulation import scene
 from ..simulation.trajectory import simulate
 from .extremes import Extreme, contact, crank, tanh, voigt

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import grid
-from ..case import column_name
+from ..contracts.case import column_name
 from ..simulation import scene
 from ..simulation.trajectory import simulate
 from .extremes import Extreme

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from clearsweep import layout
+from clearsweep.contracts import layout
 from clearsweep.simulation.scene import catalogue
 
 PAGE = Path(__file__).parents[1] / "guide.md"

@@ -3,9 +3,9 @@
 import math
 import textwrap
 
-from ...case import Contact, Joint, Material, Materials
-from ...catalogue import Columns, Field, Law
-from ...errors import InputError, likely
+from ...contracts.case import Contact, Joint, Material, Materials
+from ...contracts.catalogue import Columns, Field, Law
+from ...language.errors import InputError, likely
 from ..mechanism import MECHANISMS
 from ..mechanism.drives import DRIVES
 from ..mechanism.loads import LOADS

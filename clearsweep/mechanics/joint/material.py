@@ -2,7 +2,7 @@
 
 import math
 
-from ...case import Joint, Materials
+from ...contracts.case import Joint, Materials
 
 
 def plane_strain_modulus(material: Materials) -> float:

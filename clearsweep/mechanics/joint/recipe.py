@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ...case import Joint
-from ...catalogue import Law
+from ...contracts.case import Joint
+from ...contracts.catalogue import Law
 from .contract import undeclared
 from .elastic import contract as elastic
 from .film import contract as film

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from ...case import Joint
-from ...catalogue import Law
+from ...contracts.case import Joint
+from ...contracts.catalogue import Law
 from ..compiled.vector import Vector
 from . import dry, guide, lubricated, spatial, worn
 from .describe import text

@@ -19,7 +19,7 @@ import numpy as np
 from numba import types
 from numba.extending import lower_builtin, type_callable
 
-from ...catalogue import Mechanism
+from ...contracts.catalogue import Mechanism
 from ..compiled.dual import as_type_of, slope
 from ..compiled.family import family, inlined, kernel, map_joints
 from ..compiled.moving import Moving

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Mapping
 
-from ...case import Case
-from ...catalogue import Channel, Keys, Mechanism, Output
-from ...machine import Constant, Machine
-from ...outline import GROUND, Outline
+from ...contracts.case import Case
+from ...contracts.catalogue import Channel, Keys, Mechanism, Output
+from ...contracts.machine import Constant, Machine
+from ...contracts.outline import GROUND, Outline
 from . import drives, loads, planar
 
 

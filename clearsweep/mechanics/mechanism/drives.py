@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from ... import case, machine
-from ...catalogue import Columns, Field, Keys, Law
-from ...outline import ANY, Outline
+from ...contracts import case, machine
+from ...contracts.catalogue import Columns, Field, Keys, Law
+from ...contracts.outline import ANY, Outline
 
 _START = Field("start_angle", "rad", "crank angle at t = 0; default 0", -math.inf, optional=True)
 _FREE = (

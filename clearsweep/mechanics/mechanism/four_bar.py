@@ -2,10 +2,10 @@
 
 import math
 
-from ...case import Case
-from ...catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
-from ...machine import Aim, At, Body, Machine, Pin
-from ...outline import Outline
+from ...contracts.case import Case
+from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
+from ...contracts.machine import Aim, At, Body, Machine, Pin
+from ...contracts.outline import Outline
 from . import described
 from .drives import drive_of
 from .loads import Places, loads_of

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...catalogue import Channel, Field, JointSite, Keys, Mechanism
+from ...contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism
 from ..joint.dry import Gap
 from .contract import (
     Built,

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ... import case, machine
-from ...catalogue import Choice, Columns, Field, Keys, Law
-from ...outline import ANY, GROUND, LoadOutline
+from ...contracts import case, machine
+from ...contracts.catalogue import Choice, Columns, Field, Keys, Law
+from ...contracts.outline import ANY, GROUND, LoadOutline
 from ..joint.recipe import compiled_term
 
 CENTER = "center"  # the point of a body that is its centre of mass

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Iterable
 
-from ...catalogue import Choice, Field, Keys
-from ...machine import At, Guide, Pin
-from ...outline import ANY, GROUND, JointOutline, Outline
+from ...contracts.catalogue import Choice, Field, Keys
+from ...contracts.machine import At, Guide, Pin
+from ...contracts.outline import ANY, GROUND, JointOutline, Outline
 
 _AXIS = Field(
     "axis", "rad", "of the line through the proximal point, in its body's frame; not of a pin", -math.inf, default=0.0

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Iterable
 
-from ...case import Case
-from ...catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
-from ...machine import Aim, Body, Machine
-from ...outline import ANY, EVERYTHING, GROUND, JointOutline, Outline
+from ...contracts.case import Case
+from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
+from ...contracts.machine import Aim, Body, Machine
+from ...contracts.outline import ANY, EVERYTHING, GROUND, JointOutline, Outline
 from . import described, topology_in_space
 from .drives import drive_of
 from .loads import Places, loads_of

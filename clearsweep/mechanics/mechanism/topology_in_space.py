@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...case import Case
-from ...catalogue import Channel, Choice, Field, JointSite, Keys, Mechanism, Output
-from ...machine import Aim, At, Body, Constant, Machine, Push
-from ...outline import ANY, GROUND, JointOutline, Outline
+from ...contracts.case import Case
+from ...contracts.catalogue import Channel, Choice, Field, JointSite, Keys, Mechanism, Output
+from ...contracts.machine import Aim, At, Body, Constant, Machine, Push
+from ...contracts.outline import ANY, GROUND, JointOutline, Outline
 from . import described, planar
 from .contract import Built, IdealMotion
 from .named import joint_keys, joint_of, output_keys, pair_of

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import FuncFormatter
 
-from ... import wording
-from ...wording import Scale
+from ...language import wording
+from ...language.wording import Scale
 from ..main_effects import MainEffect
 from ..study import Axis
 from .style import (

@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Circle, Patch
 from matplotlib.ticker import MaxNLocator
 
-from ... import wording
+from ...language import wording
 from ..spectrum import Spectrum
 from ..strobe import Points
 from ..study import Axis

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from ... import wording
+from ...language import wording
 from .style import BLUE, GREEN, GREY, RED, plain_axes, with_unit
 
 COLOURS = (RED, BLUE, GREEN)

@@ -10,7 +10,7 @@ from matplotlib.patches import Arc, Circle, Polygon, Rectangle
 from matplotlib.transforms import Affine2D
 
 from ... import simulation
-from ...machine import GROUND
+from ...contracts.machine import GROUND
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED
 
 _COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")

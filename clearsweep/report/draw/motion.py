@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from ... import wording
+from ...language import wording
 from .style import BLUE, GREY, INK, RED, colour_bar, over_crank, plain_axes, stems
 
 DEEPEST = 0.4  # of the clearance, as deep as the deepest penetration is drawn where a gap is unrolled

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
-from ... import wording
+from ...language import wording
 from ..study import Axis
 from .comparison import CELLS_VECTOR, WRITTEN
 from .style import INK, name_values

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from ... import wording
+from ...language import wording
 from .style import BLUE, GREY, INK, PALE, RED, over_crank
 
 COLOURS = (BLUE, RED)  # of the end at +z, at -z

@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from ... import wording
-from ...wording import Scale
+from ...language import wording
+from ...language.wording import Scale
 from .style import BLUE, INK, PALE, RED, colour_bar, plain_axes
 
 SECTORS = 180  # of a circle, at most

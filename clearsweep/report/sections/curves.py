@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import wording
-from ...verdict import Limit, limits_of
+from ...judging.verdict import Limit, limits_of
+from ...language import wording
 from ..draw import comparison
 from ..draw.comparison import Family
 from ..main_effects import main_effects

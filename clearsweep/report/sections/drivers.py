@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ... import wording
+from ...language import wording
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED

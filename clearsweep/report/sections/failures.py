@@ -2,7 +2,7 @@
 
 from markupsafe import Markup
 
-from ...wording import TIMES
+from ...language.wording import TIMES
 from ..case_table import CaseRows, axis_columns
 from ..section import Section, Sentences
 from ..study import Study

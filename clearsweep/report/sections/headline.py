@@ -5,7 +5,9 @@ from collections import Counter
 import numpy as np
 from markupsafe import Markup
 
-from ... import simulation, validity, wording
+from ... import simulation
+from ...judging import validity
+from ...language import wording
 from ..case_table import AT_ONCE, axis_columns
 from ..main_effects import MainEffect, main_effects
 from ..section import Points, Section, filled

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ... import wording
+from ...language import wording
 from .. import elastic_comparison, law_verdict, restitution_comparison
 from ..draw import comparison
 from ..main_effects import CLEAR_FACTOR, main_effects

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from ... import wording
+from ...language import wording
 from ..draw import life
 from ..draw.life import Course
 from ..picture import Picture

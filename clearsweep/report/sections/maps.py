@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import wording
+from ...language import wording
 from ..draw import comparison
 from ..main_effects import main_effects
 from ..picture import Picture, Spot, capital

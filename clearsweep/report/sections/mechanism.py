@@ -1,6 +1,6 @@
 """The mechanism of a run as it starts, so that a reader sees what was studied."""
 
-from ...errors import InputError
+from ...language.errors import InputError
 from .. import mechanism
 from ..section import Gallery, Section, filled
 from ..study import Study, resolved

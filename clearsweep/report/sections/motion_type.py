@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ... import wording
+from ...language import wording
 from .. import kinds, spectrum, strobe
 from ..draw import kinds as draw
 from ..kinds import CONTACTS, PERIODS

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from ... import wording
+from ...language import wording
 from ..motion import FLAT, Course, courses, saved_of
 from ..picture import Picture, capital
 from ..section import Block, Detail, Section, Sentences

@@ -1,6 +1,6 @@
 """The figures of every finished case in tables: forces of each joint, output and drive, how certain they are."""
 
-from ...layout import DIFFERENCE
+from ...contracts.layout import DIFFERENCE
 from ..case_table import case_table
 from ..picture import capital
 from ..section import Block, Note, Section, filled

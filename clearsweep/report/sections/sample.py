@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from ... import wording
-from ...errors import InputError
+from ...language import wording
+from ...language.errors import InputError
 from .. import sensitivity
 from ..draw import comparison
 from ..draw.style import RED

@@ -2,7 +2,8 @@
 
 import re
 
-from ... import grid, wording
+from ... import grid
+from ...language import wording
 from ..section import Block, Columns, Facts, Note, Section, filled
 from ..study import BASE, Axis, Study, leaves
 

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from ... import wording
+from ...language import wording
 from ..case_table import axis_columns
 from ..draw import sought as draw
 from ..picture import Picture, capital

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import wording
+from ...language import wording
 from .. import worn
 from ..matching import matched
 from ..paired import power

@@ -4,7 +4,8 @@ import itertools
 
 import numpy as np
 
-from ... import verdict, wording
+from ...judging import verdict
+from ...language import wording
 from ..case_table import axis_columns
 from ..draw import passing
 from ..main_effects import main_effects

@@ -1,6 +1,7 @@
 """Wear: where each joint wears, and how much in every finished case."""
 
-from ... import simulation, wording
+from ... import simulation
+from ...language import wording
 from .. import worn
 from ..case_table import case_table
 from ..picture import Picture

@@ -24,9 +24,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....case import Joint
-from ....catalogue import Columns, Field, Law, Order
-from ....errors import InputError
+from ....contracts.case import Joint
+from ....contracts.catalogue import Columns, Field, Law, Order
+from ....language.errors import InputError
 from ...compiled import calculus
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....case import Joint
-from ....catalogue import Field, Law, Range
-from ....errors import InputError
+from ....contracts.case import Joint
+from ....contracts.catalogue import Field, Law, Range
+from ....language.errors import InputError
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus, plane_strain_modulus

@@ -8,7 +8,7 @@ import math
 
 from numpy.polynomial.legendre import leggauss
 
-from ....catalogue import Range
+from ....contracts.catalogue import Range
 from ...compiled.dual import as_type_of
 from ...compiled.family import family
 

@@ -7,8 +7,8 @@ the joint, R_b and R_j the radii of bearing and journal.
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....case import Joint
-from ....catalogue import Field, Law, Range
+from ....contracts.case import Joint
+from ....contracts.catalogue import Field, Law, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Field, Law, Range
+from ....contracts.catalogue import Field, Law, Range
 from ...compiled import calculus as math
 from ..material import material_stiffness
 from ..recipe import enter

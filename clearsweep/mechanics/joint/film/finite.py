@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Law, Range
+from ....contracts.catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..recipe import enter

@@ -3,7 +3,7 @@
 from math import inf
 from typing import NamedTuple
 
-from ....catalogue import Law, Range
+from ....contracts.catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Law
+from ....contracts.catalogue import Law
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ..recipe import enter

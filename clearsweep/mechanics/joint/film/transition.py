@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....catalogue import Field, Law
+from ....contracts.catalogue import Field, Law
 from ...compiled import calculus
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ....catalogue import Field, Law
+from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.family import family
 from ..contract import InternalState, internal_rates, internal_state

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....catalogue import Field, Order
+from ....contracts.catalogue import Field, Order
 from ...compiled.family import family
 
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Field, Law, Order
+from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..recipe import enter

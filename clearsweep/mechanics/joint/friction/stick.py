@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from ....catalogue import Field, Law, Order
+from ....contracts.catalogue import Field, Law, Order
 from ..contract import PRESSED, STUCK, Guard, guard_values, guards
 from ..recipe import enter
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit

@@ -1,6 +1,6 @@
 """What a law of the normal force declares."""
 
-from ....catalogue import Field
+from ....contracts.catalogue import Field
 from ...compiled import calculus as math
 from ...compiled.family import family
 from ..elastic.contract import parity

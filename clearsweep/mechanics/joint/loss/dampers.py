@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Field, Law
+from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..rebound import approach_damping_rebound, damping_ratio

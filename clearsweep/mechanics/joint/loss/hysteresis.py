@@ -6,7 +6,7 @@ To add a law of the form F = F_elastic (1 + chi rate / onset_rate) is to add one
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....catalogue import Law
+from ....contracts.catalogue import Law
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Field, Law
+from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel

@@ -2,8 +2,8 @@
 
 import math
 
-from ....case import Joint
-from ....catalogue import Field, Law
+from ....contracts.case import Joint
+from ....contracts.catalogue import Field, Law
 from ..material import plane_strain_modulus
 from ..recipe import enter
 from .profile import DIMENSION, PROFILE, SCALE, derived_texture, texture

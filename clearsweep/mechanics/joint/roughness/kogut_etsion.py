@@ -2,8 +2,8 @@
 
 import math
 
-from ....case import Joint
-from ....catalogue import Law
+from ....contracts.case import Joint
+from ....contracts.catalogue import Law
 from ..material import plane_strain_modulus
 from ..recipe import enter
 from .fractal import HARDNESS, NEEDED, SERIES

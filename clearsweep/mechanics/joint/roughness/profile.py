@@ -20,9 +20,9 @@ from scipy.optimize import least_squares
 from scipy.special import gamma
 from scipy.stats import t as student
 
-from ....case import Joint
-from ....catalogue import Columns, Field
-from ....errors import InputError
+from ....contracts.case import Joint
+from ....contracts.catalogue import Columns, Field
+from ....language.errors import InputError
 
 GAMMA = 1.5  # of the frequencies of the profile
 LEAST_ROWS = 1000

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Law
+from ....contracts.catalogue import Law
 from ..recipe import enter
 
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ....catalogue import Channel
+from ....contracts.catalogue import Channel
 from ...compiled import calculus as math
 from ...compiled.attitude import in_fixed
 from ...compiled.dual import as_type_of

@@ -3,8 +3,8 @@
 import math
 from typing import NamedTuple
 
-from ....case import Joint
-from ....catalogue import Law
+from ....contracts.case import Joint
+from ....contracts.catalogue import Law
 from ..recipe import compiled_term, enter
 from .contract import FINEST, wear_rate
 

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial, chebyshev
 
-from ....case import Joint
-from ....catalogue import Law
+from ....contracts.case import Joint
+from ....contracts.catalogue import Law
 from ..elastic.conformal import WIDEST, load_arc
 from ..recipe import enter
 from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from ....case import Joint
-from ....catalogue import Field, Law
+from ....contracts.case import Joint
+from ....contracts.catalogue import Field, Law
 from ...compiled.family import inlined
 from ..elastic.conformal import arc_excess
 from ..elastic.contract import SMALL_ARC

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ....catalogue import Channel
-from ....machine import GROUND, Aim, At, Course, Guide, Machine, Motor
+from ....contracts.catalogue import Channel
+from ....contracts.machine import GROUND, Aim, At, Course, Guide, Machine, Motor
 from ...joint.contract import Load
 from ..contract import Built, Ideal, Open
 from . import members  # noqa: F401 - enters the equations of motion

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....machine import GROUND, Guide, Machine
+from ....contracts.machine import GROUND, Guide, Machine
 
 STATIONS = 720  # of a turn, at which the machine is closed
 COARSE = 24  # of them, found one after the other; the others begin between these

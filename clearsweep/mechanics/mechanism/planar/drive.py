@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....machine import Constant, Course, Motor
+from ....contracts.machine import Constant, Course, Motor
 from ...compiled.dual import plain
 from ...compiled.family import family
 from ...compiled.held import held, item_of, row_of

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import DOP853, OdeSolution
 from scipy.optimize import brentq
 
-from ....machine import GROUND, At, Constant, Course, Guide, Machine, Motor, Push, Rubbing, Spring, Tabled
+from ....contracts.machine import GROUND, At, Constant, Course, Guide, Machine, Motor, Push, Rubbing, Spring, Tabled
 from ...joint.friction.contract import friction_force
 from ..contract import IdealMotion
 from .closure import Alike, Closure, Turn, between, turn_of

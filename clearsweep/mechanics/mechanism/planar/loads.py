@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from ....machine import Push, Rubbing, Spring, Tabled
+from ....contracts.machine import Push, Rubbing, Spring, Tabled
 from ...compiled.dual import plain
 from ...compiled.family import kernel
 from ...compiled.held import Held, held, item_of, row_of

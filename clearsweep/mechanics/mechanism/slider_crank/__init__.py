@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from ....catalogue import Channel, Field, JointSite, Keys, Mechanism, Order, Output
-from ....outline import Outline
+from ....contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism, Order, Output
+from ....contracts.outline import Outline
 from .. import described, spatial
 from ..contract import Built, Ideal, IdealMotion, Open
 from . import general, masses, motion  # noqa: F401 - enter the equations of motion

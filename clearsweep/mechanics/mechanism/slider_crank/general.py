@@ -2,8 +2,8 @@
 
 import math
 
-from ....case import Case
-from ....machine import Aim, At, Body, Guide, Machine, Pin
+from ....contracts.case import Case
+from ....contracts.machine import Aim, At, Body, Guide, Machine, Pin
 from ..drives import drive_of
 from ..loads import Places, loads_of
 

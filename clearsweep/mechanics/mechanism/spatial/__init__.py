@@ -2,9 +2,9 @@
 
 import math
 
-from ....case import Case
-from ....catalogue import Channel, Choice, Field, JointSite, Keys, Mechanism, Output
-from ....outline import ANY, Outline
+from ....contracts.case import Case
+from ....contracts.catalogue import Channel, Choice, Field, JointSite, Keys, Mechanism, Output
+from ....contracts.outline import ANY, Outline
 from .build import PINS, build
 from .ideal import ideal
 

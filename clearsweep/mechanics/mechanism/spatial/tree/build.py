@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .....machine import GROUND, At, Guide, Machine
+from .....contracts.machine import GROUND, At, Guide, Machine
 from ....compiled.vector import Vector
 from ....joint.spatial import SpatialLoad
 from ...contract import Built, accelerate, place

@@ -3,7 +3,7 @@
 import errno
 import resource
 
-from .errors import InputError
+from ..language.errors import InputError
 
 LEAST_SPACE = 1_000_000_000  # bytes of address space: loading what a run needs and compiling a scene
 SPARE_SPACE = 4_000_000  # kB, as `ulimit -v` counts; what is advised

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .case import column_name
-from .results import ELASTIC_ONSET, ELASTIC_SHARE
-from .wording import joint_name, short_id
+from ..contracts.case import column_name
+from ..contracts.results import ELASTIC_ONSET, ELASTIC_SHARE
+from ..language.wording import joint_name, short_id
 
 #: Figure of a joint -> value above which there is a remark.
 THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0}

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from . import expression, wording
-from .layout import Column
+from ..contracts.layout import Column
+from ..language import expression, wording
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where cases are judged

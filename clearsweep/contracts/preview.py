@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from . import wording
+from ..language import wording
 
 SIZE, MARGIN = 200, 6  # of a drawing and around it, px
 MOST_POINTS = 2000  # of a curve

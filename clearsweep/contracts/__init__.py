@@ -1,0 +1,1 @@
+"""What all rooms hand to each other: a case, a described machine, results, and the names and units of them."""

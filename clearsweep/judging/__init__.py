@@ -1,0 +1,1 @@
+"""Whether results may be believed, and whether a grid allows them."""
