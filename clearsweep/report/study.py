@@ -15,7 +15,6 @@ from ..contracts.results import ELASTIC_ONSET
 from ..grid import Fit
 from ..judging.verdict import EXCEEDED
 from ..language import wording
-from ..language.wording import Scale
 from ..store import StoredRun
 from .rows import Rows
 
@@ -37,7 +36,7 @@ class Axis(NamedTuple):
 
     path: str
     name: str  # in words
-    scale: Scale
+    scale: wording.Scale
     values: tuple  # SI floats or strings
     digits: int  # that keep its values apart, at least DIGITS
     scattered: bool = False  # drawn or listed case by case: hardly two cases share a value; `values` in order of size
@@ -177,7 +176,7 @@ class Study(NamedTuple):
         """Return the SI unit of a column or of a dotted path, '1' where there is none."""
         return self.units.get(name, "1")
 
-    def scale(self, column: str) -> Scale:
+    def scale(self, column: str) -> wording.Scale:
         """Return the scale that suits a column of the finished cases."""
         sizes = self.cases[column].abs().to_numpy(float)
         return wording.scale(self.unit(column), float(sizes[np.isfinite(sizes)].max(initial=0.0)))
@@ -394,7 +393,7 @@ def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
 
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
     numbers = [value for value in values if not isinstance(value, str)]
-    scale = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else Scale(1.0, "")
+    scale = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else wording.Scale(1.0, "")
     digits = DIGITS
     while digits < 16 and len({scale.given_number(value, digits) for value in numbers}) < len(set(numbers)):
         digits += 1
