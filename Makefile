@@ -54,6 +54,7 @@ bench: $(BENCH)/.ready
 	@PYTHONPATH=tests $(BENCH)/bin/python -m bench.speed $(ARGS)
 	@case "$(ARGS)" in *--json*) ;; *) $(BENCH)/bin/python tests/bench/efficiency.py ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(BENCH)/bin/python tests/bench/laws.py $(filter --write,$(ARGS)) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) PYTHONPATH=tests $(BENCH)/bin/python -m bench.ensemble ;; esac
 
 # ARGS: --made-up N,N, --real N,N, --write (N: 10000, 100000 or 1000000; results/speed.md)
 scale: $(READY)

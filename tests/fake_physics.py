@@ -123,6 +123,9 @@ class Fake:
     def compile_for(case):
         """Do nothing."""
 
+    compile_together = compile_for
+    solve_each = None  # one after the other, as they are made to fail
+
     @staticmethod
     def compile_loop(case):
         """Do nothing."""

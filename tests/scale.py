@@ -36,7 +36,7 @@ JOBS = 2
 SHORT = 1e-3  # s, what a stand-in takes where the share of the cases in all is asked
 KINDS = {
     "made-up": (scale_cases.made_up, scale_cases.StandIn),
-    "real": (scale_cases.real, SIMULATION._replace(solve=scale_cases.timed)),
+    "real": (scale_cases.real, SIMULATION._replace(solve=scale_cases.timed, solve_each=None)),
 }
 
 # ------------------------------------------------------------------------------------------- one step, in a process

@@ -211,7 +211,7 @@ def steps(run, control):
     status, work = loop.PAUSED, run.work
     while status == loop.PAUSED:
         before = work.latched[-1]
-        status, _ = loop.integrate(control._replace(pause=np.nextafter(work.y[work.time], math.inf)), work)
+        status, _ = run.go(control._replace(pause=np.nextafter(work.y[work.time], math.inf)))
         yield before, work.latched[-1]
 
 

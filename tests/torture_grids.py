@@ -228,7 +228,8 @@ class Short:
     def compile_for(self, case):
         """Compile nothing."""
 
-    compile_loop = compile_for
+    compile_loop = compile_together = compile_for
+    solve_each = None  # each case is cut short
 
     def solve(self, case):
         """Return the result of a case cut short."""

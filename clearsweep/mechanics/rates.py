@@ -17,8 +17,10 @@ from typing import NamedTuple
 from numba import types
 
 from ..contracts.catalogue import Channel
-from .compiled.dual import Seeded, as_dual, slope
-from .compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
+from .clock import clock
+from .compiled.choosing import either
+from .compiled.dual import Seeded, as_dual, as_type_of, slope
+from .compiled.family import Entry, entry, in_lane, inlined, kernel, map_joints, shaped
 from .joint import spatial
 from .joint.contract import (
     Present,
@@ -82,42 +84,6 @@ def look(scene, y, mode, latched):
     return p, relative, loads, accelerate(scene.mechanism, p, loads)
 
 
-@kernel
-def clock(scene, y, mode):
-    """Return kappa = dt/dtau at the state `y`, s.  A contact that does not touch has no share in 1/kappa."""
-    first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
-    if contacts == 1:
-        return y[first] / scene.sigma if touches(mode[0]) else 1.0
-    if contacts > len(scene.joints):
-        return clock_of_corners(scene, y, mode)
-    slowness = 0.0
-    for c in range(contacts):
-        if touches(mode[c]):
-            slowness += 1.0 / y[first + c]
-    return 1.0 / (scene.sigma * slowness) if slowness != 0.0 else 1.0
-
-
-@kernel
-def clock_of_corners(scene, y, mode):
-    """Return the same where contacts may part at one moment, as corners of a block do.
-
-    Trial steps past that moment come to roots of opposite signs, between which 1/kappa goes through zero: where a root
-    is as far below zero as half of another is above it, kappa goes on along its tangent.
-    """
-    first, contacts, nearest = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact, -1
-    for c in range(contacts):
-        if touches(mode[c]) and (nearest < 0 or abs(y[first + c]) < abs(y[first + nearest])):
-            nearest = c
-    if nearest < 0:
-        return 1.0
-    root, others = y[first + nearest], 0.0
-    for c in range(contacts):
-        if touches(mode[c]) and c != nearest:
-            others += root / y[first + c]
-    share = 1.0 / (1.0 + others) if others > -0.5 else -4.0 * others
-    return root * share / scene.sigma
-
-
 @inlined
 def catching_up(reference_rate, rate, depth, root):
     """Return half of what the square of a root of penetration changes by, m/s: it follows the depth."""
@@ -131,6 +97,14 @@ def root_rate(scene, contact, root, kappa):
     if extent(scene.joints).contact == 1:
         return closing * (1.0 / scene.sigma)
     return closing * (kappa / root)  # kappa / s, also at s = 0
+
+
+@inlined
+def _stays(scene, contact, root, kappa):
+    return as_type_of(0.0, root)
+
+
+_rate_of_root = either(root_rate, _stays)
 
 
 class _Rows(NamedTuple):
@@ -158,10 +132,8 @@ def _put_contacts(joint, load, place, rows):
     present, row = rows.present, rows.row
     for i in range(len(load.contacts)):
         contact, c = load.contacts[i], place.contact + i
-        root, closing = present.y[present.roots + c], 0.0
-        if touches(present.mode[c]):
-            closing = root_rate(rows.scene, contact, root, rows.kappa)
-        rows.k[row, present.roots + c] = closing
+        given = rows.scene, contact, present.y[present.roots + c], rows.kappa
+        rows.k[row, present.roots + c] = _rate_of_root(touches(present.mode[c]), given)
         lost = power_lost(contact)
         seen = Observed(
             normal=contact.normal,
@@ -218,17 +190,20 @@ def size_of(scene):
     return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal, size.contact + size.latched
 
 
-def rates_entry(scene, y, mode, latched, k, o, row):
-    """Evaluate `rates` with arrays from bare pointers; `scene` points at the Scene."""
+def rates_entry(scene, start, mode, latched, scale, k, o, y, step, row):
+    """Evaluate `rates` with arrays from bare pointers; `scene` points at the Scene.
+
+    It has the arguments of what takes whole steps, too, see `attempt`, so that both are called alike.
+    """
     here = scene[0]
     contacts, n, latching = size_of(here)
     rates(
         here,
-        shaped(y, (n,)),
-        shaped(mode, (contacts,)),
-        shaped(latched, (latching,)),
-        shaped(k, (ROWS, n)),
-        shaped(o, (ROWS, observed_columns(here.joints))),
+        in_lane(y, (n,)),
+        in_lane(mode, (contacts,)),
+        in_lane(latched, (latching,)),
+        in_lane(k, (ROWS, n)),
+        in_lane(o, (ROWS, observed_columns(here.joints))),
         row,
     )
 
@@ -282,9 +257,9 @@ def slopes_entry(scene, y, mode, latched, jacobian, place):
     contacts, n, latching = size_of(here)
     differentiate(
         here,
-        shaped(y, (n,)),
-        shaped(mode, (contacts,)),
-        shaped(latched, (latching,)),
+        in_lane(y, (n,)),
+        in_lane(mode, (contacts,)),
+        in_lane(latched, (latching,)),
         shaped(jacobian, (3, n, n)),
         place,
     )
@@ -360,15 +335,15 @@ def sample_entry(scene, y, mode, latched, side, out, channels):
     here = scene[0]
     contacts, n, latching = size_of(here)
     values = shaped(out, (channels,))
-    side, y = shaped(side, (contacts,)), shaped(y, (n,))
-    pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(latched, (latching,)))
+    side, y = shaped(side, (contacts,)), in_lane(y, (n,))
+    pose, relative, loads, motion = look(here, y, in_lane(mode, (contacts,)), in_lane(latched, (latching,)))
     samples = _Samples(first_place(here.joints, 0), describe(here.mechanism, y, pose, motion, values))
     _put_gaps(here.joints, relative, samples, (values, side))
     _put_forces(here.joints, loads, samples, (values, side))
 
 
 _STATE = (types.float64, types.int64, types.float64)  # y, mode, latched
-RATES_ARRAYS = (*_STATE, types.float64, types.float64)
+RATES_ARRAYS = (types.float64, types.int64, *(types.float64,) * 6)  # the fields of observe.along.Attempt
 
 
 def rates_of(scene, parameters) -> Entry:

@@ -10,6 +10,7 @@ from ..mechanics.joint.registry import text as laws_text
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from .advice import advice_text
+from .ensemble import compile_together, solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
 from .peak_revolution import peak_revolution
@@ -29,6 +30,7 @@ __all__ = [
     "catalogue",
     "compile_for",
     "compile_loop",
+    "compile_together",
     "derived",
     "elastic_choices",
     "elastic_forces",
@@ -46,6 +48,7 @@ __all__ = [
     "simulate",
     "sketch",
     "solve",
+    "solve_each",
     "warnings",
     "yielding",
 ]

@@ -75,6 +75,25 @@ def _ended(scene: Scene, run: Run) -> tuple[str, str]:
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration came to."""
+    summary = dict.fromkeys(column.name for column in scene.layout.columns)
+    window = window_of(scene, run, end)
+    failed = run.status != loop.OK
+    summary |= figures_of(window, failed=failed)
+    if failed:
+        return Trajectory(*_failure_of(scene, run, end), summary, units=scene.layout.units)
+    summary |= run.figures
+    message = message_of(*remarks(scene, run, window, summary))
+    names = [channel.name for channel in scene.layout.channels]
+    histories = (
+        dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
+    )
+    logged = _events_of(scene.layout, run.events)
+    sections, units = sections_of(scene, run), scene.layout.units
+    return Trajectory(_STATUS[run.status][0], message, summary, histories, logged, window.wear, sections, units)
+
+
+def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
+    """Return the status of an integration that failed and the sentence on it."""
     status, text = _ended(scene, run)
     whole = f" of {end:.6g} s" if math.isfinite(end) else ""
     if scene.turning.free:
@@ -89,21 +108,7 @@ def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
     )
-    failed = run.status != loop.OK
-    summary = dict.fromkeys(column.name for column in scene.layout.columns)
-    window = window_of(scene, run, end)
-    summary |= figures_of(window, failed=failed)
-    if failed:
-        return Trajectory(status, message, summary, units=scene.layout.units)
-    summary |= run.figures
-    message = message_of(*remarks(scene, run, window, summary))
-    names = [channel.name for channel in scene.layout.channels]
-    histories = (
-        dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
-    )
-    logged = _events_of(scene.layout, run.events)
-    sections, units = sections_of(scene, run), scene.layout.units
-    return Trajectory(status, message, summary, histories, logged, window.wear, sections, units)
+    return status, message
 
 
 def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:

@@ -3,10 +3,14 @@
 import math
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from ..mechanics.attempt import attempt_of
 from ..mechanics.compiled.family import NO_ENTRY, flatten
+from ..mechanics.compiled.kept import Kept
+from ..mechanics.compiled.rows import Board
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import (
     ONSET_FLOOR,
@@ -24,6 +28,7 @@ from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram
 from ..mechanics.observe import tally as tallies
+from ..mechanics.observe.along import Attempt, step_width
 from ..mechanics.observe.between import BETWEEN
 from ..mechanics.observe.record import Record
 from ..mechanics.rates import rates_of, samples_of, slopes_of
@@ -48,6 +53,8 @@ ROUNDING = 1e-15  # of the mechanism's size and speed: no tolerance below it
 TIME_BUDGET = -1  # a status besides those of the loop
 MOST = 2**62  # steps or events that may be counted
 
+Lane = dict[str, np.ndarray]  # arrays of one of the cases that lie side by side, see `board_of`
+
 _METHODS = {"auto": loop.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
 
 
@@ -56,17 +63,59 @@ def period(scene: Scene) -> float:
     return 2.0 * math.pi / scene.value.reference_rate
 
 
+def board_of(scene: Scene) -> Board:
+    """Return room for cases of the type of `scene`: for parameters and for what a step reads and fills."""
+    contacts, n = len(every_contact(scene.value.joints)), scene.start.size
+    state = (n,), float
+    return Board(
+        {
+            "parameters": (flatten(scene.value).shape, float),
+            **dict.fromkeys(("y", "end", "z", "scale"), state),
+            "k": ((dop853.ROWS, n), float),
+            "o": ((dop853.ROWS, observed_columns(scene.value.joints)), float),
+            "mode": ((contacts,), np.int64),
+            "latched": ((contacts + len(every_latched(scene.value.joints)),), float),
+            "step": ((step_width(contacts, n),), float),
+        }
+    )
+
+
+def attempted(lane: Lane) -> Attempt:
+    """Return those arrays that a step works on."""
+    arrays: Any = [lane[name] for name in Attempt._fields]
+    return Attempt(*arrays)
+
+
+def _put(scene: Scene, parameters: np.ndarray, lane: Lane, contacts: list, internal: list) -> None:
+    """Put into a lane what a scene begins with; `contacts`, `internal`: every contact and internal state."""
+    lane["parameters"][:], lane["y"][:] = parameters, scene.start
+    lane["scale"][:] = _scale(scene, len(contacts), [state.scale for _, state, _ in internal])
+    lane["mode"][:] = [modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]
+    lane["latched"][:] = [ONSET_FLOOR] * len(contacts) + [began for _, began in every_latched(scene.value.joints)]
+
+
 class Run:
     """The buffers of one integration and what it came to."""
 
-    def __init__(self, scene: Scene, times: np.ndarray, *, turned: bool = False, marks: Marks = NO_MARKS):
-        """Prepare for reports at `times` (s), or where a free crank has `turned` as far (rad), and for `marks`."""
+    def __init__(
+        self,
+        scene: Scene,
+        times: np.ndarray,
+        *,
+        turned: bool = False,
+        marks: Marks = NO_MARKS,
+        lane: Lane | None = None,
+    ):
+        """Prepare for reports at `times` (s), or where a free crank has `turned` as far (rad), and for `marks`.
+
+        lane : where among cases that lie side by side; None: it is alone.
+        """
         self.marks = marks
         value, joints = scene.value, scene.value.joints
         self.value, self.deadline = value, scene.deadline
         contacts, internal = every_contact(joints), every_internal_state(joints)
         n, many = scene.start.size, len(contacts)
-        every = [len(contact_modes(joint)) for joint in joints]
+        described = [case for case, joint in zip(scene.case.joints, joints, strict=True) for _ in contact_modes(joint)]
         self.parameters = flatten(value)  # compiled code holds its address
         worn = any(part.wear_bins for part in scene.layout.joints)
         bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in scene.layout.joints)
@@ -87,8 +136,12 @@ class Run:
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
         self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))), along if turned else moment)
+        lane = lane or board_of(scene).lane(0)
+        rates = attempt_of(value, lane["parameters"])
+        _put(scene, self.parameters, lane, contacts, internal)
         self.work = events.Work(
-            rates=rates_of(value, self.parameters),
+            rates=rates if rates.code else rates_of(value, self.parameters),
+            whole=int(rates.code != 0),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if worn else NO_ENTRY,
             time=moment,
@@ -97,15 +150,8 @@ class Run:
             reference_rate=value.reference_rate,
             sigma=value.sigma,
             longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
-            y=scene.start.copy(),
-            end=np.empty(n),
-            z=np.empty(n),
-            k=np.zeros((dop853.ROWS, n)),
-            o=np.zeros((dop853.ROWS, observed_columns(joints))),
+            z=lane["z"],
             f=np.zeros((7, n)),
-            scale=_scale(scene, many, [state.scale for _, state, _ in internal]),
-            mode=np.array([modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]),
-            latched=np.array([ONSET_FLOOR] * many + [began for _, began in every_latched(joints)]),
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
             clearance=np.array([joint.clearance for joint, _ in contacts]),
@@ -114,44 +160,62 @@ class Run:
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
             began=np.array([began for _, _, began in internal]),
             guards=guards_of(value, self.parameters),
-            rubs=np.repeat(
-                [joint.friction is not None or joint.film is not None for joint in scene.case.joints], every
-            ),
-            limit_depth=np.repeat(
-                [registry.penetration_limit(joint) for joint in scene.case.joints],
-                every,
-            ),
+            rubs=np.array([joint.friction is not None or joint.film is not None for joint in described]),
+            limit_depth=np.array([registry.penetration_limit(joint) for joint in described]),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             method=np.zeros(3, dtype=np.int64),
             proposals=np.zeros(2 << many),
-            ahead=np.zeros(3),
+            ahead=np.zeros(loop.AHEAD),
+            control=np.zeros(len(loop.Control._fields)),
+            log=np.empty((loop.LOG, 5)),
             slopes=np.zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n),
             tally=self.tally,
             record=self.record,
             turns=turns_of(scene, marks, many),
+            **attempted(lane)._asdict(),
         )
+        self.kept, self.lane = Kept(self.work), lane
         self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
+        self.logs: list[np.ndarray] = []  # of events, as they were taken away
         self.counts = self.work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
 
     def go(self, control: loop.Control) -> tuple[int, np.ndarray]:
-        """Return the status and the events of an integration from where this one stands to where `control` ends it.
+        """Return the status and the events of an integration from where this one stands to where `control` ends it."""
+        self.heed(control)
+        self.go_on()
+        return self.status, np.concatenate(self.logs)
+
+    def go_on(self) -> None:
+        """Integrate, alone, to where this one ends."""
+        addresses, status = np.array([self.kept.address]), np.zeros(1, dtype=np.int64)
+        arrays, waits = attempted(self.lane), True
+        while waits:
+            began = time.perf_counter()
+            loop.integrate(self.kept, addresses, status, NO_ENTRY, arrays)
+            self.duration += time.perf_counter() - began
+            waits = not self.ended(int(status[0]))
+
+    def heed(self, control: loop.Control) -> None:
+        """Let the integration go by `control` from here on."""
+        self.work.control[:], self.work.ahead[loop.BEGUN], self.logs = control, 0.0, []
+
+    def ended(self, status: int) -> bool:
+        """Return whether the integration, at which something is to be looked at, has ended; if not, make it go on.
 
         What only a stiff motion needs is compiled when the motion turns out to be one.
         """
-        logs: list[np.ndarray] = []
-        while True:
-            began = time.perf_counter()
-            status, log = loop.integrate(control, self.work)
-            self.duration += time.perf_counter() - began
-            logs.append(log)
-            if status == loop.TURNS_STIFF:
-                self.work.slopes[:] = slopes_of(self.value, self.parameters)
-            elif status == loop.PAUSED and time.process_time() >= self.deadline:
-                return TIME_BUDGET, np.concatenate(logs)
-            elif status != loop.PAUSED or self.work.y[self.work.along] >= control.pause:
-                return status, np.concatenate(logs)
+        work = self.work
+        self.logs.append(work.log[: int(work.ahead[loop.LOGGED])].copy())
+        self.status, work.ahead[loop.BEGUN] = status, 0.0
+        if status == loop.TURNS_STIFF:
+            work.slopes[:] = slopes_of(self.value, self.parameters)
+            return False
+        if status == loop.PAUSED and time.process_time() >= self.deadline:
+            self.status = TIME_BUDGET
+            return True
+        return status != loop.PAUSED or bool(work.y[work.along] >= work.control[loop.PAUSE])
 
     def spent(self, other: "Run") -> None:
         """Add what a run beside this one took."""
@@ -163,6 +227,8 @@ def onset_rates(run: Run) -> np.ndarray:
     """Return the onset rate (m/s) that the law of each joint goes by where its integration stands, nan where none."""
     joints, work = run.value.joints, run.work
     rates, place = np.full(len(joints), math.nan), first_place(joints, work.time + 1)
+    if not any(map(touches, work.mode.tolist())):
+        return rates
     for j, joint in enumerate(joints):
         if touches(int(work.mode[place.contact])):
             law = as_it_is(joint.law, work.end, work.latched, place)
@@ -246,10 +312,16 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
     )
 
 
+def start(run: Run, control: loop.Control) -> None:
+    """Let a run go by `control`, by the method that this asks for from the beginning."""
+    if control.method == events.IMPLICIT and run.work.ahead[loop.NEXT] == 0.0:
+        run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
+    run.heed(control)
+
+
 def call(run: Run, control: loop.Control, scene: Scene, watchers: Sequence[Watcher] = ()) -> None:
     """Integrate, at one go unless somebody watches."""
-    if control.method == events.IMPLICIT and run.work.ahead[0] == 0.0:
-        run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
+    start(run, control)
     if watchers:
         run.status, run.events = watch.drive(control, run, scene.case.simulate.discard, scene.turning.at, watchers)
     else:

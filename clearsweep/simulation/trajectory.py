@@ -27,7 +27,7 @@ from .life import Ageing
 from .life_block import Log, Rates, Told, longest_block, told_by
 from .outcome import trajectory_of
 from .revolutions import marks_of
-from .run import Run, call, control_of, integrate, integrated
+from .run import Run, attempted, call, control_of, integrate, integrated
 from .scene import Scene, build
 from .telling import Telling, TellingLife
 from .until import Until, longest, marks
@@ -55,8 +55,7 @@ def simulate(
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
-    scene = dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
-    balance = None
+    scene, balance = timed(scene), None
     if has_balance(scene.case):
         scene, balance = balanced(scene)
     if progress and scene.mechanism.turns and not scene.case.life:
@@ -72,6 +71,11 @@ def simulate(
         trajectory = _with_balance(trajectory, balance)
     if scene.layout.error_check:
         trajectory = _error_checked(scene, trajectory)
+    return judged(scene, trajectory)
+
+
+def judged(scene: Scene, trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory with the verdict on its figures in its summary."""
     trajectory.summary.update(scene.verdict.of_case(trajectory.summary, failed=trajectory.status != "ok"))
     return trajectory
 
@@ -83,6 +87,11 @@ def _with_balance(trajectory: Trajectory, balance: Balance) -> Trajectory:
     if balance.stands or trajectory.status != "ok":
         return trajectory
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, UNBALANCED))
+
+
+def timed(scene: Scene) -> Scene:
+    """Return a scene that is given up when its time budget is spent, counted from now."""
+    return dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
@@ -103,13 +112,20 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
         last = integrated(scene, np.empty(0), end)
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
-        check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
-        reported = sampling_times(scene.case, scene.turning.at)
+        reported = own_sampling(scene)
     marked = marks_of(scene, scene.case.simulate.revolutions)
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.turning.free and times is not None and run.status == loop.OK:
         finish_samples(scene, run)
     return trajectory_of(scene, run, end)
+
+
+def own_sampling(scene: Scene) -> np.ndarray:
+    """Return where a case whose duration is known is to be sampled by its own account."""
+    if scene.case.save.orbits == "none":
+        return np.empty(0)
+    check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
+    return sampling_times(scene.case, scene.turning.at)
 
 
 def finish_samples(scene: Scene, run: Run) -> None:
@@ -122,8 +138,9 @@ def finish_samples(scene: Scene, run: Run) -> None:
         raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {last:.6g} s")
     times[:] = np.minimum(times, last)
     run.work.y[:] = run.work.end
-    run.work.ahead[0] = 0.0
-    loop.integrate(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0), run.work)
+    run.work.ahead[loop.NEXT] = 0.0
+    run.go(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
+    run.status = loop.OK
 
 
 def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) -> Trajectory:
@@ -269,7 +286,7 @@ def compile_loop(case: Case) -> None:
     with empty_entries():
         run = Run(scene, np.empty(0))
     with announced():
-        loop.compile_for(control_of(scene, scene.turning.at(1.0), keep_events=True), run.work)
+        loop.compile_for(run.kept, attempted(run.lane))
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:

@@ -17,6 +17,7 @@ from ..mechanics.solver.event import Work
 LEAD = 0.025
 
 
+_OWN = "control", "counts", "log", "slopes", "step"  # of a run, whatever its motion
 Moment = dict[str, np.ndarray]  # copies of all arrays that a motion goes on from, by name
 
 
@@ -69,7 +70,7 @@ def mark(turns: float, discard: float, at: Callable[[float], float]) -> float:
 
 def moment_of(work: Work) -> Moment:
     """Return copies of all arrays of `work` (event.Work) that the motion goes on from."""
-    return {name: array.copy() for name, array in _arrays(work).items() if name not in ("counts", "slopes")}
+    return {name: array.copy() for name, array in _arrays(work).items() if name not in _OWN}
 
 
 def go_to(moment: Moment, work: Work) -> None:

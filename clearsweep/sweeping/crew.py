@@ -17,6 +17,8 @@ from . import executors, progress, signals
 from .driver import TICK, Batches, Driver
 from .worker import Job, Simulator, find_peak
 
+MANY = 64  # cases per kind of scene, for which it is worth compiling what integrates several side by side
+
 
 class Options(NamedTuple):
     """How a sweep runs; `sweep` says what each means."""
@@ -62,8 +64,11 @@ class Crew:
         if not len(pending):
             return True
         grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
-        workers = self._hired(grid, pending)
-        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout)
+        listed = kinds(grid, pending, self.simulator)
+        many = not self.options.case_timeout and len(pending) >= MANY * len(listed)
+        together = self.simulator.solve_each is not None and many
+        workers = self._hired(listed, len(pending), together=together)
+        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together)
         batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
         with progress.of(len(pending), wanted=self.options.show_progress) as display:
             most_failures = most(self.options.max_failures, len(pending))
@@ -109,10 +114,10 @@ class Crew:
             found.append(peak)
         return found
 
-    def _hired(self, grid: grids.Grid, pending: np.ndarray) -> executors.Executor:
+    def _hired(self, kinds_of_scenes: list[Case], pending: int, *, together: bool) -> executors.Executor:
         """Return the workers, started and their code compiled."""
         if self.workers is None:
-            warm(self._hire(len(pending)), grid, pending, self.simulator)
+            warm(self._hire(pending), kinds_of_scenes, self.simulator, together=together)
             self.ready = time.monotonic()
         assert self.workers is not None  # hired
         return self.workers
@@ -189,13 +194,13 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
     return list({simulator.signature(case): case for case in cases}.values())
 
 
-def warm(workers: executors.Executor, grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> None:
-    """Compile all that the cases need, so that every worker finds it in the cache: each part once, in one of them.
+def warm(workers: executors.Executor, cases: list[Case], simulator: Simulator, *, together: bool = False) -> None:
+    """Compile all that cases of these kinds need, so that every worker finds it in the cache: each part in one of them.
 
     What fails there fails again as a case, where it is recorded.
     """
-    cases = kinds(grid, pending, simulator)
-    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
+    each = (simulator.compile_for, simulator.compile_together) if together else (simulator.compile_for,)
+    parts = [(simulator.compile_loop, cases[0]), *((part, case) for case in cases for part in each)]
     try:
         failures = [_failure(future) for future in [workers.submit(*part) for part in parts]]
     except BrokenExecutor as error:

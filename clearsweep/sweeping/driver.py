@@ -188,7 +188,7 @@ class Driver:
             batch.cases[: note.batch_index] + batch.cases[note.batch_index + 1 :],
         )
         if others:
-            self.batches.again.append(fresh(others))
+            self.batches.again.append(fresh(others, 1))  # one by one
         if note.late:
             self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
         elif others or not batch.tried:

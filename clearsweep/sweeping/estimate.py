@@ -136,7 +136,7 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[
     with signals.catching():
         workers = executors.Local(1, load=simulator.load)
         try:
-            crew.warm(workers, grid, pending, simulator)
+            crew.warm(workers, crew.kinds(grid, pending, simulator), simulator)
             cases = [grid.case(index) for index in pending[chosen(len(pending))].tolist()]
 
             def timed(case: Case) -> tuple[float, int]:

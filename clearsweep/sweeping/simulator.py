@@ -1,6 +1,6 @@
 """The functions of `clearsweep.simulation` that sweeps use, as one value that can travel to a worker process."""
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import NamedTuple
 
 from .. import simulation
@@ -16,8 +16,10 @@ class _Functions(NamedTuple):
     signature: Callable[[Case], Hashable] = simulation.signature
     compile_for: Callable[[Case], None] = simulation.compile_for
     compile_loop: Callable[[Case], None] = simulation.compile_loop
+    compile_together: Callable[[Case], None] = simulation.compile_together
     solve: Callable[..., Trajectory] = simulation.solve
     peak: Callable[[Case, int, float], Peak] = simulation.peak_revolution
+    solve_each: Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None = simulation.solve_each
     derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
     warnings: Callable[[Case], list[str]] = simulation.warnings
 

@@ -1,4 +1,4 @@
-"""What a worker process does: it computes a batch of cases one by one and commits them; a manifest goes back."""
+"""What a worker process does: it computes a batch of cases and commits them; a manifest goes back."""
 
 import contextlib
 import ctypes
@@ -11,7 +11,7 @@ import platform
 import signal
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -52,11 +52,21 @@ class Simulator(Protocol):
     def compile_loop(self, case: Case, /) -> None:
         """Compile what a case shares with all others, or load it from the cache."""
 
+    def compile_together(self, case: Case, /) -> None:
+        """Compile what `solve_each` needs beside it."""
+
     def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
         """Return the result of a case; only one with a life is given a log, and goes on from it."""
 
     def peak(self, case: Case, joint: int, revolutions: float, /) -> Peak:
         """Return the revolution of a case, of so many, in which the largest normal force of a joint lies."""
+
+    @property
+    def solve_each(self) -> Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None:
+        """Return what yields the place of each case and its result, or what went wrong, as they end.
+
+        None where cases are to be solved one after the other.
+        """
 
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
         """Return name -> (value, SI unit) of what follows from other values."""
@@ -88,13 +98,14 @@ class Job:
     grid: Grid
     simulator: Simulator
     case_timeout: float | None  # s
+    together: bool = False  # cases of a batch are computed together, by `solve_each`
 
     def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
         return _unpacked, (self._packed,)
 
     @cached_property
     def _packed(self) -> bytes:
-        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout))
+        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.together))
 
     @cached_property
     def form(self) -> store.Form:
@@ -170,20 +181,56 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
             f"the worker on {platform.node()} has another version of clearsweep than the program "
             "that sends it work; install the same one everywhere"
         )
-    rows, logs, begin, stop = [], list[store.Unfinished](), time.perf_counter(), os.fspath(job.stop)
+    rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
+    together = job.together and not batch.tried
     with signals.patience(), _noting(job.note(batch)) as note:
-        for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
-            if signals.requested() or os.path.exists(stop):
-                break
-            note.say(index)
-            log = store.Unfinished(job.directory, task.case_id) if case.life else None
-            rows.append(store.Row(task.case_id, point, _solve(job, case, log, note.handle)))
-            logs += [log] if log else []
+        for task, point, trajectory in (_together if together else _one_by_one)(job, batch, note, logs):
+            rows.append(store.Row(task.case_id, point, trajectory))
         seconds = time.perf_counter() - begin
         committed = store.commit(job.directory, job.form, batch.name, rows) if rows else None
         for log in logs:
             log.discard()
     return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+
+
+_Solved = Iterator[tuple[Task, dict[str, Any], Trajectory]]
+
+
+def _one_by_one(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinished]) -> _Solved:
+    """Yield the cases of a batch and their results; asked to stop, end after the case at hand.
+
+    `logs` : gets those of lives, which are of no use once their results are stored.
+    """
+    stop = os.fspath(job.stop)
+    for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
+        if signals.requested() or os.path.exists(stop):
+            return
+        note.say(index)
+        log = store.Unfinished(job.directory, task.case_id) if case.life else None
+        yield task, point, _solve(job, case, log, note.handle)
+        logs += [log] if log else []
+
+
+def _together(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinished]) -> _Solved:
+    """Yield the same of cases that are computed together; asked to stop, end before the first that is not done.
+
+    Lives, which keep logs, go one by one.  Which case a worker dies over is not known here: the first is noted, and all
+    go one by one from there on.
+    """
+    assert job.simulator.solve_each
+    stop, listed, done = os.fspath(job.stop), list(_cases(job.grid, batch)), dict[int, Trajectory]()
+    if any(case.life for _, _, case in listed):
+        yield from _one_by_one(job, batch, note, logs)
+        return
+    note.say(0)
+    for index, result in job.simulator.solve_each([case for _, _, case in listed]):
+        done[index] = result if isinstance(result, Trajectory) else _gone_wrong(result)
+        if signals.requested() or os.path.exists(stop):
+            break
+    for index, (task, point, _) in enumerate(listed):
+        if index not in done:
+            return
+        yield task, point, done[index]
 
 
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
@@ -248,13 +295,18 @@ def _solve(job: Job, case: Case, log: store.Unfinished | None, note: int) -> Tra
         return job.simulator.solve(case, log) if log else job.simulator.solve(case)
     except (StorageError, DirectoryError):
         raise  # of the log: no case can be stored
-    except InputError as error:
-        return failure("refused", str(error))
     except Exception as error:
-        return failure("crashed", resources.remedy(error) or brief(error))
+        return _gone_wrong(error)
     finally:
         if job.case_timeout:
             faulthandler.cancel_dump_traceback_later()
+
+
+def _gone_wrong(error: Exception) -> Trajectory:
+    """Return the result of a case of which an exception is all that came."""
+    if isinstance(error, InputError):
+        return failure("refused", str(error))
+    return failure("crashed", resources.remedy(error) or brief(error))
 
 
 def failure(status: str, message: str) -> Trajectory:

@@ -175,7 +175,7 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
 def _side(work, times: int = EVALUATIONS) -> float:
     """Return the time (s) of a right-hand side, of so many."""
     begin = time.perf_counter()
-    arrays = (work.y, work.mode, work.latched, work.k, work.o)
+    arrays = (work.y, work.mode, work.latched, work.scale, work.k, work.o, work.end, work.step)
     _right_hand_sides(work.rates.code, work.rates.parameters, arrays, times)
     return (time.perf_counter() - begin) / times
 

@@ -8,7 +8,9 @@ import math
 
 import numpy as np
 
+from .choosing import either
 from .family import inlined
+from .lanes import bits_of, looked_up
 
 PLACES = 256  # of the table, a power of 2: the rest of an angle is at most pi / 256
 STEP = 2.0 * math.pi / PLACES
@@ -33,14 +35,25 @@ TABLE = np.array([_at(place) for place in range(PLACES)])
 @inlined
 def direction(angle):
     """Return cosine and sine of `angle` (rad), each to 3e-16 up to 1,000 turns."""
-    if not abs(angle) < LARGEST:
-        return math.cos(angle), math.sin(angle)
+    return _direction(abs(angle) < LARGEST, (angle,))
+
+
+@inlined
+def _looked_up(angle):
     shifted = angle * (1.0 / STEP) + SHIFT
     multiple = shifted - SHIFT
-    place = np.float64(shifted).view(np.int64) & (PLACES - 1)
+    place = bits_of(shifted) & (PLACES - 1)
     x = (angle - multiple * COARSE) - multiple * FINE
     square = x * x
     sine = x - x * square * (1.0 / 6.0 - square * (1.0 / 120.0))
     cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)))
-    c, s = TABLE[place, 0], TABLE[place, 1]
+    c, s = looked_up(TABLE, place, 0), looked_up(TABLE, place, 1)
     return c * cosine - s * sine, s * cosine + c * sine
+
+
+@inlined
+def _from_library(angle):
+    return math.cos(angle), math.sin(angle)
+
+
+_direction = either(_looked_up, _from_library)

@@ -28,6 +28,7 @@ from numba.extending import (
 
 from .direction import direction
 from .family import OPTIONS
+from .lanes import LanesType, spread_like
 
 
 class Dual:
@@ -380,6 +381,8 @@ def _as_dual(x):
 
 @overload(as_type_of, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _as_type_of(x, model):
+    if isinstance(model, LanesType) and x != model:
+        return lambda x, model: spread_like(x, model)  # noqa: PLW0108
     if isinstance(model, DualType) and x != model:
         return lambda x, model: Dual(as_type_of(x, model.value), as_type_of(0.0, model.value))
     return lambda x, model: x

@@ -24,6 +24,8 @@ from .linked import LinkedCompiler
 #: Options of the arithmetic: division by zero gives inf; a product and a sum may be fused and zeros have no sign, so
 #: that each right-hand side, a chain of operations that wait for each other, is shorter.  Nothing is reordered.
 ARITHMETIC = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
+#: How many cases lie side by side in memory, see `rows.Board`: as many numbers as the widest registers hold.
+WIDTH = 8
 #: Options of every compiled function: also no reference counting, which costs twice the arithmetic where arrays travel
 #: in tuples (nothing here keeps an array beyond the call), and nothing by which Python or C could call it.
 OPTIONS = ARITHMETIC | {"_nrt": False, "no_cfunc_wrapper": True, "pipeline_class": LinkedCompiler}
@@ -49,13 +51,21 @@ def family(stub):
     """
     members = {}
 
+    plain = {}  # bodies that no field narrows, by class: found at once
+
     @functools.wraps(stub)
     def dispatch(first, *rest):
-        return _chosen(members, type(first), lambda field: map(type, getattr(first, field)))(first, *rest)
+        body = plain.get(type(first))
+        if body is None:
+            body = _body_of(members, first)
+            if not any(narrowed for narrowed, _ in members.get(type(first), members.get(None, ()))):
+                plain[type(first)] = body
+        return body(first, *rest)
 
     def member(cls, **narrowed):
         def enter(body):
             members.setdefault(cls, []).append((narrowed, body))
+            plain.clear()
             return body
 
         return enter
@@ -68,6 +78,7 @@ def family(stub):
 
     overload(dispatch, strict=False, jit_options=dict(OPTIONS))(select)
     dispatch.member, dispatch.members, dispatch.body_for = member, members, functools.partial(_body_for, members)
+    dispatch.body_of = functools.partial(_body_of, members)
     return dispatch
 
 
@@ -77,6 +88,11 @@ def _chosen(members, cls, classes):
         if all(_fits(wanted, tuple(classes(field))) for field, wanted in narrowed.items()):
             return body
     return None
+
+
+def _body_of(members, value):
+    """Return the body for a value, or None."""
+    return _chosen(members, type(value), lambda field: map(type, getattr(value, field)))
 
 
 def _body_for(members, cls):
@@ -132,21 +148,23 @@ NO_ENTRY = Entry(0, 0)
 
 def flatten(value):
     """Return the numbers of nested tuples of floats as a (numbers,) float64 array, in the order compiled code reads."""
-    return np.array(list(_numbers(value)), dtype=np.float64)
+    numbers: list[float] = []
+    _put_numbers(value, numbers)
+    return np.array(numbers, dtype=np.float64)
 
 
-def _numbers(value):
-    if isinstance(value, tuple):
-        for part in value:
-            yield from _numbers(part)
-    else:
-        yield value
+def _put_numbers(value, numbers):
+    for part in value:
+        if isinstance(part, tuple):
+            _put_numbers(part, numbers)
+        else:
+            numbers.append(part)
 
 
 _PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (function, scene)
 
 
-_COMPILED = {}  # (function, kinds of the scene) -> C function
+_COMPILED = {}  # (function, number of the form of the scene) -> C function
 _EMPTY = contextvars.ContextVar("_EMPTY", default=False)
 
 
@@ -160,14 +178,26 @@ def empty_entries() -> Iterator[None]:
         _EMPTY.reset(token)
 
 
+_LATEST = [(None, 0)]  # the scene that was asked about last, and the answer: several entries are made of each
+_NUMBERED: dict[tuple, int] = {}  # kinds of scenes
+
+
+def form_number(scene):
+    """Return a number that scenes have together whose `kinds` are the same; it is looked up faster than these."""
+    latest = _LATEST[0]
+    if latest[0] is not scene:
+        _LATEST[0] = latest = scene, _NUMBERED.setdefault(kinds(scene), len(_NUMBERED))
+    return latest[1]
+
+
 def kinds(value):
     """Return the types in nested tuples; numba's own type of them takes a hundred times longer to look up."""
-    return (type(value), *map(kinds, value)) if isinstance(value, tuple) else type(value)
+    return (type(value), *[kinds(part) if isinstance(part, tuple) else type(part) for part in value])
 
 
 def _compiled(function, scene, arrays):
     """Return `function` compiled for scenes of the type of `scene`: a C function of pointers and one integer."""
-    key = function, kinds(scene)
+    key = function, form_number(scene)
     if key not in _COMPILED:
         pointers = (types.CPointer(item) for item in (numba.typeof(scene), *arrays))
         _COMPILED[key] = cfunc(types.void(*pointers, types.int64), cache=True, **ARITHMETIC)(function)
@@ -257,3 +287,15 @@ def _shaped(array, shape):
         return carray(array, shape)
 
     return view
+
+
+def in_lane(array, shape):
+    """Return what an entry was passed of a lane of a Board as an array of `shape`."""
+    return array
+
+
+@overload(in_lane, strict=False)
+def _in_lane(array, shape):
+    if len(shape) == 1:
+        return lambda array, shape: carray(array, (shape[0], WIDTH))[:, 0]
+    return lambda array, shape: carray(array, (shape[0], shape[1], WIDTH))[:, :, 0]

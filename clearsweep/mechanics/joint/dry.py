@@ -11,6 +11,7 @@ pair that turns as one slides at penetration times angular speed.
 from typing import NamedTuple
 
 from ..compiled import calculus as math
+from ..compiled.choosing import either, where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel
 from .contract import (
@@ -103,9 +104,9 @@ def _load_at_the_root(joint, gap, place, present):
 @kernel
 def surface_speed(joint, gap, tx, ty):
     """Return the speed (m/s) of the journal surface over the bearing surface along the unit tangent (tx, ty)."""
-    spin = gap.spin_distal * joint.journal_radius - gap.spin_proximal * joint.bearing_radius
-    if joint.side < 0.0:
-        spin = gap.spin_proximal * joint.journal_radius - gap.spin_distal * joint.bearing_radius
+    on_distal = gap.spin_distal * joint.journal_radius - gap.spin_proximal * joint.bearing_radius
+    on_proximal = gap.spin_proximal * joint.journal_radius - gap.spin_distal * joint.bearing_radius
+    spin = where(joint.side < 0.0, on_proximal, on_distal)
     return joint.side * (gap.vx * tx + gap.vy * ty) + spin
 
 
@@ -115,10 +116,9 @@ def normal_forces(joint, mode, pen, rate, onset_rate):
     force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
     lowest = lowest_force(joint.law)
     raw = force - lowest
-    if pen < 0.0:
-        sign = sign_beyond(joint.law, joint.elastic)
-        force, elastic = sign * force, sign * elastic
-    normal = force if mode != CLIPPED else 0.0
+    sign = where(pen < 0.0, sign_beyond(joint.law, joint.elastic), 1.0)
+    force, elastic = sign * force, sign * elastic
+    normal = where(mode != CLIPPED, force, 0.0)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
     return normal, rubbing, elastic, raw
 
@@ -129,14 +129,23 @@ def joint_load(joint, gap, mode, pen, onset_rate):
 
     A negative `pen` is that of a trial step past the separation.
     """
+    return _load_by_mode(mode == FREE, (joint, gap, mode, pen, onset_rate))
+
+
+@inlined
+def _load_apart(joint, gap, mode, pen, onset_rate):
+    eccentricity = math.sqrt(gap.x * gap.x + gap.y * gap.y)
+    speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
+    along = gap.x * gap.vx + gap.y * gap.vy
+    rate = where(eccentricity > 0.0, along / where(eccentricity > 0.0, eccentricity, 1.0), speed)
+    depth, zero = eccentricity - joint.clearance, as_type_of(0.0, eccentricity)
+    apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
+    return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))
+
+
+@inlined
+def _load_pressed(joint, gap, mode, pen, onset_rate):
     square = gap.x * gap.x + gap.y * gap.y
-    if mode == FREE:
-        eccentricity = math.sqrt(square)
-        speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
-        rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
-        depth, zero = eccentricity - joint.clearance, as_type_of(0.0, eccentricity)
-        apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
-        return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     # The root of penetration follows the eccentricity, so it gives the latter's inverse before the gap is known; one
     # step of Newton's method takes what they still differ by to its square.  All that comes after waits for the gap
@@ -154,6 +163,14 @@ def joint_load(joint, gap, mode, pen, onset_rate):
     on_bearing = -joint.bearing_radius * tangential
     depth = square * inverse - joint.clearance
     contact = Contact(normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw)
-    if joint.side < 0.0:
-        return Load(fx=-fx, fy=-fy, moment_proximal=on_journal, moment_distal=on_bearing, contacts=(contact,))
-    return Load(fx=fx, fy=fy, moment_proximal=on_bearing, moment_distal=on_journal, contacts=(contact,))
+    turned = joint.side < 0.0  # the journal is the proximal body's
+    return Load(
+        fx=joint.side * fx,
+        fy=joint.side * fy,
+        moment_proximal=where(turned, on_journal, on_bearing),
+        moment_distal=where(turned, on_bearing, on_journal),
+        contacts=(contact,),
+    )
+
+
+_load_by_mode = either(_load_apart, _load_pressed)

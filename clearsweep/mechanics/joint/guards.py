@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, kernel, kinds, map_joints, shaped
+from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, form_number, in_lane, kernel, map_joints, shaped
 from ..observe.observables import observed_in
 from ..solver.dop853 import END, ROWS
 from .contract import every_guard, every_part, guard_values, guards, latched, parts
@@ -123,9 +123,9 @@ def guards_entry(scene, y, latched, o, value, row):
     here = scene[0]
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     shared = _Values(
-        shaped(y, (roots + size.contact + size.internal,)),
-        shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (ROWS, observed_columns(here.joints))),
+        in_lane(y, (roots + size.contact + size.internal,)),
+        in_lane(latched, (size.contact + size.latched,)),
+        in_lane(o, (ROWS, observed_columns(here.joints))),
         row,
         roots,
         shaped(value, (2, size.guard)),
@@ -193,9 +193,9 @@ def latch_entry(scene, y, latched, o, event, row):
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     which = shaped(event, (2,))
     shared = _Event(
-        shaped(y, (roots + size.contact + size.internal,)),
-        shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (ROWS, observed_columns(here.joints))),
+        in_lane(y, (roots + size.contact + size.internal,)),
+        in_lane(latched, (size.contact + size.latched,)),
+        in_lane(o, (ROWS, observed_columns(here.joints))),
         row,
         roots,
         which[0],
@@ -210,7 +210,7 @@ def latch_entry(scene, y, latched, o, event, row):
 
 def guards_of(scene, parameters) -> Guards:
     """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave."""
-    number, key = types.float64, kinds(scene.joints)
+    number, key = types.float64, form_number(scene)
     if key not in _LISTED:
         _LISTED[key] = _listed(scene.joints)
     listed, latching = _LISTED[key]
@@ -225,7 +225,7 @@ def guards_of(scene, parameters) -> Guards:
     )
 
 
-_LISTED: dict[object, tuple[dict[str, np.ndarray], bool]] = {}  # kinds of joints -> what `_listed` returns
+_LISTED: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # number of the form of a scene -> what `_listed` returns
 
 
 def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:

@@ -4,6 +4,7 @@ from numba.extending import overload
 
 from ..compiled.dual import as_type_of
 from ..compiled.family import OPTIONS, family, inlined, map_joints
+from ..compiled.lanes import LanesType
 from ..mechanism.contract import gaps, impact_masses, place
 from .contract import every_part, touches
 from .dry import Joint
@@ -108,6 +109,11 @@ _none_known = map_joints(_none, after_number)
 
 
 @inlined
+def _joints_told(scene, pose, relative, present):
+    return _tell_all(scene.joints, _all_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0), 0, 0)
+
+
+@inlined
 def _joints_now(scene, pose, relative, present):
     asking = _ask_all(scene.joints, relative, first_place(scene.joints, present.roots), present)
     masses = _none_known(relative, relative, 0, 0)
@@ -142,7 +148,9 @@ def _asked(scene):
 
 @overload(joints_now, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _compiled_joints_now(scene, pose, relative, present):
-    return _joints_now if _asked(scene) else lambda scene, pose, relative, present: scene.joints
+    if not _asked(scene):
+        return lambda scene, pose, relative, present: scene.joints
+    return _joints_told if isinstance(scene.types[scene.fields.index("sigma")], LanesType) else _joints_now
 
 
 @overload(joints_at_event, strict=False, jit_options=dict(OPTIONS, forceinline=True))

@@ -6,7 +6,7 @@ longer over it than over the forces.
 
 from numba.extending import overload
 
-from ..compiled.family import OPTIONS, kernel, map_joints
+from ..compiled.family import OPTIONS, kernel, kinds, map_joints
 from ..observe.observables import FILM_WIDTH, columns
 from .contract import Place, beside, contact_modes, guards, histories, integrated, parts
 
@@ -42,9 +42,15 @@ def room_of_part(part):
 
 def room_of(joint):
     """Return how many contacts, numbers of internal state and guards a joint, or the compiler's type of one, has."""
-    form = form_of(joint)
-    contacts = Place(len(contact_modes.body_for(form)(None)), 0, 0, 0)
-    return _sum([contacts, *map(room_of_part, parts.body_for(form)(_Fields(joint)))])
+    kind = kinds(joint) if isinstance(joint, tuple) else joint
+    if kind not in _ROOMS:
+        form = form_of(joint)
+        contacts = Place(len(contact_modes.body_for(form)(None)), 0, 0, 0)
+        _ROOMS[kind] = _sum([contacts, *map(room_of_part, parts.body_for(form)(_Fields(joint)))])
+    return _ROOMS[kind]
+
+
+_ROOMS: dict[object, Place] = {}  # what `room_of` found, by the types in a joint
 
 
 def room_of_all(joints):
@@ -66,7 +72,10 @@ def _after(room_of_one):
     """Return a function that returns the Place after a Place and what takes the room that `room_of_one` tells."""
 
     def after(place, one):
-        return _sum((place, room_of_one(one)))
+        contacts, internal, latching, guarded = room_of_one(one)
+        return Place(
+            place.contact + contacts, place.internal + internal, place.latched + latching, place.guard + guarded
+        )
 
     @overload(after, strict=False, jit_options=dict(OPTIONS))
     def _compiled_after(place, one):

@@ -7,6 +7,7 @@ energy, sqrt(2 U) and sqrt(m) rate move like the deflection and the speed of a l
 with the factor sqrt(2 (n + 1)) zeta.
 """
 
+import functools
 import math
 
 from scipy.optimize import brentq
@@ -37,6 +38,7 @@ def approach_loss(chi: float) -> float:
     return chi * chi * sum((-chi) ** k / (k + 2) for k in range(16))
 
 
+@functools.lru_cache(1024)
 def hysteresis_rebound(chi: float) -> float:
     """Return the restitution of a free impact with the hysteresis factor `chi`.
 

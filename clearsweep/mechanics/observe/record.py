@@ -68,4 +68,6 @@ def sample_states(work, states, out):
     """Put the time histories' values at `states` (states, n) into `out` (states, channels); forces are not meant."""
     at = pointer_to(work)
     for i in range(states.shape[0]):
-        write_sample(at, states[i], out[i])
+        for c in range(work.z.size):
+            work.z[c] = states[i, c]
+        write_sample(at, work.z, out[i])

@@ -7,10 +7,25 @@ import numpy as np
 
 from ..compiled.family import invoke, kernel
 from ..joint.contract import acts, touches
-from ..solver.dop853 import END, SCRATCH, WEIGHTS
+from ..solver.dop853 import END, WEIGHTS
 from ..solver.event import IMPLICIT, SAMPLES, STEPS
 from ..solver.radau import STAGE_WEIGHTS
 from ..solver.step import finish_dense
+from .along import (
+    SUM_ACCELERATION,
+    SUM_DRIVE,
+    SUM_FORCE,
+    SUM_FORCE_SQUARE,
+    SUM_GRAVITY,
+    SUM_LOST,
+    SUM_RUBBED,
+    SUM_STORED,
+    course_of,
+    follow_along,
+    integral_of,
+    sum_along,
+    sum_of,
+)
 from .between import look_between
 from .histogram import (
     DEPTH_COURSE,
@@ -27,12 +42,10 @@ from .observables import (
     ACCELERATION,
     DEPTH,
     DRAINED,
-    DRIVE,
     DRY,
     DRY_RUBBED,
     ERROR,
     ERROR_RATE,
-    GRAVITY,
     KAPPA,
     KINETIC,
     LOAD,
@@ -106,28 +119,28 @@ def add_powers(at, h, windowed):
     """Integrate powers and squares over the step of length `h` by the weights of the method, whose order it has."""
     work = at[0]
     tally = work.tally
-    o, whole = work.o, tally.whole
+    o, whole, step = work.o, tally.whole, work.step
     implicit = work.method[0] == IMPLICIT
-    for row in range(SCRATCH if implicit else END):
-        share = h * (STAGE_WEIGHTS[row] if implicit else WEIGHTS[row]) * o[row, KAPPA]
-        if share == 0.0:
-            continue
-        whole[WORK_DRIVE] += share * o[row, DRIVE]
-        whole[WORK_GRAVITY] += share * o[row, GRAVITY]
-        if windowed:
-            whole[ACCELERATION_SQUARE] += share * o[row, ACCELERATION] ** 2
-        for j in range(work.mode.size):
-            if acts(work.mode[j]):
-                seen = observed(at, row, j)
-                whole[ENERGY_STORED] += share * seen.stored
-                whole[ENERGY_LOST] += share * seen.lost
-                whole[ENERGY_RUBBED] -= share * (seen.tangential * seen.slip)
-                if windowed:
-                    tally.joint[j, FORCE_SQUARE] += share * seen.normal**2
-                    tally.joint[j, FORCE_TIME] += share * seen.normal
-                    if work.film[j, 1] < math.inf:
-                        tally.joint[j, HEAT] += share * (seen.lost - seen.tangential * seen.slip)
-                        tally.joint[j, DRAINED_ENERGY] += share * o[row, film_column(work.mode.size, j, DRAINED)]
+    if implicit:
+        sum_along(o, work.mode.size, step, STAGE_WEIGHTS)
+    whole[WORK_DRIVE] += h * step[SUM_DRIVE]
+    whole[WORK_GRAVITY] += h * step[SUM_GRAVITY]
+    if windowed:
+        whole[ACCELERATION_SQUARE] += h * step[SUM_ACCELERATION]
+    for j in range(work.mode.size):
+        if acts(work.mode[j]):
+            lost, rubbed = h * step[sum_of(j, SUM_LOST)], h * step[sum_of(j, SUM_RUBBED)]
+            whole[ENERGY_STORED] += h * step[sum_of(j, SUM_STORED)]
+            whole[ENERGY_LOST] += lost
+            whole[ENERGY_RUBBED] += rubbed
+            if windowed:
+                tally.joint[j, FORCE_SQUARE] += h * step[sum_of(j, SUM_FORCE_SQUARE)]
+                tally.joint[j, FORCE_TIME] += h * step[sum_of(j, SUM_FORCE)]
+                if work.film[j, 1] < math.inf:
+                    tally.joint[j, HEAT] += lost + rubbed
+                    weights = STAGE_WEIGHTS if implicit else WEIGHTS
+                    drained = film_column(work.mode.size, j, DRAINED)
+                    tally.joint[j, DRAINED_ENERGY] += h * integral_of(o, drained, weights)
     kinetic = o[END, KINETIC]
     gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
     whole[RESIDUAL] = max(whole[RESIDUAL], abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain))
@@ -140,8 +153,11 @@ def add_course(at, j, duration):
     work = at[0]
     tally = work.tally
     course = tally.course[j]
-    follow(work.o, column_of(j, NORMAL), course, FORCE)
-    follow(work.o, KAPPA, course, KAPPA_COURSE)
+    if work.method[0] == IMPLICIT:
+        follow_along(work.o, work.mode.size, work.step)
+    force, kappa = course_of(work.mode.size, j), course_of(work.mode.size, -1)
+    for i in range(PARTS + 1):
+        course[FORCE, i], course[KAPPA_COURSE, i] = work.step[force + i], work.step[kappa + i]
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
     if worn:
         follow(work.o, column_of(j, SLIP), course, SLIP_COURSE)

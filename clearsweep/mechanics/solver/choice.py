@@ -13,6 +13,7 @@ tolerance is tight, errors of what is stiff keep the steps within a third of the
 import math
 
 from ..compiled.family import kernel
+from ..observe.along import RISE, RUN
 from .dop853 import END
 from .event import EXPLICIT, IMPLICIT
 
@@ -67,11 +68,7 @@ def is_stiff(at, h):
     """
     work = at[0]
     n, choice, since = work.y.size, work.implicit.choice, work.implicit.since
-    rise, run = 0.0, 0.0
-    for i in range(n):  # work.z is still the state of the last stage, which lies at the end of the step
-        rise += ((work.k[END, i] - work.k[END - 1, i]) / work.scale[i]) ** 2
-        run += ((work.end[i] - work.z[i]) / work.scale[i]) ** 2
-    if not h * math.sqrt(rise) > FAST * math.sqrt(run):
+    if not h * math.sqrt(work.step[RISE]) > FAST * math.sqrt(work.step[RUN]):
         work.method[1] = 0
         return False
     if work.method[1] == 0:

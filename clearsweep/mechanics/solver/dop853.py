@@ -9,7 +9,9 @@ import math
 
 import numpy as np
 
-from ..compiled.family import kernel
+from ..compiled.choosing import where
+from ..compiled.dual import as_type_of
+from ..compiled.family import inlined, kernel
 
 A2_1 = 0.05260015195876773
 A3_1 = 0.0197250569845379
@@ -168,7 +170,7 @@ WEIGHTS = np.array([B1, 0.0, 0.0, 0.0, 0.0, B6, B7, B8, B9, B10, B11, B12])
 
 
 # fmt: off
-@kernel
+@inlined
 def stage_state(row, h, y, k, w):
     """Put into `w` the state at which row `row` of `k` is to be evaluated, for a step of length `h` from `y`.
 
@@ -232,28 +234,24 @@ def stage_state(row, h, y, k, w):
 HUGE = 1e300
 
 
-@kernel
+@inlined
 def error_norm(h, k, scale):
     """Return the error of a step of length `h` over the tolerance: the step is good below 1.
 
     k : (16, n), rows 0 to 11 filled; scale : (n,) allowed error of each component.  Root mean square of the fifth order
     estimate, damped by the third order one (II.10.16 ff. and DOP853).
     """
-    fifth = 0.0
-    third = 0.0
+    fifth = third = as_type_of(0.0, scale[0])
     for i in range(scale.size):
         inverse = 1.0 / scale[i]
         e5 = (E1 * k[0, i] + E6 * k[5, i] + E7 * k[6, i] + E8 * k[7, i] + E9 * k[8, i] + E10 * k[9, i]
               + E11 * k[10, i] + E12 * k[11, i]) * inverse
         e3 = (G1 * k[0, i] + G6 * k[5, i] + G7 * k[6, i] + G8 * k[7, i] + G9 * k[8, i] + G10 * k[9, i]
               + G11 * k[10, i] + G12 * k[11, i]) * inverse
-        fifth += e5 * e5
-        third += e3 * e3
-    if not fifth + third < HUGE:  # also where a stage was not finite: an infinite third alone would look like no error
-        return math.inf
-    if fifth == 0.0:
-        return 0.0
-    return abs(h) * fifth / math.sqrt((fifth + 0.01 * third) * scale.size)
+        fifth, third = fifth + e5 * e5, third + e3 * e3
+    size = where(fifth != 0.0, math.sqrt((fifth + 0.01 * third) * scale.size), 1.0)
+    # also where a stage was not finite: an infinite third alone would look like no error
+    return where(fifth + third < HUGE, abs(h) * fifth / size, math.inf)
 
 
 @kernel

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..compiled.family import Entry, invoke, kernel
 from ..joint.contract import meets, touches
+from ..observe.along import Attempt
 from ..observe.observables import KAPPA, observed
 from .dop853 import END, SCRATCH, dense_component, dense_state
 
@@ -32,6 +33,7 @@ class Work(NamedTuple):
     """
 
     rates: Entry  # the right-hand side
+    whole: int  # 1 if it takes whole steps of the explicit method, too, see `attempt`; 0: it does not
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
@@ -41,15 +43,16 @@ class Work(NamedTuple):
     sigma: float  # m^0.5, Scene.sigma
     longest: float  # s, a step spans no more
 
-    y: np.ndarray  # (n,) state at the start of the step
+    y: np.ndarray  # (n,) state at the start of the step; from here to `step` in a lane of a `rows.Board`
     end: np.ndarray  # (n,) state at its end
     z: np.ndarray  # (n,) state of a stage or on the dense output
     k: np.ndarray  # (16, n) rates
     o: np.ndarray  # (16, columns) observables
-    f: np.ndarray  # (7, n) dense output
     scale: np.ndarray  # (n,) allowed error
     mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
     latched: np.ndarray  # (c + l,) what changes at events alone: closing rate (m/s) of each onset, floored; of laws
+    step: np.ndarray  # (step_width,) the length of a step that is tried and what it comes to, see observe.along
+    f: np.ndarray  # (7, n) dense output
     apart: np.ndarray  # (c,) int64, the mode to which a separation leads
     pressed: np.ndarray  # (c,) int64, the mode to which an onset leads
     clearance: np.ndarray  # (c,) m
@@ -63,7 +66,9 @@ class Work(NamedTuple):
     method: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
     slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion turns out to be stiff
     proposals: np.ndarray  # (2^(1+c),) step length by method and contacts that touch, 0: none yet
-    ahead: np.ndarray  # (3,) length of the next step, how much it may grow and its expected error; 0: not begun
+    ahead: np.ndarray  # (AHEAD,) what the loop goes on with, see loop
+    control: np.ndarray  # (len(Control),) what ends the motion, see loop.Control
+    log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see loop.Event
     guards: tuple  # joint.guards.Guards
     implicit: tuple  # newton.Implicit
     tally: tuple  # tally.Tally
@@ -88,8 +93,7 @@ def looked_at(at, g):
 @kernel
 def pass_guards(at):
     """Put into `work.guards.passed` which guards the step in hand can hold; return whether there is one."""
-    guards = at[0].guards
-    some, waiting = False, True
+    guards, some, waiting = at[0].guards, False, True
     for g in range(guards.contact.size):
         guards.passed[g] = False
         if looked_at(at, g):
@@ -104,8 +108,7 @@ def pass_guards(at):
 @kernel
 def fastest(at, j, last):
     """Return the largest speed of the journal of free contact `j`, m per unit of tau, at stages up to row `last`."""
-    work = at[0]
-    speed = 0.0
+    work, speed = at[0], 0.0
     for row in range(last + 1):
         speed = max(speed, observed(at, row, j).slip * work.o[row, KAPPA])
     return speed
@@ -135,8 +138,7 @@ def may_meet(at, h, stop):
 @kernel
 def travel_ratio(at, h):
     """Return how far journals in free flight go in a step of length `h`, over what they may."""
-    work = at[0]
-    farthest = 0.0
+    work, farthest = at[0], 0.0
     for j in range(work.mode.size):
         if meets(work.mode[j]):
             farthest = max(farthest, h * fastest(at, j, END - 1) / (FARTHEST * work.clearance[j]))
@@ -148,7 +150,8 @@ def evaluate(at, y, row):
     """Put the rates of the state `y` into row `row` of `work.k` and its observables into that of `work.o`."""
     work = at[0]
     work.counts[EVALUATIONS] += 1
-    invoke(work.rates.code, work.rates.parameters, (y, work.mode, work.latched, work.k, work.o), row)
+    tried = Attempt(work.y, work.mode, work.latched, work.scale, work.k, work.o, y, work.step)
+    invoke(work.rates.code, work.rates.parameters, tried, row)
 
 
 @kernel
@@ -353,8 +356,7 @@ def first_onset(at, j, h):
 @kernel
 def first_separation(at, j):
     """Return the share of the step at which contact `j` separates; 2 if it does not."""
-    work = at[0]
-    xa = 0.0
+    work, xa = at[0], 0.0
     for i in range(SPANS):
         xb = (i + 1.0) / SPANS
         if dense_component(xb, work.time + 1 + j, work.y, work.f) <= 0.0:

@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import config, njit, typeof
-from numba.extending import register_jitable
 
-from ..compiled.family import kernel, pointer_to
+from ..compiled.family import NO_ENTRY, invoke, kernel
+from ..compiled.kept import found
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
+from ..observe.along import ERROR, LENGTH, WHOLE
 from ..observe.observables import KAPPA, KINETIC, observed
 from ..observe.record import write_sample
 from ..observe.tally import (
@@ -41,20 +42,20 @@ from .event import (
     STOP,
     travel_ratio,
 )
-from .newton import AFTER, LENGTH, RENEWED
+from .newton import AFTER, RENEWED
+from .newton import LENGTH as PAST_LENGTH
 from .step import begin_step, finish_ends, go_through, latch, meet, take_step
-from .step_control import GROW, TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
+from .step_control import GROW, MOST_TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
 
 AUTO = 2  # of Control.method
-OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
-GOING_ON = -1  # no status: there is no reason to end
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED, GOING = range(10)
 BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
 HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
 
 class Control(NamedTuple):
-    """When to stop, how accurate to be, and what to keep."""
+    """When to stop, how accurate to be, and what to keep: numbers, that stand in Work.control in this order."""
 
     window: float  # s, or rad of a free crank: where figures begin to be taken
     end: float  # the same: where to stop
@@ -67,6 +68,16 @@ class Control(NamedTuple):
     stretch: int = 1 << 16  # steps after which to return PAUSED, too, so that whoever called can look at the clock
     limit: float = math.inf  # s, after which to give up
     patience: float = math.inf  # s, within which a free crank has to move on; inf: it is not free
+
+
+WINDOW, LAST, PARTINGS, MOST_STEPS, MOST_EVENTS, KEEP_EVENTS, METHOD, PAUSE, STRETCH, LIMIT, PATIENCE = range(11)
+# Work.ahead: length of the next step, 0 before the first; how much it may grow; its expected error; rejections in a
+# row; evaluations before it; the step after which to pause; whether figures are taken; events logged; whether begun;
+# where along the run the next step has to end; of a free crank how far it was, from where it has to move on, and since
+# when (s)
+NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE, AHEAD = range(14)
+LOG = 512  # events that are logged before whoever called has to take them away
+WORTH = 3  # cases: fewer take their steps one after the other, as that is faster
 
 
 @kernel
@@ -116,20 +127,16 @@ class Event(NamedTuple):
     force_peak: float  # N, of the contact that ends
 
 
-@register_jitable(error_model="numpy")
-def log_event(events, count, event):
-    """Return the event log with an Event behind its first `count` rows, unless it is the passage of a guard."""
-    if event.kind >= GUARD:
-        return events
-    if count == events.shape[0]:
-        longer = np.empty((2 * count, 5))
-        for row in range(count):
-            for column in range(5):
-                longer[row, column] = events[row, column]
-        events = longer
-    events[count, 0], events[count, 1], events[count, 2] = event.time, event.contact, event.kind
-    events[count, 3], events[count, 4] = event.rate, event.force_peak
-    return events
+@kernel
+def log_event(at, event):
+    """Enter an Event into the log, unless it is the passage of a guard."""
+    work = at[0]
+    if event.kind >= GUARD or work.control[KEEP_EVENTS] == 0.0:
+        return
+    row = int(work.ahead[LOGGED])
+    work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
+    work.log[row, 3], work.log[row, 4] = event.rate, event.force_peak
+    work.ahead[LOGGED] += 1.0
 
 
 @kernel
@@ -162,24 +169,18 @@ def parting_too(at):
     return NOTHING, 0
 
 
-@register_jitable(error_model="numpy")
-def pass_events(at, control, found, log):
-    """Apply the event that was found, (kind, contact, whether figures are taken), and what happens at its moment, too.
-
-    log : (events, how many were counted before the first of them).  Returns the log's events and the reason to end.
-    """
-    kind, contact, windowed = found
-    events, earlier = log
+@kernel
+def pass_events(at, kind, contact, windowed):
+    """Apply the event that was found and what happens at its moment, too; return GOING or the reason to end."""
     work = at[0]
     while kind != NOTHING:
-        count, event = work.counts[EVENTS] - earlier, apply_event(at, kind, contact, windowed)
-        events = log_event(events, count, event) if control.keep_events else events
-        if control.separations > 0 and work.counts[SEPARATIONS] >= control.separations:
-            return events, OK
-        if work.counts[EVENTS] >= control.event_budget:
-            return events, EVENT_BUDGET
+        log_event(at, apply_event(at, kind, contact, windowed))
+        if work.control[PARTINGS] > 0.0 and work.counts[SEPARATIONS] >= work.control[PARTINGS]:
+            return OK
+        if work.counts[EVENTS] >= work.control[MOST_EVENTS]:
+            return EVENT_BUDGET
         kind, contact = parting_too(at)
-    return events, GOING_ON
+    return GOING
 
 
 @kernel
@@ -200,31 +201,52 @@ def restart(at):
     for i in range(work.y.size):
         work.y[i] = work.end[i]
     work.method[0], work.method[1] = work.method[2], 0
-    work.implicit.past[LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
+    work.implicit.past[PAST_LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
     begin_step(at)
 
 
 @kernel
-def begin(at, windowed):
-    """Return the first step's length, growth and expected error: after a pause what was to come, else a guess."""
+def begin(at):
+    """Make a case ready for its first step, or for the next after a pause: as if there had been none."""
     work = at[0]
-    tally, record = work.tally, work.record
+    tally, record, ahead, control = work.tally, work.record, work.ahead, work.control
+    here, moment = work.y[work.along], work.y[work.time]
+    ahead[BEGUN], ahead[LOGGED], ahead[TRIES] = 1.0, 0.0, 0.0
+    ahead[WINDOWED] = 1.0 if control[WINDOW] <= here else 0.0
+    ahead[STOP_AT] = next_stop(at, here)
+    ahead[FARTHEST], ahead[ANGLE], ahead[SINCE] = here, here, moment
     begin_step(at)  # after a pause the same again, unless the state was put elsewhere
-    if work.ahead[0] > 0.0:
-        return work.ahead[0], work.ahead[1], work.ahead[2]
+    ahead[SPENT], ahead[REST] = work.counts[EVALUATIONS], work.counts[STEPS] + control[STRETCH]
+    if ahead[NEXT] > 0.0:
+        return
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
-    if windowed:
+    if ahead[WINDOWED] != 0.0:
         open_window(at)
     take_start(at)
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[record.along]:
         write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
-    return first_length(at, work.proposals, proposal_of(at)), GROW, 0.0
+    look_ahead(at, first_length(at, work.proposals, proposal_of(at)), 0.0)
 
 
 @kernel
-def next_stop(at, here, target):
-    """Return where along the run the next step has to end: the first knot beyond `here`, or the `target`."""
+def look_ahead(at, length, expected):
+    """Note the length of the next step and the error that is expected of it."""
+    ahead = at[0].ahead
+    ahead[NEXT], ahead[GROWTH], ahead[EXPECTED] = length, GROW, expected
+    ahead[SPENT] = at[0].counts[EVALUATIONS]
+
+
+@kernel
+def target_of(at):
+    """Return where along the run figures begin to be taken or, if they are, the run ends."""
+    return at[0].control[LAST if at[0].ahead[WINDOWED] != 0.0 else WINDOW]
+
+
+@kernel
+def next_stop(at, here):
+    """Return where along the run the next step has to end: the first knot beyond `here`, or the target."""
+    target = target_of(at)
     for knot in at[0].knots:
         if knot > here:
             return min(knot, target)
@@ -232,93 +254,135 @@ def next_stop(at, here, target):
 
 
 @kernel
-def interruption(at, control, rest, progress):
-    """Return why not to take the next step, OK if to take it; `rest`: a number of steps after which to pause.
-
-    progress : (3,) farthest angle (rad) of a free crank, angle from which it has to move on and time (s) it began to.
-    """
+def interruption(at):
+    """Return GOING where nothing keeps a case from its next step, else why it is not to be taken."""
     work = at[0]
+    ahead, control = work.ahead, work.control
     moment, angle = work.y[work.time], work.y[work.along]
-    if angle >= control.pause or work.counts[STEPS] >= rest:
+    full = ahead[LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may part at once
+    if angle >= control[PAUSE] or work.counts[STEPS] >= ahead[REST] or full:
         return PAUSED
     if work.method[0] == IMPLICIT and work.slopes[0] == 0:
         return TURNS_STIFF
-    if control.patience == math.inf:
-        return OK
-    if moment >= control.limit:
+    if control[PATIENCE] == math.inf:
+        return GOING
+    if moment >= control[LIMIT]:
         return TIME_LIMIT
-    progress[0] = max(progress[0], angle)
-    if angle > progress[1] + HARDLY:
-        progress[1], progress[2] = angle, moment
-    return STALLED if progress[0] - angle > BACK or moment - progress[2] > control.patience else OK
+    ahead[FARTHEST] = max(ahead[FARTHEST], angle)
+    if angle > ahead[ANGLE] + HARDLY:
+        ahead[ANGLE], ahead[SINCE] = angle, moment
+    stalled = ahead[FARTHEST] - angle > BACK or moment - ahead[SINCE] > control[PATIENCE]
+    return STALLED if stalled else GOING
 
 
-def compile_for(control, work):
-    """Compile `integrate` for values of these types, or load it from the cache."""
+@kernel
+def ready(at):
+    """Return GOING where a case is to take a step, whose length then stands in `work.step`, else why not."""
+    work = at[0]
+    ahead = work.ahead
+    if ahead[BEGUN] == 0.0:
+        begin(at)
+    if work.counts[STEPS] + work.counts[REJECTED] >= work.control[MOST_STEPS]:
+        return STEP_BUDGET
+    reason = interruption(at) if ahead[TRIES] == 0.0 else GOING
+    if reason == GOING:
+        ahead[NEXT] = min(ahead[NEXT], work.longest / work.o[0, KAPPA])
+        work.step[LENGTH] = ahead[NEXT]
+    return reason
+
+
+@kernel
+def reject(at, h, error):
+    """Shorten a step of length `h` whose error was too large; return GOING, or why that helps no more."""
+    work = at[0]
+    ahead = work.ahead
+    work.counts[REJECTED] += 1
+    ahead[NEXT], ahead[GROWTH], ahead[TRIES] = h * shrinking(error), 1.0, ahead[TRIES] + 1.0
+    if ahead[TRIES] > MOST_TRIES:
+        return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
+    return GOING
+
+
+@kernel
+def conclude(at):
+    """Take from the step that was tried, see `work.step`, all that is wanted, or reject it; return GOING or the end."""
+    work = at[0]
+    ahead, control, proposals = work.ahead, work.control, work.proposals
+    h = work.step[LENGTH]
+    error = max(work.step[ERROR], travel_ratio(at, h) ** 8)  # the step control takes the eighth root
+    if not error < 1.0:
+        return reject(at, h, error)
+    ahead[TRIES] = 0.0
+    finish_ends(at)
+    pattern, windowed = proposal_of(at), ahead[WINDOWED] != 0.0
+    if control[METHOD] == AUTO:
+        cost = work.counts[EVALUATIONS] - int(ahead[SPENT])
+        choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], cost)
+    change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
+    proposals[pattern] = h * change
+    kind, contact, taken, dense = meet(at, h, ahead[STOP_AT])
+    note_step(at, taken, windowed, dense)
+    if kind == NOTHING:
+        go_on(at)
+        look_ahead(at, next_length(at, h, proposals[pattern]), error * change**8)
+        return GOING
+    if kind == STOP:
+        if ahead[STOP_AT] == target_of(at):
+            if windowed:
+                return OK
+            ahead[WINDOWED] = 1.0
+            open_window(at)
+        ahead[STOP_AT] = next_stop(at, work.end[work.along])
+    else:
+        reason = pass_events(at, kind, contact, windowed)
+        if reason != GOING:
+            return reason
+    restart(at)
+    look_ahead(at, first_length(at, proposals, proposal_of(at)), 0.0)
+    return GOING
+
+
+def compile_for(model, lanes):
+    """Compile `integrate` for a Kept and arrays of these types, or load it from the cache."""
+    cases = np.zeros(0, dtype=np.int64)
     if not config.DISABLE_JIT:
-        integrate.compile((typeof(control), typeof(work)))
+        integrate.compile(tuple(map(typeof, (model, cases, cases, NO_ENTRY, lanes))))
 
 
 @njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
-def integrate(control, work):
-    """Integrate from the state in `work.y` to the end that `control` sets.  Every other function works on `at[0]`.
+def integrate(model, addresses, status, together, lanes):
+    """Integrate cases from where they stand until one of them is to be looked at.  Never raises.
 
-    Returns
-    -------
-    status : int, OK or the reason why it ended early; PAUSED, or
-        TURNS_STIFF, `work.slopes` being needed: call again to go on
-    events : (events, 5) float64, rows of time (s), contact, 1 onset or 2 separation, rate (m/s), force peak (N)
+    Parameters
+    ----------
+    model : Kept, a Work; of what form all cases are.
+    addresses : (cases,) int64, of their Works, kept as well, each in a lane of one Board.
+    status : (cases,) int64, filled: GOING, OK or the reason why a case ended early; PAUSED, or TURNS_STIFF, its
+        `work.slopes` being needed: call again to go on.
+    together : the Entry that takes a step in every lane of the Board, see `attempt`; NO_ENTRY for one after the other.
+    lanes : the arrays of the Board that it works on, those of its first lane.
 
-    The figures are in `work.tally`, the samples in `work.record`.  Never raises; a failure is a status.
+    Figures are in the `tally` of each Work, samples in its `record`, events in its `log`.  Which cases go side by side
+    has no part in what comes out: see `attempt`.
     """
-    at, along, proposals = pointer_to(work), work.along, work.proposals
-    events, earlier = np.empty((64 if control.keep_events else 0, 5)), work.counts[EVENTS]
-    windowed = control.window <= work.y[along]
-    target = control.end if windowed else control.window
-    stop, progress = next_stop(at, work.y[along], target), np.array([work.y[along], work.y[along], work.y[work.time]])
-    h, grow, expected = begin(at, windowed)
-    tries, spent, rest = 0, work.counts[EVALUATIONS], work.counts[STEPS] + control.stretch
-    while work.counts[STEPS] + work.counts[REJECTED] < control.step_budget:
-        reason = OK if tries else interruption(at, control, rest, progress)
-        if reason != OK:
-            work.ahead[0], work.ahead[1], work.ahead[2] = h, grow, expected
-            return reason, events[: work.counts[EVENTS] - earlier]
-        h = min(h, work.longest / work.o[0, KAPPA])
-        error = take_step(at, h)
-        error = max(error, travel_ratio(at, h) ** 8)  # the step control takes the eighth root
-        if not error < 1.0:
-            work.counts[REJECTED] += 1
-            h *= shrinking(error)
-            grow, tries = 1.0, tries + 1
-            if tries > TRIES:
-                return (STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE), events[: work.counts[EVENTS] - earlier]
-            continue
-        tries = 0
-        finish_ends(at)
-        pattern = proposal_of(at)
-        if control.method == AUTO:
-            choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], work.counts[EVALUATIONS] - spent)
-        change = min(grow, change_of_length(error, expected))
-        proposals[pattern], expected = h * change, error * change**8
-        kind, contact, taken, dense = meet(at, h, stop)
-        note_step(at, taken, windowed, dense)
-        if kind == NOTHING:
-            go_on(at)
-            h, grow = next_length(at, h, proposals[pattern]), GROW
-            spent = work.counts[EVALUATIONS]
-            continue
-        if kind == STOP:
-            if stop == target:
-                if windowed:
-                    return OK, events[: work.counts[EVENTS] - earlier]
-                windowed, target = True, control.end
-                open_window(at)
-            stop = next_stop(at, work.end[along], target)
-        else:
-            events, reason = pass_events(at, control, (kind, contact, windowed), (events, earlier))
-            if reason != GOING_ON:
-                return reason, events[: work.counts[EVENTS] - earlier]
-        restart(at)
-        h, grow, expected = first_length(at, proposals, proposal_of(at)), GROW, 0.0
-        spent = work.counts[EVALUATIONS]
-    return STEP_BUDGET, events[: work.counts[EVENTS] - earlier]
+    waits = False
+    while not waits:
+        explicit = 0
+        for c in range(addresses.size):
+            at = found(model, addresses[c])
+            status[c] = ready(at)
+            waits = waits or status[c] != GOING
+            explicit += at[0].method[0] != IMPLICIT
+        if waits:
+            return
+        beside = together.code != 0 and explicit >= WORTH
+        if beside:
+            invoke(together.code, together.parameters, lanes, WHOLE)
+        for c in range(addresses.size):
+            at = found(model, addresses[c])
+            if not beside or at[0].method[0] == IMPLICIT:
+                take_step(at, at[0].step[LENGTH])
+            else:
+                at[0].counts[EVALUATIONS] += END
+            status[c] = conclude(at)
+            waits = waits or status[c] != GOING

@@ -2,8 +2,9 @@
 
 from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
+from ..observe.along import ERROR, LENGTH, WHOLE, Attempt, keep_last_stage, sum_up
 from ..observe.observables import KAPPA, observed
-from .dop853 import END, ROWS, dense_coefficients, error_norm, stage_state
+from .dop853 import END, ROWS, dense_coefficients, stage_state
 from .event import (
     EVALUATIONS,
     IMPLICIT,
@@ -79,19 +80,33 @@ def finish_dense(at, h):
 
 @kernel
 def take_step(at, h):
-    """Put the state at the end of a step of length `h` into `work.end` and return its error over the allowed one."""
+    """Take a step of length `h`: its end into `work.end`, what is seen there into row END, its sums into `work.step`.
+
+    Return its error over the allowed one.
+    """
     work = at[0]
+    work.step[LENGTH] = h
     if work.method[0] == IMPLICIT:
-        return implicit_step(at, h)
-    run_stages(at, h, 1, END)
-    stage_state(END, h, work.y, work.k, work.end)
-    return error_norm(h, work.k, work.scale)
+        work.step[ERROR] = implicit_step(at, h)
+        return work.step[ERROR]
+    tried = Attempt(work.y, work.mode, work.latched, work.scale, work.k, work.o, work.end, work.step)
+    if work.whole != 0:
+        work.counts[EVALUATIONS] += END
+        invoke(work.rates.code, work.rates.parameters, tried, WHOLE)
+    else:
+        run_stages(at, h, 1, END)
+        stage_state(END, h, work.y, work.k, work.end)
+        keep_last_stage(tried, work.z)
+        evaluate(at, work.end, END)
+        sum_up(tried)
+    return work.step[ERROR]
 
 
 @kernel
 def finish_ends(at):
-    """Evaluate the rates and observables at the end of a step."""
-    evaluate(at, at[0].end, END)
+    """Evaluate the rates and observables at the end of a step; an explicit one has done so."""
+    if at[0].method[0] == IMPLICIT:
+        evaluate(at, at[0].end, END)
 
 
 @kernel

@@ -9,6 +9,7 @@ import math
 from numpy.polynomial.legendre import leggauss
 
 from ....contracts.catalogue import Range
+from ...compiled.choosing import where
 from ...compiled.dual import as_type_of
 from ...compiled.family import family
 
@@ -51,7 +52,7 @@ def energy_stiffness(elastic, pen):
 @energy_stiffness.member(None)
 def _of_force_and_energy(elastic, pen):
     force, energy = elastic_force(elastic, pen), elastic_energy(elastic, pen)
-    return 0.5 * force * force / energy if energy > 0.0 else as_type_of(0.0, energy)
+    return where(energy > 0.0, 0.5 * force * force / where(energy > 0.0, energy, 1.0), as_type_of(0.0, energy))
 
 
 #: Nodes x of Gauss-Legendre's rule on (0, 1), and its weights times 2 x: the integral over pen x^2.

@@ -18,8 +18,11 @@ force is F_elastic + 2 zeta sqrt(S m) rate with S = F_elastic^2 / (2 W), the sti
 from typing import NamedTuple
 
 from ...compiled import calculus as math
+from ...compiled.choosing import either
+from ...compiled.family import kernel
 from ..contract import (
     ENTERED,
+    LEFT,
     NEVER,
     ONSET_FLOOR,
     TOUCHING,
@@ -33,6 +36,7 @@ from ..rebound import damping_ratio
 from .contract import awaits_mass, contact_force, keeps_onset, loss_form, with_mass
 
 PRESSED_ON, TURNED = 0, 1  # guards: v passes 2 v0; the rate passes zero
+APART = 1.0  # J, of no account but that side by side all that are apart go by the rule of an impact
 
 
 class Renewed(NamedTuple):
@@ -52,14 +56,33 @@ def renewed(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
 
 @loss_form(Renewed, pulls=False, times_elastic=True)
 def _renewed(law, elastic, pen, rate, onset_rate):
-    if law.turning > 0.0:
-        return contact_force(law.impact, elastic, pen, rate, onset_rate)
-    if law.turning < 0.0:
-        share = elastic_energy(elastic, pen) / -law.turning  # of the energy at which v / 2 was the onset rate
-        return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(share))
+    return _by_phase(law.turning > 0.0, (law, elastic, pen, rate, onset_rate))
+
+
+@kernel
+def _impact(law, elastic, pen, rate, onset_rate):
+    return contact_force(law.impact, elastic, pen, rate, onset_rate)
+
+
+@kernel
+def _after_impact(law, elastic, pen, rate, onset_rate):
+    return _by_later_phase(law.turning < 0.0, (law, elastic, pen, rate, onset_rate))
+
+
+@kernel
+def _pressed_on(law, elastic, pen, rate, onset_rate):
+    share = elastic_energy(elastic, pen) / -law.turning  # of the energy at which v / 2 was the onset rate
+    return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(share))
+
+
+@kernel
+def _lasting(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     damping = law.damping * law.damping * energy_stiffness(elastic, pen)  # the mass is known last
     return force + math.sqrt(damping * law.mass) * rate, force
+
+
+_by_phase, _by_later_phase = either(_impact, _after_impact), either(_pressed_on, _lasting)
 
 
 @with_mass.member(Renewed)
@@ -94,4 +117,6 @@ def _phase(law, event, contact, root):
     if event == ENTERED:
         rate = max(contact.rate, ONSET_FLOOR)
         return (2.0 * law.mass * rate * rate,)
+    if event == LEFT:
+        return (APART,)
     return (-law.turning if event == PRESSED_ON else 0.0,)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from ...compiled.family import Entry, entry, family, kernel, map_joints, shaped
+from ...compiled.family import Entry, entry, family, in_lane, kernel, map_joints, shaped
 from ...mechanism.contract import body_angles, gaps, place
 from ...observe.between import BETWEEN
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
@@ -295,13 +295,13 @@ def wear_entry(scene, y, end, between, mode, course, length, room, depths, accou
     """
     here = scene[0]
     contacts, size = extent(here.joints).contact, 2 * len(here.coordinates) + 1
-    start, finish, within = shaped(y, (size,)), shaped(end, (size,)), shaped(between, (BETWEEN, size))
+    start, finish, within = in_lane(y, (size,)), in_lane(end, (size,)), shaped(between, (BETWEEN, size))
     rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * WHERE * ANGLES
     along = angles + contacts * ALONG * (BETWEEN + 2)
     step = Step(
         shaped(course, (contacts, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
-        shaped(mode, (contacts,)),
+        in_lane(mode, (contacts,)),
         rooms[ROOM:angles].reshape(contacts, WHERE, ANGLES),
         rooms[angles:along].reshape(contacts, ALONG, BETWEEN + 2),
         rooms[along : along + PARTS + 1],

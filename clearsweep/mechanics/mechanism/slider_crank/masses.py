@@ -5,6 +5,7 @@ as a whole and turns it, moves the slider along its guide, and shifts the crank,
 of a force as long as the gap g, g^T J M^-1 J^T g (m^2/kg), is called its yield.
 """
 
+from ...compiled.choosing import where
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel, map_joints
 from ...joint.places import after_number
@@ -20,7 +21,8 @@ def _yields(mechanism, p, relative):
 @kernel
 def _mass(gap, given, place, shared):
     """Return the mass (kg) of a gap's yield; 0 where the gap is closed and so has no direction."""
-    return (gap.x * gap.x + gap.y * gap.y) / given if given > 0.0 else as_type_of(0.0, given)
+    square = gap.x * gap.x + gap.y * gap.y
+    return where(given > 0.0, square / where(given > 0.0, given, 1.0), as_type_of(0.0, given))
 
 
 _masses = map_joints(_mass, after_number)

@@ -1,0 +1,98 @@
+"""A value that compiled code finds at an address, so that it can deal with several of one form in turn."""
+
+import functools
+
+import numpy as np
+from numba import config, njit, types
+from numba.extending import NativeValue, intrinsic, models, overload, register_model, typeof_impl, unbox
+
+from .family import OPTIONS
+
+ROOM = 16384  # bytes that a value may take
+_PLAIN = {}  # what is found at an address where nothing is compiled
+
+
+class Kept:
+    """A value and its address; it lives as long as this, and so does all that it refers to."""
+
+    __slots__ = ("address", "room", "value")
+
+    def __init__(self, value):
+        self.value, self.room = value, np.empty(ROOM, dtype=np.uint8)
+        self.address = self.room.ctypes.data
+        if config.DISABLE_JIT:
+            _PLAIN[self.address] = value
+        else:
+            _put(value, self.room)
+
+
+def found(model, address):
+    """Return what gives, by `[0]`, the value at an address, which is of the form of the Kept `model`."""
+    return (_PLAIN[address],)
+
+
+class KeptType(types.Type):
+    """The compiler's type of a Kept, of which it wants to know the type of the value alone."""
+
+    def __init__(self, value):
+        self.value = value
+        super().__init__(f"Kept({value})")
+
+
+register_model(KeptType)(models.OpaqueModel)
+
+
+@intrinsic
+def _store(typing_context, value, room):
+    """Emit what puts a value into the memory of an array of bytes."""
+
+    def emit(context, builder, signature, values):
+        kind = signature.args[0]
+        data = context.get_data_type(kind)
+        size = context.get_abi_sizeof(data)
+        assert size <= ROOM, size
+        array = context.make_array(signature.args[1])(context, builder, values[1])
+        context.pack_value(builder, kind, values[0], builder.bitcast(array.data, data.as_pointer()))
+        return context.get_dummy_value()
+
+    return types.void(value, room), emit
+
+
+@njit(cache=True)
+def _put(value, room):
+    _store(value, room)
+
+
+@typeof_impl.register(Kept)
+def _typeof_kept(value, context):
+    return _kind()
+
+
+@functools.cache  # what it is made of takes long to compare
+def _kind():
+    (signature,) = _put.nopython_signatures
+    return KeptType(signature.args[0])
+
+
+@unbox(KeptType)
+def _unbox_kept(kind, value, context):
+    return NativeValue(context.context.get_constant_null(kind))
+
+
+@intrinsic
+def _at(typing_context, model, address):
+    """Emit the pointer to a value."""
+    pointer = types.CPointer(model.value)
+
+    def emit(context, builder, signature, values):
+        return builder.inttoptr(values[1], context.get_value_type(pointer))
+
+    return pointer(model, types.int64), emit
+
+
+@overload(found, strict=False, jit_options=dict(OPTIONS))
+def _found(model, address):
+    def compiled(model, address):
+        return _at(model, address)
+
+    return compiled

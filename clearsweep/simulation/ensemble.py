@@ -1,0 +1,132 @@
+"""Many cases at once: those whose scenes are of one type are integrated side by side, as many as a register holds."""
+
+import time
+from collections import deque
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..contracts.case import Case
+from ..contracts.results import Trajectory
+from ..mechanics.attempt import together_of
+from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten
+from ..mechanics.compiled.rows import Board
+from ..mechanics.observe.along import Attempt
+from ..mechanics.solver import loop
+from .heat import has_balance
+from .revolutions import marks_of
+from .run import Lane, Run, attempted, board_of, control_of, start
+from .scene import Scene, build, signature
+from .trajectory import judged, own_sampling, simulate, timed, trajectory_of
+
+MANY = WIDTH  # cases of one type of scene for which it is worth looking up their step side by side
+
+
+class Beside(NamedTuple):
+    """A case under way."""
+
+    place: int  # among the cases
+    scene: Scene
+    run: Run
+
+
+Ended = tuple[int, Trajectory | Exception]
+
+
+def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
+    """Yield the place of each case and its result, or what went wrong, as they end; each is that of the case alone."""
+    kinds: dict[tuple, deque[tuple[int, Case]]] = {}
+    for place, case in enumerate(cases):
+        try:
+            kinds.setdefault(signature(case), deque()).append((place, case))
+        except Exception as error:
+            yield place, error
+    for waiting in kinds.values():
+        yield from _Ensemble(waiting).run()
+
+
+def is_plain(scene: Scene) -> bool:
+    """Return whether a scene comes to what a single integration of known length does."""
+    layout, turns = scene.layout, scene.mechanism.turns and not scene.turning.free
+    single = not (layout.until or layout.horizon or layout.error_check or has_balance(scene.case) or scene.case.life)
+    return turns and single
+
+
+def prepared(scene: Scene, lane: Lane) -> Run:
+    """Return the integration, in a lane, of a plain scene; `simulate` makes the same one."""
+    settings, save = scene.case.simulate, scene.case.save
+    run = Run(scene, own_sampling(scene), marks=marks_of(scene, settings.revolutions), lane=lane)
+    start(run, control_of(scene, scene.turning.at(settings.revolutions), keep_events=save.orbits != "none"))
+    return run
+
+
+def finished(scene: Scene, run: Run) -> Trajectory:
+    """Return what the integration that was `prepared` came to."""
+    run.events = np.concatenate(run.logs)
+    run.counts += run.work.counts
+    return judged(scene, trajectory_of(scene, run, scene.turning.at(scene.case.simulate.revolutions)))
+
+
+def compile_together(case: Case) -> None:
+    """Compile, or load from the cache, the step of cases like this one side by side."""
+    scene = build(case)
+    if is_plain(scene):
+        together_of(scene.value, flatten(scene.value))
+
+
+class _Ensemble:
+    """Cases of one type of scene: those that wait, and up to WIDTH of them under way."""
+
+    def __init__(self, waiting: deque[tuple[int, Case]]):
+        self.waiting, self.lanes = waiting, dict[int, Beside]()  # by lane
+        self.many, self.together = len(waiting) >= MANY, NO_ENTRY
+        self.board: Board | None = None
+        self.arrays: Attempt | None = None  # of the board's first lane
+
+    def run(self) -> Iterator[Ended]:
+        """Yield what the cases come to."""
+        while self.waiting or self.lanes:
+            while self.waiting and len(self.lanes) < WIDTH:
+                yield from self._begin(*self.waiting.popleft())
+            if self.lanes:
+                yield from self._integrate()
+
+    def _begin(self, place: int, case: Case) -> Iterator[Ended]:
+        """Put a case into a lane that is free; yield what it came to if that is known at once."""
+        try:
+            scene = timed(build(case))
+            if not is_plain(scene):
+                yield place, simulate(scene)
+                return
+            lane = next(lane for lane in range(WIDTH) if lane not in self.lanes)
+            board = self._board(scene)
+            self.lanes[lane] = Beside(place, scene, prepared(scene, board.lane(lane)))
+        except Exception as error:
+            yield place, error
+
+    def _board(self, scene: Scene) -> Board:
+        if self.board is None:
+            self.board = board_of(scene)
+            first = self.board.lane(0)
+            self.arrays = attempted(first)
+            if self.many:
+                self.together = together_of(scene.value, first["parameters"])
+        return self.board
+
+    def _integrate(self) -> Iterator[Ended]:
+        """Integrate all cases under way up to where one of them or more are to be looked at; yield those that ended."""
+        runs = [beside.run for beside in self.lanes.values()]
+        addresses, status = np.array([run.kept.address for run in runs]), np.zeros(len(runs), dtype=np.int64)
+        began, clock = time.process_time(), time.perf_counter()
+        loop.integrate(runs[0].kept, addresses, status, self.together, self.arrays)
+        spent, share = time.process_time() - began, (time.perf_counter() - clock) / len(runs)
+        for (lane, beside), state in zip(list(self.lanes.items()), status, strict=True):
+            beside.run.duration += share
+            beside.run.deadline += spent * (1.0 - 1.0 / len(runs))  # what went to other cases is left out of account
+            if state != loop.GOING and beside.run.ended(int(state)):
+                del self.lanes[lane]
+                try:
+                    yield beside.place, finished(beside.scene, beside.run)
+                except Exception as error:
+                    yield beside.place, error

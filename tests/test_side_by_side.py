@@ -1,0 +1,163 @@
+"""Cases that are integrated side by side: each comes to what it comes to alone, whatever goes beside it."""
+
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep import simulation
+from clearsweep.mechanics.carried import OF_MECHANISMS, branches, carried
+from clearsweep.mechanics.joint.friction.contract import friction_force
+from clearsweep.mechanics.joint.friction.sliding import Ambrosio, Threlfall
+from clearsweep.mechanics.mechanism.impact_pair import ImpactPair
+from clearsweep.mechanics.mechanism.slider_crank.pose import SliderCrank
+from clearsweep.mechanics.solver import loop
+from clearsweep.simulation import ensemble, run
+
+CASES = 11  # no multiple of what a register holds
+TIMED = {"run_time"}
+SETTINGS = {"simulate.revolutions": 0.6, "simulate.tolerance": 1e-7, "save.orbits": "all"}
+
+
+@pytest.fixture
+def together(monkeypatch):
+    """Integrate side by side however few cases there are."""
+    monkeypatch.setattr(ensemble, "MANY", 1)
+
+
+def cases(*joints, count=CASES, **changes):
+    """Return cases of a slider-crank whose clearance, restitution and speed are drawn."""
+    drawn, joints = np.random.default_rng(5), joints or ("rod-slider",)
+    first = f"joints.{joints[0]}"
+    return [
+        clearsweep.load_case(
+            slider_crank(
+                *joints,
+                changes=SETTINGS
+                | {
+                    f"{first}.clearance": drawn.uniform(2e-5, 8e-4),
+                    f"{first}.contact.restitution": drawn.uniform(0.4, 0.95),
+                    "drive.speed": drawn.uniform(50.0, 500.0),
+                }
+                | changes,
+            )
+        ).case
+        for _ in range(count)
+    ]
+
+
+def same(one, other):
+    """Return whether two trajectories are equal to the last bit, but for the time they took."""
+    alike = all(repr(value) == repr(other.summary[name]) for name, value in one.summary.items() if name not in TIMED)
+    histories = all(np.array_equal(values, other.channels[name]) for name, values in one.channels.items())
+    return alike and histories and np.array_equal(one.events, other.events) and one.status == other.status
+
+
+def alone_and_together(listed):
+    """Return the results of cases one by one, and those of all of them side by side."""
+    found = dict(simulation.solve_each(listed))
+    return [simulation.solve(case) for case in listed], [found[place] for place in range(len(listed))]
+
+
+def test_a_case_is_the_same_alone_beside_others_and_in_any_order(together):
+    listed = cases()
+    alone, beside = alone_and_together(listed)
+    assert all(map(same, alone, beside))
+    assert len({trajectory.summary["steps"] for trajectory in alone}) > CASES // 2  # they do differ from each other
+    backwards = dict(simulation.solve_each(listed[::-1]))
+    assert all(same(one, backwards[CASES - 1 - place]) for place, one in enumerate(alone))
+
+
+def test_steps_are_taken_side_by_side_where_that_is_possible(together, monkeypatch):
+    asked = []
+
+    def watched(model, addresses, status, entry, arrays):
+        asked.append((len(addresses), entry.code != 0))
+        return integrate(model, addresses, status, entry, arrays)
+
+    integrate = loop.integrate
+    monkeypatch.setattr(ensemble.loop, "integrate", watched)
+    list(simulation.solve_each(cases()))
+    assert max(asked) == (min(CASES, ensemble.WIDTH), True)
+
+
+def test_what_happens_to_one_case_happens_to_none_beside_it(together):
+    listed = cases()
+    short = listed[3]._replace(simulate=listed[3].simulate._replace(step_budget=50))
+    hasty = listed[5]._replace(simulate=listed[5].simulate._replace(event_budget=1))
+    checked = listed[7]._replace(simulate=listed[7].simulate._replace(error_check=True))
+    broken = listed[8]._replace(mechanism=None)
+    spoiled = [*listed[:3], short, listed[4], hasty, listed[6], checked, broken, *listed[9:]]
+    found = dict(simulation.solve_each(spoiled))
+    assert [found[3].status, found[5].status] == ["step-budget", "event-budget"]
+    assert isinstance(found[8], Exception)
+    assert same(simulation.solve(checked), found[7])
+    untouched = [place for place in range(CASES) if place not in (3, 5, 7, 8)]
+    assert all(same(simulation.solve(listed[place]), found[place]) for place in untouched)
+
+
+def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(together, monkeypatch):
+    listed = cases(count=4)
+    whole = [simulation.solve(case).events for case in listed]
+    assert max(map(len, whole)) > 8
+    monkeypatch.setattr(run.loop, "LOG", 4)
+    alone, beside = alone_and_together(listed)
+    for one, *others in zip(whole, alone, beside, strict=True):
+        assert all(np.array_equal(one, other.events) for other in others)
+
+
+def test_time_that_went_to_other_cases_does_not_count(together, monkeypatch):
+    clock = [0.0]
+
+    def slow(*given):
+        clock[0] += 1.0
+        integrate(*given)
+
+    integrate = loop.integrate
+    monkeypatch.setattr(ensemble.loop, "integrate", slow)
+    monkeypatch.setattr(ensemble.time, "process_time", lambda: clock[0])
+    monkeypatch.setattr(run.loop, "LOG", 4)  # so that they pause on the way, when they are asked how long they took
+    limited = [case._replace(simulate=case.simulate._replace(time_budget=20.0)) for case in cases(count=ensemble.WIDTH)]
+    statuses = [trajectory.status for _, trajectory in simulation.solve_each(limited)]
+    assert clock[0] > 40.0  # two budgets
+    assert statuses == ["ok"] * ensemble.WIDTH
+
+
+# ---------------------------------------------------------------------------------------------- what goes side by side
+
+
+@pytest.mark.parametrize(("law", "decides"), [(Ambrosio, False), (Threlfall, True)])
+def test_a_law_that_takes_a_decision_is_known(law, decides):
+    assert branches(friction_force.body_for(law)) is decides
+
+
+@pytest.mark.parametrize("mechanism", [SliderCrank, ImpactPair])
+def test_the_built_in_mechanisms_and_the_usual_laws_go_side_by_side(mechanism):
+    for family in OF_MECHANISMS:
+        assert not any(branches(body) for _, body in family.members[mechanism]), family.__name__
+    assert carried(simulation.build(cases(count=1)[0]).value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"joints.rod-slider.contact.onset": "first"},
+        {"joints.rod-slider.contact.exponent": 1.2},
+        {"mechanism.gravity": 9.81, "simulate.start": "seated"},
+        {"joints.rod-slider.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 0.01}},
+        {"joints.rod-slider.friction": {"law": "threlfall", "coefficient": 0.1, "velocity_scale": 0.01}},
+        {"joints.rod-slider.wear": {"law": "archard", "coefficient": 1e-15}},
+    ],
+)
+def test_what_can_go_side_by_side_comes_to_the_same(changes, together):
+    assert all(map(same, *alone_and_together(cases(**changes))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "joints", [("crank-rod",), ("ground-crank", "rod-slider"), ("ground-crank", "crank-rod", "rod-slider")]
+)
+def test_any_opening_comes_to_the_same(joints, together):
+    assert all(map(same, *alone_and_together(cases(*joints))))
