@@ -94,6 +94,28 @@ def _put(scene: Scene, parameters: np.ndarray, lane: Lane, contacts: list, inter
     lane["latched"][:] = [ONSET_FLOOR] * len(contacts) + [began for _, began in every_latched(scene.value.joints)]
 
 
+def _tally_of(scene: Scene, contacts: int) -> tallies.Tally:
+    """Return room for what is summed up of so many contacts; what joints have worn before is in it."""
+    parts = scene.layout.joints
+    worn = any(part.wear_bins for part in parts)
+    bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
+    tally = tallies.Tally(
+        whole=np.zeros(tallies.WHOLE),
+        joint=np.zeros((contacts, tallies.JOINT)),
+        time=np.zeros((contacts, histogram.BINS)),
+        ramp=np.zeros((contacts, histogram.BINS)),
+        course=np.zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
+        length=np.zeros(1),
+        between=np.zeros((BETWEEN, 2 * len(scene.value.coordinates) + 1)),
+        room=np.zeros(room_of(contacts, bins) if worn else 0),
+        wear=np.zeros(2 * contacts * bins),
+        account=np.zeros((contacts, ACCOUNT)),
+    )
+    slid = [scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints]
+    tally.account[:, SLID] = np.repeat(slid, [len(contact_modes(joint)) for joint in scene.value.joints])
+    return tally
+
+
 class Run:
     """The buffers of one integration and what it came to."""
 
@@ -117,22 +139,7 @@ class Run:
         n, many = scene.start.size, len(contacts)
         described = [case for case, joint in zip(scene.case.joints, joints, strict=True) for _ in contact_modes(joint)]
         self.parameters = flatten(value)  # compiled code holds its address
-        worn = any(part.wear_bins for part in scene.layout.joints)
-        bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in scene.layout.joints)
-        self.tally = tallies.Tally(
-            whole=np.zeros(tallies.WHOLE),
-            joint=np.zeros((many, tallies.JOINT)),
-            time=np.zeros((many, histogram.BINS)),
-            ramp=np.zeros((many, histogram.BINS)),
-            course=np.zeros((many, histogram.COURSES, histogram.PARTS + 1)),
-            length=np.zeros(1),
-            between=np.zeros((BETWEEN, 2 * len(value.coordinates) + 1)),
-            room=np.zeros(room_of(many, bins) if worn else 0),
-            wear=np.zeros(2 * many * bins),
-            account=np.zeros((many, ACCOUNT)),
-        )
-        slid = [scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints]
-        self.tally.account[:, SLID] = np.repeat(slid, every)
+        self.tally = _tally_of(scene, many)
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
         self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))), along if turned else moment)
@@ -143,7 +150,7 @@ class Run:
             rates=rates if rates.code else rates_of(value, self.parameters),
             whole=int(rates.code != 0),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
-            wear=wear_of(value, self.parameters) if worn else NO_ENTRY,
+            wear=wear_of(value, self.parameters) if self.tally.room.size else NO_ENTRY,
             time=moment,
             along=along,
             knots=knots_of(scene.machine),
