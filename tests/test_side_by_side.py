@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
+from numba import typeof
 
 import clearsweep
 from clearsweep import simulation
 from clearsweep.mechanics.carried import OF_MECHANISMS, branches, carried
+from clearsweep.mechanics.compiled.family import empty_entries
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.friction.sliding import Ambrosio, Threlfall
 from clearsweep.mechanics.mechanism.impact_pair import ImpactPair
@@ -121,6 +123,15 @@ def test_time_that_went_to_other_cases_does_not_count(together, monkeypatch):
     statuses = [trajectory.status for _, trajectory in simulation.solve_each(limited)]
     assert clock[0] > 40.0  # two budgets
     assert statuses == ["ok"] * ensemble.WIDTH
+
+
+def test_one_contact_and_several_are_of_one_form_to_the_loop():
+    forms = set()
+    for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
+        with empty_entries():
+            one = run.Run(simulation.build(cases(*joints, count=1)[0]), np.empty(0))
+        forms.add((typeof(one.work), typeof(run.attempted(one.lane))))
+    assert len(forms) == 1
 
 
 # ---------------------------------------------------------------------------------------------- what goes side by side

@@ -65,11 +65,12 @@ def _put(value, room):
 
 @typeof_impl.register(Kept)
 def _typeof_kept(value, context):
-    return _kind()
+    return _kind(len(_put.overloads))
 
 
 @functools.cache  # what it is made of takes long to compare
-def _kind():
+def _kind(forms):
+    """Return the type of what is kept; it is of one form, as nothing at an address says of which."""
     (signature,) = _put.nopython_signatures
     return KeptType(signature.args[0])
 

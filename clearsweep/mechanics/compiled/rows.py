@@ -10,7 +10,14 @@ from collections.abc import Mapping
 import numpy as np
 from numba import types
 from numba.core import cgutils
-from numba.extending import lower_builtin, models, overload_attribute, register_model, type_callable
+from numba.extending import (
+    lower_builtin,
+    models,
+    overload_attribute,
+    register_model,
+    type_callable,
+    typeof_impl,
+)
 
 from .family import WIDTH
 from .lanes import WHOLE, vector_of
@@ -33,6 +40,22 @@ def _zeros(shape, dtype):
     room = np.zeros(count + WIDTH, dtype)
     first = -room.ctypes.data // 8 % WIDTH
     return room[first : first + count].reshape(shape)
+
+
+def lies_in_lanes(form, names):
+    """Let the compiler take arrays of a NamedTuple for what they are in a lane: numbers with others between them.
+
+    By itself it would take an array of one number for one without gaps: a type of its own, of which code that was
+    compiled for one contact would then be handed arrays of several.
+    """
+
+    @typeof_impl.register(form)
+    def typeof_form(value, context):
+        kinds = [typeof_impl(item, context) for item in value]
+        return types.NamedTuple(
+            [kind.copy(layout="A") if name in names else kind for name, kind in zip(form._fields, kinds, strict=True)],
+            form,
+        )
 
 
 class RowsType(types.Type):

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined
+from ..compiled.rows import lies_in_lanes
 from ..solver.dop853 import END, WEIGHTS, error_norm
 from .histogram import COURSE, PARTS
 from .observables import (
@@ -41,6 +42,9 @@ class Attempt(NamedTuple):
     o: tuple
     end: tuple
     step: tuple
+
+
+lies_in_lanes(Attempt, Attempt._fields)
 
 
 @inlined

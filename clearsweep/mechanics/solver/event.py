@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import Entry, invoke, kernel
+from ..compiled.rows import lies_in_lanes
 from ..joint.contract import meets, touches
 from ..observe.along import Attempt
 from ..observe.observables import KAPPA, observed
@@ -74,6 +75,9 @@ class Work(NamedTuple):
     tally: tuple  # tally.Tally
     record: tuple  # record.Record
     turns: tuple  # turns.Turns
+
+
+lies_in_lanes(Work, {*Attempt._fields, "z"})
 
 
 @kernel
