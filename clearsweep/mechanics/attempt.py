@@ -1,4 +1,4 @@
-"""A step of the explicit method as one piece of compiled code: its stages, its end, its error and what it comes to.
+"""A step of the explicit method as one piece of compiled code: its stages and its end.
 
 The right-hand side is in it once, so that the same code evaluates it alone, too.
 
@@ -16,14 +16,14 @@ from .compiled.family import NO_ENTRY, WIDTH, Entry, entry, form_number, inlined
 from .compiled.lanes import LanesType, WholesType
 from .compiled.rows import RowsType, place_in, rows_at
 from .joint.places import observed_columns, room_of_all
-from .observe.along import LENGTH, WHOLE, Attempt, keep_last_stage, step_width, sum_up
+from .observe.along import LENGTH, WHOLE, Attempt, keep_last_stage, step_width
 from .rates import RATES_ARRAYS, rates
 from .solver.dop853 import END, stage_state
 
 
 @inlined
 def _take(scene, tried, only):
-    """Fill rows 1 to END of rates and observables, `end` getting the state of each, and sum up.
+    """Fill rows 1 to END of rates and observables, `end` getting the state of each.
 
     `only` : the row that is filled for the state that `end` has, or WHOLE.
     """
@@ -34,8 +34,6 @@ def _take(scene, tried, only):
                 keep_last_stage(tried, tried.end)
             stage_state(row, tried.step[LENGTH], tried.y, tried.k, tried.end)
         rates(scene, tried.end, tried.mode, tried.latched, tried.k, tried.o, row)
-    if only == WHOLE:
-        sum_up(tried)
 
 
 def _in_lanes(kind, width):
@@ -54,12 +52,12 @@ def _scene_at(typing_context, scene, width):
     form, kind = _in_lanes(scene.dtype, width.literal_value), LanesType(width.literal_value)
 
     def emit(context, builder, signature, values):
-        rows, read = rows_at(builder, kind, values[0]), iter(range(1 << 20))
+        read = iter(range(1 << 20))
 
         def made(part):
             if isinstance(part, types.BaseTuple):
                 return context.make_tuple(builder, part, [made(item) for item in part.types])
-            return builder.load(place_in(builder, rows, kind, ir.IntType(64)(next(read))))
+            return builder.load(place_in(builder, values[0], kind, ir.IntType(64)(next(read))))
 
         return made(form)
 
@@ -80,12 +78,15 @@ def _attempt_at(typing_context, scene, pointers, width):
         "o": observed_columns(joints),
         "step": step_width(size.contact, n),
     }
-    forms = [RowsType(wholes if name == "mode" else numbers, columns.get(name, n)) for name in Attempt._fields]
+    forms = [RowsType(wholes if name == "mode" else numbers) for name in Attempt._fields]
     result = types.NamedTuple(forms, Attempt)
 
     def emit(context, builder, signature, values):
-        given = [builder.extract_value(values[1], place) for place in range(len(forms))]
-        return context.make_tuple(builder, result, [rows_at(builder, *pair) for pair in zip(forms, given, strict=True)])
+        rows = []
+        for place, (form, name) in enumerate(zip(forms, Attempt._fields, strict=True)):
+            pointer, wide = builder.extract_value(values[1], place), ir.IntType(64)(columns.get(name, n))
+            rows.append(rows_at(context, builder, form, pointer, wide))
+        return context.make_tuple(builder, result, rows)
 
     return result(scene, pointers, width), emit
 

@@ -11,16 +11,19 @@ import numpy as np
 from numba import types
 from numba.core import cgutils
 from numba.extending import (
+    intrinsic,
     lower_builtin,
+    make_attribute_wrapper,
     models,
+    overload,
     overload_attribute,
     register_model,
     type_callable,
     typeof_impl,
 )
 
-from .family import WIDTH
-from .lanes import WHOLE, vector_of
+from .family import OPTIONS, WIDTH
+from .lanes import WHOLE, LanesType, WholesType, vector_of
 
 
 class Board:
@@ -59,34 +62,74 @@ def lies_in_lanes(form, names):
 
 
 class RowsType(types.Type):
-    """The compiler's type of rows of several values each, in memory: `[i]`, or `[row, i]` with so many `columns`."""
+    """The compiler's type of rows of several values each, in memory: `[i]`, or `[row, i]` of so many columns."""
 
-    def __init__(self, several, columns):
-        self.several, self.columns = several, columns
-        super().__init__(f"Rows({several}, {columns})")
+    def __init__(self, several):
+        self.several = several
+        super().__init__(f"Rows({several})")
 
 
 @register_model(RowsType)
-class _RowsModel(models.PrimitiveModel):
+class _RowsModel(models.StructModel):
     def __init__(self, manager, kind):
-        super().__init__(manager, kind, vector_of(kind.several).as_pointer())
+        super().__init__(manager, kind, [("first", types.voidptr), ("columns", types.intp)])
 
 
-def rows_at(builder, kind, pointer):
-    """Emit rows, a RowsType or LanesType saying what of, that begin at a pointer."""
-    return builder.bitcast(pointer, vector_of(getattr(kind, "several", kind)).as_pointer())
+make_attribute_wrapper(RowsType, "columns", "size")
 
 
-def place_in(builder, rows, several, index):
-    """Emit the pointer to the values with number `index` of rows."""
-    return builder.gep(rows, [builder.mul(index, WHOLE(WIDTH // several.width))])
+@overload_attribute(RowsType, "shape", strict=False)
+def _shape(rows):
+    return lambda rows: (-1, rows.size)  # how many rows there are is nobody's business
+
+
+def rows_at(context, builder, kind, pointer, columns):
+    """Emit rows of a RowsType that begin at a pointer and have so many columns, a whole number of the compiler's."""
+    rows = cgutils.create_struct_proxy(kind)(context, builder)
+    rows.first, rows.columns = builder.bitcast(pointer, cgutils.voidptr_t), columns
+    return rows._getvalue()
+
+
+def place_in(builder, first, several, index):
+    """Emit the pointer to the values with number `index` of what begins at a pointer."""
+    first = builder.bitcast(first, vector_of(several).as_pointer())
+    return builder.gep(first, [builder.mul(index, WHOLE(WIDTH // several.width))])
 
 
 def _place(context, builder, kind, rows, index_kind, index):
+    rows = cgutils.create_struct_proxy(kind)(context, builder, value=rows)
     if isinstance(index_kind, types.BaseTuple):
         row, column = cgutils.unpack_tuple(builder, index)
-        index = builder.add(builder.mul(row, WHOLE(kind.columns)), column)
-    return place_in(builder, rows, kind.several, index)
+        index = builder.add(builder.mul(row, rows.columns), column)
+    return place_in(builder, rows.first, kind.several, index)
+
+
+def in_rows(arrays, width):
+    """Return a NamedTuple of arrays of a lane of a Board as rows: of this lane alone, or from it on as wide as that."""
+    return arrays
+
+
+@overload(in_rows, strict=False, prefer_literal=True, jit_options=dict(OPTIONS, forceinline=True))
+def _in_rows(arrays, width):
+    wide = width.literal_value
+    return lambda arrays, width: _as_rows(arrays, wide)
+
+
+@intrinsic(prefer_literal=True)
+def _as_rows(typing_context, arrays, width):
+    """Emit the rows."""
+    several = {types.float64: LanesType(width.literal_value), types.int64: WholesType(width.literal_value)}
+    result = types.NamedTuple([RowsType(several[array.dtype]) for array in arrays.types], arrays.instance_class)
+
+    def emit(context, builder, signature, values):
+        found = []
+        for place, (kind, form) in enumerate(zip(arrays.types, result.types, strict=True)):
+            array = context.make_array(kind)(context, builder, builder.extract_value(values[0], place))
+            columns = cgutils.unpack_tuple(builder, array.shape)[-1]
+            found.append(rows_at(context, builder, form, array.data, columns))
+        return context.make_tuple(builder, result, found)
+
+    return result(arrays, width), emit
 
 
 @type_callable(operator.getitem)
@@ -113,9 +156,3 @@ def _set_item(context, builder, signature, values):
     number = context.cast(builder, values[2], signature.args[2], kind.several)
     builder.store(number, _place(context, builder, kind, values[0], signature.args[1], values[1]))
     return context.get_dummy_value()
-
-
-@overload_attribute(RowsType, "size", strict=False)
-def _size(rows):
-    columns = rows.columns
-    return lambda rows: columns

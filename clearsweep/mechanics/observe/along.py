@@ -1,11 +1,16 @@
-"""What a whole step comes to, worked out with it, of one case or of several side by side: powers and courses.
+"""What a whole step comes to, worked out of one case or of several side by side: its error, sums, courses, maxima.
 
-It stands in `Work.step`, behind the step's length and error: sums over the stages, each times its weight and dt/dtau,
-then the courses of dt/dtau and of every contact's force over the step.
+It stands in `Work.step`, behind the step's length and error: sums over the stages, each times its weight and dt/dtau;
+how large an observable is at the stages of a step between whose ends it may have a maximum, else -inf; the courses of
+dt/dtau and of every contact's force over the step.
 """
 
+import math
 from typing import NamedTuple
 
+import numpy as np
+
+from ..compiled.choosing import where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined
 from ..compiled.rows import lies_in_lanes
@@ -15,6 +20,7 @@ from .observables import (
     ACCELERATION,
     CONTACT_WIDTH,
     CONTACTS,
+    DEPTH,
     DRIVE,
     GRAVITY,
     KAPPA,
@@ -24,11 +30,35 @@ from .observables import (
     SLIP,
     STORED,
     TANGENTIAL,
+    TORQUE,
+    column_of,
 )
 
 WHOLE = -1  # in place of a row: all of them, a whole step
-LENGTH, ERROR, RISE, RUN, SUM_DRIVE, SUM_GRAVITY, SUM_ACCELERATION, SUMS = range(8)
-SUM_STORED, SUM_LOST, SUM_RUBBED, SUM_FORCE, SUM_FORCE_SQUARE, SUMS_OF_CONTACT = range(6)
+(
+    LENGTH,
+    ERROR,
+    RISE,
+    RUN,
+    GOES_ON,  # not zero where the next step begins at its end with nothing changed
+    SUM_DRIVE,
+    SUM_GRAVITY,
+    SUM_ACCELERATION,
+    HIGHEST_ACCELERATION,
+    HIGHEST_TORQUE,
+    SUMS,
+) = range(11)
+(
+    SUM_STORED,
+    SUM_LOST,
+    SUM_RUBBED,
+    SUM_FORCE,
+    SUM_FORCE_SQUARE,
+    FASTEST,  # m per unit of tau, the largest speed of the journal at stages but the last
+    HIGHEST_FORCE,
+    HIGHEST_DEPTH,
+    SUMS_OF_CONTACT,
+) = range(9)
 
 
 class Attempt(NamedTuple):
@@ -69,8 +99,10 @@ def course_of(contacts, contact):
 def sum_along(o, contacts, step, weights):
     """Put the sums of powers and squares over the stages, which have `weights`, into `step`."""
     zero = as_type_of(0.0, o[0, KAPPA])
-    for place in range(SUM_DRIVE, SUMS + SUMS_OF_CONTACT * contacts):
-        step[place] = zero
+    step[SUM_DRIVE] = step[SUM_GRAVITY] = step[SUM_ACCELERATION] = zero
+    for c in range(contacts):
+        for place in range(SUM_STORED, SUM_FORCE_SQUARE + 1):
+            step[SUMS + SUMS_OF_CONTACT * c + place] = zero
     for row in range(weights.size):
         if weights[row] == 0.0:
             continue
@@ -130,3 +162,69 @@ def sum_up(tried):
     step[ERROR] = error_norm(step[LENGTH], k, tried.scale)
     sum_along(tried.o, contacts, step, WEIGHTS)
     follow_along(tried.o, contacts, step)
+    look_for_speeds(tried)
+    look_for_peaks(tried)
+
+
+@inlined
+def look_for_speeds(tried):
+    """Put into `step` how fast the journals are at the stages but the last."""
+    o, step = tried.o, tried.step
+    for c in range(tried.mode.size):
+        fastest = as_type_of(0.0, step[LENGTH])
+        for row in range(END):
+            fastest = max(fastest, o[row, column_of(c, SLIP)] * o[row, KAPPA])
+        step[sum_of(c, FASTEST)] = fastest
+
+
+@inlined
+def look_for_peaks(tried):
+    """Put into `step` how high observables of the mechanism and of contacts are where they may have a peak."""
+    o, step = tried.o, tried.step
+    step[HIGHEST_ACCELERATION] = highest_inside(o, ACCELERATION, math.copysign(1.0, o[END, ACCELERATION]))
+    step[HIGHEST_TORQUE] = highest_inside(o, TORQUE, math.copysign(1.0, o[END, TORQUE]))
+    for c in range(tried.mode.size):
+        upwards = as_type_of(1.0, step[LENGTH])
+        step[sum_of(c, HIGHEST_FORCE)] = highest_inside(o, column_of(c, NORMAL), upwards)
+        step[sum_of(c, HIGHEST_DEPTH)] = highest_inside(o, column_of(c, DEPTH), upwards)
+
+
+@inlined
+def highest_inside(o, column, sign):
+    """Return the largest value of an observable, times `sign`, at the distinct stages; -inf where it has no peak there.
+
+    A peak: it rises at the start of the step and falls at its end, or nearly so, by slopes of the parabolas through
+    three stages at either end, a tenth of the step outside, so that one close to an end counts in both steps there.
+    """
+    rise = START[0] * o[0, column] + START[1] * o[3, column] + START[2] * o[6, column]
+    fall = FINISH[0] * o[8, column] + FINISH[1] * o[10, column] + FINISH[2] * o[END, column]
+    highest = sign * o[0, column]
+    for m in range(1, NODES.size):
+        highest = max(highest, sign * o[NODES[m], column])
+    return where(sign * rise > 0.0, where(sign * fall < 0.0, highest, -math.inf), -math.inf)
+
+
+def _slope(nodes, point):
+    """Return the weights that give the slope at `point` of the parabola through values at three `nodes`."""
+    a, b, c = nodes
+    return np.array(
+        [
+            (2 * point - b - c) / ((a - b) * (a - c)),
+            (2 * point - a - c) / ((b - a) * (b - c)),
+            (2 * point - a - b) / ((c - a) * (c - b)),
+        ]
+    )
+
+
+START = _slope((0.0, 0.11835034190722739, 0.25), -0.1)
+FINISH = _slope((0.6512820512820513, 0.8571428571428571, 1.0), 1.1)
+
+
+@inlined
+def advance(tried):
+    """Make the end of a step the start of the next where the motion goes on."""
+    y, k, o, goes_on = tried.y, tried.k, tried.o, tried.step[GOES_ON] != 0.0
+    for i in range(y.size):
+        y[i], k[0, i] = where(goes_on, tried.end[i], y[i]), where(goes_on, k[END, i], k[0, i])
+    for column in range(o.shape[1]):
+        o[0, column] = where(goes_on, o[END, column], o[0, column])

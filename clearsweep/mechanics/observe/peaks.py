@@ -2,51 +2,21 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ..compiled.family import kernel
-from ..solver.dop853 import END, SCRATCH
+from ..solver.dop853 import SCRATCH
 from ..solver.event import evaluate_dense
 from ..solver.step import finish_dense
 from .observables import NODES, SHARES, put_load
 
 
 @kernel
-def may_peak(o, column, sign):
-    """Return whether the observable, times `sign`, rises at the start of the step and falls at its end, or nearly so.
-
-    Slopes of the parabolas through three stages at either end, a tenth of the step outside: a peak close to an end
-    counts in both steps that meet there.
-    """
-    rise = START[0] * o[0, column] + START[1] * o[3, column] + START[2] * o[6, column]
-    fall = FINISH[0] * o[8, column] + FINISH[1] * o[10, column] + FINISH[2] * o[END, column]
-    return sign * rise > 0.0 and sign * fall < 0.0
-
-
-def _slope(nodes, point):
-    """Return the weights that give the slope at `point` of the parabola through values at three `nodes`."""
-    a, b, c = nodes
-    return np.array(
-        [
-            (2 * point - b - c) / ((a - b) * (a - c)),
-            (2 * point - a - c) / ((b - a) * (b - c)),
-            (2 * point - a - b) / ((c - a) * (c - b)),
-        ]
-    )
-
-
-START = _slope((0.0, 0.11835034190722739, 0.25), -0.1)
-FINISH = _slope((0.6512820512820513, 0.8571428571428571, 1.0), 1.1)
-
-
-@kernel
-def stage_peak(o, column, sign):
-    """Return the largest value of the observable, times `sign`, at the distinct stages, and the node where it is."""
+def highest_node(o, column, sign):
+    """Return the node of the stage at which an observable, times `sign`, is largest."""
     best = 0
     for m in range(1, NODES.size):
         if sign * o[NODES[m], column] > sign * o[NODES[best], column]:
             best = m
-    return sign * o[NODES[best], column], best
+    return best
 
 
 @kernel
@@ -92,6 +62,7 @@ class Peak(NamedTuple):
     column: int  # of the observables
     sign: float  # by which it is multiplied
     least: float  # below which it is of no account
+    highest: float  # at the stages, -inf where it has no peak in the step, see `along.highest_inside`
 
 
 @kernel
@@ -101,10 +72,9 @@ def located(at, h, peak, best, dense):
     `best` is the larger of the values at the ends, times the sign of the Peak; what lies between is located unless it
     stays below its least.
     """
-    if may_peak(at[0].o, peak.column, peak.sign):
-        highest, node = stage_peak(at[0].o, peak.column, peak.sign)
-        if highest > peak.least:
-            if not dense:
-                finish_dense(at, h)
-            return max(best, refined_peak(at, peak.column, peak.sign, node)), True
+    if peak.highest > peak.least:
+        node = highest_node(at[0].o, peak.column, peak.sign)
+        if not dense:
+            finish_dense(at, h)
+        return max(best, refined_peak(at, peak.column, peak.sign, node)), True
     return best, dense

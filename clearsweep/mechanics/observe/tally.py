@@ -12,6 +12,10 @@ from ..solver.event import IMPLICIT, SAMPLES, STEPS
 from ..solver.radau import STAGE_WEIGHTS
 from ..solver.step import finish_dense
 from .along import (
+    HIGHEST_ACCELERATION,
+    HIGHEST_DEPTH,
+    HIGHEST_FORCE,
+    HIGHEST_TORQUE,
     SUM_ACCELERATION,
     SUM_DRIVE,
     SUM_FORCE,
@@ -21,9 +25,8 @@ from .along import (
     SUM_RUBBED,
     SUM_STORED,
     course_of,
-    follow_along,
+    highest_inside,
     integral_of,
-    sum_along,
     sum_of,
 )
 from .between import look_between
@@ -120,9 +123,6 @@ def add_powers(at, h, windowed):
     work = at[0]
     tally = work.tally
     o, whole, step = work.o, tally.whole, work.step
-    implicit = work.method[0] == IMPLICIT
-    if implicit:
-        sum_along(o, work.mode.size, step, STAGE_WEIGHTS)
     whole[WORK_DRIVE] += h * step[SUM_DRIVE]
     whole[WORK_GRAVITY] += h * step[SUM_GRAVITY]
     if windowed:
@@ -138,7 +138,7 @@ def add_powers(at, h, windowed):
                 tally.joint[j, FORCE_TIME] += h * step[sum_of(j, SUM_FORCE)]
                 if work.film[j, 1] < math.inf:
                     tally.joint[j, HEAT] += lost + rubbed
-                    weights = STAGE_WEIGHTS if implicit else WEIGHTS
+                    weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
                     drained = film_column(work.mode.size, j, DRAINED)
                     tally.joint[j, DRAINED_ENERGY] += h * integral_of(o, drained, weights)
     kinetic = o[END, KINETIC]
@@ -153,8 +153,6 @@ def add_course(at, j, duration):
     work = at[0]
     tally = work.tally
     course = tally.course[j]
-    if work.method[0] == IMPLICIT:
-        follow_along(work.o, work.mode.size, work.step)
     force, kappa = course_of(work.mode.size, j), course_of(work.mode.size, -1)
     for i in range(PARTS + 1):
         course[FORCE, i], course[KAPPA_COURSE, i] = work.step[force + i], work.step[kappa + i]
@@ -196,8 +194,9 @@ def add_course(at, j, duration):
 @kernel
 def note_contact(at, h, j, windowed, dense):
     """Update the largest force and depth of contact `j`, under force; return whether the dense output is made now."""
-    row, start, end = at[0].tally.joint[j], observed(at, 0, j), observed(at, END, j)
-    peak = Peak(column_of(j, NORMAL), 1.0, 0.9 * min(row[PEAK], at[0].turns.since[j]))
+    row, start, end, step = at[0].tally.joint[j], observed(at, 0, j), observed(at, END, j), at[0].step
+    least = 0.9 * min(row[PEAK], at[0].turns.since[j])
+    peak = Peak(column_of(j, NORMAL), 1.0, least, step[sum_of(j, HIGHEST_FORCE)])
     best, dense = located(at, h, peak, max(start.normal, end.normal), dense)
     row[PEAK], at[0].turns.step[j] = max(row[PEAK], best), best
     if windowed:
@@ -206,7 +205,8 @@ def note_contact(at, h, j, windowed, dense):
         least = 0.98 * row[DEPTH_MAX]
         if film:  # of the eccentricity, as its least distance from the bearing is wanted, too
             least -= 0.02 * at[0].clearance[j]
-        best, dense = located(at, h, Peak(column_of(j, DEPTH), 1.0, least), max(start.depth, end.depth), dense)
+        peak = Peak(column_of(j, DEPTH), 1.0, least, step[sum_of(j, HIGHEST_DEPTH)])
+        best, dense = located(at, h, peak, max(start.depth, end.depth), dense)
         row[DEPTH_MAX] = max(row[DEPTH_MAX], best)
         if at[0].rubs[j]:
             dense = note_load(at, h, j, dense)
@@ -221,7 +221,7 @@ def note_load(at, h, j, dense):
     o, row, column = at[0].o, at[0].tally.joint[j], column_of(j, LOAD)
     for stage in range(END + 1):
         put_load(o, stage, j)
-    peak = Peak(column, 1.0, 0.96 * row[LOAD_MAX])
+    peak = Peak(column, 1.0, 0.96 * row[LOAD_MAX], highest_inside(o, column, 1.0))
     best, dense = located(at, h, peak, max(o[0, column], o[END, column]), dense)
     row[LOAD_MAX] = max(row[LOAD_MAX], best)
     return dense
@@ -232,7 +232,7 @@ def note_film(at, h, j, dense):
     """Update the largest dry force and pressure of contact `j`, which has a film; return as `note_contact`."""
     work = at[0]
     row, dry = work.tally.joint[j], film_column(work.mode.size, j, DRY)
-    peak = Peak(dry, 1.0, 0.9 * row[DRY_MAX])
+    peak = Peak(dry, 1.0, 0.9 * row[DRY_MAX], highest_inside(work.o, dry, 1.0))
     best, dense = located(at, h, peak, max(work.o[0, dry], work.o[END, dry]), dense)
     row[DRY_MAX] = max(row[DRY_MAX], best)
     pressure = film_column(work.mode.size, j, PRESSURE)
@@ -252,10 +252,14 @@ def note_motion(at, h, dense):
     """Update the largest slider acceleration, torque and slider error; return whether the dense output is made now."""
     work = at[0]
     whole = work.tally.whole
-    for column, place in ((ACCELERATION, ACCELERATION_MAX), (TORQUE, TORQUE_MAX)):
+    for column, place, within in (
+        (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
+        (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
+    ):
         best = max(abs(work.o[0, column]), abs(work.o[END, column]))
         sign = math.copysign(1.0, work.o[END, column])
-        best, dense = located(at, h, Peak(column, sign, 0.98 * whole[place]), best, dense)
+        peak = Peak(column, sign, 0.98 * whole[place], work.step[within])
+        best, dense = located(at, h, peak, best, dense)
         whole[place] = max(whole[place], best)
     best = max(abs(work.o[0, ERROR]), abs(work.o[END, ERROR]))
     sign = math.copysign(1.0, work.o[END, ERROR])

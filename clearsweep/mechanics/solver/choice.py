@@ -68,7 +68,7 @@ def is_stiff(at, h):
     """
     work = at[0]
     n, choice, since = work.y.size, work.implicit.choice, work.implicit.since
-    if not h * math.sqrt(work.step[RISE]) > FAST * math.sqrt(work.step[RUN]):
+    if not h**2 * work.step[RISE] > FAST**2 * work.step[RUN]:
         work.method[1] = 0
         return False
     if work.method[1] == 0:

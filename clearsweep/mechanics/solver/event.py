@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.family import Entry, invoke, kernel
+from ..compiled.family import Entry, inlined, invoke, kernel
 from ..compiled.rows import lies_in_lanes
 from ..joint.contract import meets, touches
-from ..observe.along import Attempt
+from ..observe.along import FASTEST, Attempt, sum_of
 from ..observe.observables import KAPPA, observed
 from .dop853 import END, SCRATCH, dense_component, dense_state
 
@@ -110,12 +110,9 @@ def pass_guards(at):
 
 
 @kernel
-def fastest(at, j, last):
-    """Return the largest speed of the journal of free contact `j`, m per unit of tau, at stages up to row `last`."""
-    work, speed = at[0], 0.0
-    for row in range(last + 1):
-        speed = max(speed, observed(at, row, j).slip * work.o[row, KAPPA])
-    return speed
+def fastest(at, j):
+    """Return the largest speed of the journal of free contact `j`, m per unit of tau, at the stages."""
+    return max(at[0].step[sum_of(j, FASTEST)], observed(at, END, j).slip * at[0].o[END, KAPPA])
 
 
 @kernel
@@ -128,7 +125,7 @@ def may_meet(at, h, stop):
         if meets(work.mode[j]):
             # a path from one end to the other strays from the farther end by at most half its length
             reach = max(observed(at, 0, j).depth, observed(at, END, j).depth)
-            reach += 0.5 * MARGIN * h * fastest(at, j, END)
+            reach += 0.5 * MARGIN * h * fastest(at, j)
             if reach >= 0.0:
                 return True
         elif touches(work.mode[j]):
@@ -145,8 +142,15 @@ def travel_ratio(at, h):
     work, farthest = at[0], 0.0
     for j in range(work.mode.size):
         if meets(work.mode[j]):
-            farthest = max(farthest, h * fastest(at, j, END - 1) / (FARTHEST * work.clearance[j]))
+            farthest = max(farthest, h * work.step[sum_of(j, FASTEST)] / (FARTHEST * work.clearance[j]))
     return farthest
+
+
+@inlined
+def attempt_to(at, end):
+    """Return the Attempt of a case whose state at the end is `end`."""
+    work = at[0]
+    return Attempt(work.y, work.mode, work.latched, work.scale, work.k, work.o, end, work.step)
 
 
 @kernel
@@ -154,8 +158,7 @@ def evaluate(at, y, row):
     """Put the rates of the state `y` into row `row` of `work.k` and its observables into that of `work.o`."""
     work = at[0]
     work.counts[EVALUATIONS] += 1
-    tried = Attempt(work.y, work.mode, work.latched, work.scale, work.k, work.o, y, work.step)
-    invoke(work.rates.code, work.rates.parameters, tried, row)
+    invoke(work.rates.code, work.rates.parameters, attempt_to(at, y), row)
 
 
 @kernel
@@ -333,7 +336,7 @@ def first_onset(at, j, h):
     da, sa = approach_in_row(at, j, h, 0)
     if da >= 0.0 and sa >= 0.0:
         return 0.0
-    reach = MARGIN * h * fastest(at, j, END)
+    reach = MARGIN * h * fastest(at, j)
     while xa < 1.0:
         safe = -da / reach if reach > 0.0 else 1.0
         xb = min(xa + max(safe, 1.0 / SPANS), 1.0)

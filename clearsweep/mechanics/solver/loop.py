@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import config, njit, typeof
 
-from ..compiled.family import NO_ENTRY, invoke, kernel
+from ..compiled.family import NO_ENTRY, WIDTH, invoke, kernel
 from ..compiled.kept import found
+from ..compiled.rows import in_rows
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
-from ..observe.along import ERROR, LENGTH, WHOLE
+from ..observe.along import ERROR, GOES_ON, LENGTH, WHOLE, advance, sum_up
 from ..observe.observables import KAPPA, KINETIC, observed
 from ..observe.record import write_sample
 from ..observe.tally import (
@@ -40,6 +41,7 @@ from .event import (
     SEPARATIONS,
     STEPS,
     STOP,
+    attempt_to,
     travel_ratio,
 )
 from .newton import AFTER, RENEWED
@@ -184,14 +186,9 @@ def pass_events(at, kind, contact, windowed):
 
 
 @kernel
-def go_on(at):
-    """Make the end of a step the start of the next."""
-    work = at[0]
-    work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
-    for i in range(work.y.size):
-        work.y[i], work.k[0, i] = work.end[i], work.k[END, i]
-    for column in range(work.o.shape[1]):
-        work.o[0, column] = work.o[END, column]
+def advance_alone(at):
+    """Go on from the end of a step where nothing has changed."""
+    advance(in_rows(attempt_to(at, at[0].end), 1))
 
 
 @kernel
@@ -308,7 +305,7 @@ def conclude(at):
     """Take from the step that was tried, see `work.step`, all that is wanted, or reject it; return GOING or the end."""
     work = at[0]
     ahead, control, proposals = work.ahead, work.control, work.proposals
-    h = work.step[LENGTH]
+    h, work.step[GOES_ON] = work.step[LENGTH], 0.0
     error = max(work.step[ERROR], travel_ratio(at, h) ** 8)  # the step control takes the eighth root
     if not error < 1.0:
         return reject(at, h, error)
@@ -323,7 +320,8 @@ def conclude(at):
     kind, contact, taken, dense = meet(at, h, ahead[STOP_AT])
     note_step(at, taken, windowed, dense)
     if kind == NOTHING:
-        go_on(at)
+        work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
+        work.step[GOES_ON] = 1.0
         look_ahead(at, next_length(at, h, proposals[pattern]), error * change**8)
         return GOING
     if kind == STOP:
@@ -378,6 +376,7 @@ def integrate(model, addresses, status, together, lanes):
         beside = together.code != 0 and explicit >= WORTH
         if beside:
             invoke(together.code, together.parameters, lanes, WHOLE)
+            sum_up(in_rows(lanes, WIDTH))
         for c in range(addresses.size):
             at = found(model, addresses[c])
             if not beside or at[0].method[0] == IMPLICIT:
@@ -386,3 +385,7 @@ def integrate(model, addresses, status, together, lanes):
                 at[0].counts[EVALUATIONS] += END
             status[c] = conclude(at)
             waits = waits or status[c] != GOING
+            if not beside:
+                advance_alone(at)
+        if beside:
+            advance(in_rows(lanes, WIDTH))

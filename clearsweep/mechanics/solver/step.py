@@ -1,8 +1,19 @@
 """One step: its stages, its dense output, and the step again where an event cuts it short."""
 
 from ..compiled.family import invoke, kernel
+from ..compiled.rows import in_rows
 from ..joint.contract import SAME
-from ..observe.along import ERROR, LENGTH, WHOLE, Attempt, keep_last_stage, sum_up
+from ..observe.along import (
+    ERROR,
+    LENGTH,
+    WHOLE,
+    follow_along,
+    keep_last_stage,
+    look_for_peaks,
+    look_for_speeds,
+    sum_along,
+    sum_up,
+)
 from ..observe.observables import KAPPA, observed
 from .dop853 import END, ROWS, dense_coefficients, stage_state
 from .event import (
@@ -13,6 +24,7 @@ from .event import (
     ONSET,
     SEPARATION,
     STOP,
+    attempt_to,
     evaluate,
     evaluate_guards,
     first_event,
@@ -20,6 +32,7 @@ from .event import (
     may_meet,
 )
 from .newton import FAILED, fall_back, implicit_step
+from .radau import STAGE_WEIGHTS
 
 
 @kernel
@@ -86,10 +99,11 @@ def take_step(at, h):
     """
     work = at[0]
     work.step[LENGTH] = h
+    tried = attempt_to(at, work.end)
     if work.method[0] == IMPLICIT:
         work.step[ERROR] = implicit_step(at, h)
+        look_for_speeds(in_rows(tried, 1))
         return work.step[ERROR]
-    tried = Attempt(work.y, work.mode, work.latched, work.scale, work.k, work.o, work.end, work.step)
     if work.whole != 0:
         work.counts[EVALUATIONS] += END
         invoke(work.rates.code, work.rates.parameters, tried, WHOLE)
@@ -98,15 +112,20 @@ def take_step(at, h):
         stage_state(END, h, work.y, work.k, work.end)
         keep_last_stage(tried, work.z)
         evaluate(at, work.end, END)
-        sum_up(tried)
+    sum_up(in_rows(tried, 1))
     return work.step[ERROR]
 
 
 @kernel
 def finish_ends(at):
-    """Evaluate the rates and observables at the end of a step; an explicit one has done so."""
-    if at[0].method[0] == IMPLICIT:
-        evaluate(at, at[0].end, END)
+    """Evaluate the rates and observables at the end of a step and sum up; an explicit one has done so."""
+    work = at[0]
+    if work.method[0] == IMPLICIT:
+        evaluate(at, work.end, END)
+        tried = in_rows(attempt_to(at, work.end), 1)
+        sum_along(tried.o, work.mode.size, tried.step, STAGE_WEIGHTS)
+        follow_along(tried.o, work.mode.size, tried.step)
+        look_for_peaks(tried)
 
 
 @kernel
