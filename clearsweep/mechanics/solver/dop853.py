@@ -249,9 +249,9 @@ def error_norm(h, k, scale):
         e3 = (G1 * k[0, i] + G6 * k[5, i] + G7 * k[6, i] + G8 * k[7, i] + G9 * k[8, i] + G10 * k[9, i]
               + G11 * k[10, i] + G12 * k[11, i]) * inverse
         fifth, third = fifth + e5 * e5, third + e3 * e3
-    size = where(fifth != 0.0, math.sqrt((fifth + 0.01 * third) * scale.size), 1.0)
-    # also where a stage was not finite: an infinite third alone would look like no error
-    return where(fifth + third < HUGE, abs(h) * fifth / size, math.inf)
+    finite = fifth + third < HUGE  # also where a stage was not: an infinite third alone would look like no error
+    size = where(finite & (fifth != 0.0), math.sqrt((fifth + 0.01 * third) * scale.size), 1.0)
+    return where(finite, abs(h) * fifth / size, math.inf)
 
 
 @kernel
