@@ -50,15 +50,12 @@ def fill_ramp(time, ramp, a, b, duration):
     """Enter a force that goes from `a` to `b` (N) at an even rate during `duration` (s)."""
     low, high = max(min(a, b), 0.0), max(a, b, 0.0)
     i, k = force_bin(low), force_bin(high)
-    if i == k:
-        time[i] += duration
-        return
-    density = duration / (high - low)
-    time[i] += density * (bin_edge(i + 1) - low)
-    time[k] += density * (high - bin_edge(k))
-    if k > i + 1:  # whole bins between: else a huge density would come and go, and leave its rounding
-        ramp[i + 1] += density
-        ramp[k] -= density
+    density = duration / (high - low if i != k else 1.0)
+    time[i] += density * (bin_edge(i + 1) - low) if i != k else duration
+    time[k] += density * (high - bin_edge(k)) if i != k else 0.0
+    between = density if k > i + 1 else 0.0  # no whole bins: a huge density would come and go, and leave its rounding
+    ramp[min(i + 1, k)] += between
+    ramp[k] -= between
 
 
 def force_exceeded(time, ramp, duration):

@@ -152,26 +152,24 @@ def add_course(at, j, duration):
     """Enter the course of contact `j`'s force over a step that lasts `duration` (s) into its histogram."""
     work = at[0]
     tally = work.tally
-    course = tally.course[j]
+    course, step = tally.course[j], work.step
     force, kappa = course_of(work.mode.size, j), course_of(work.mode.size, -1)
-    for i in range(PARTS + 1):
-        course[FORCE, i], course[KAPPA_COURSE, i] = work.step[force + i], work.step[kappa + i]
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
+    if worn or limited or film:
+        for i in range(PARTS + 1):
+            course[FORCE, i], course[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
+        follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
     if worn:
         follow(work.o, column_of(j, SLIP), course, SLIP_COURSE)
         for m in range(NODES.size):
             put_rubbed(work.o, NODES[m], j)
         follow(work.o, column_of(j, RUBBED), course, RUBBED_COURSE)
-    if worn or limited or film:
-        follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
     total = 0.0
-    for i in range(PARTS + 1):
-        course[KAPPA_COURSE, i] = max(course[KAPPA_COURSE, i], 0.0)
-        total += course[KAPPA_COURSE, i]
-    total -= 0.5 * (course[KAPPA_COURSE, 0] + course[KAPPA_COURSE, PARTS])
     for i in range(PARTS):
-        part = 0.5 * (course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]) / total
-        begin, end, lasting = course[FORCE, i], course[FORCE, i + 1], part * duration
+        total += max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)
+    for i in range(PARTS):
+        begin, end = step[force + i], step[force + i + 1]
+        lasting = (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)) * (duration / total)
         if film and begin * end < 0.0:  # the force of a film is negative for a part of the time, not merely close to 0
             positive = max(begin, end) / abs(end - begin)
             tally.time[j, 0] += (1.0 - positive) * lasting

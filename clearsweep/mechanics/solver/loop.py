@@ -33,6 +33,7 @@ from .event import (
     EVENTS,
     GUARD,
     IMPLICIT,
+    LOCATING,
     NOTHING,
     ONSET,
     REJECTED,
@@ -46,7 +47,7 @@ from .event import (
 )
 from .newton import AFTER, RENEWED
 from .newton import LENGTH as PAST_LENGTH
-from .step import begin_step, finish_ends, go_through, latch, meet, take_step
+from .step import begin_step, finish_ends, go_through, land, latch, meet, take_step
 from .step_control import GROW, MOST_TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
 
 AUTO = 2  # of Control.method
@@ -77,7 +78,10 @@ WINDOW, LAST, PARTINGS, MOST_STEPS, MOST_EVENTS, KEEP_EVENTS, METHOD, PAUSE, STR
 # row; evaluations before it; the step after which to pause; whether figures are taken; events logged; whether begun;
 # where along the run the next step has to end; of a free crank how far it was, from where it has to move on, and since
 # when (s)
-NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE, AHEAD = range(14)
+NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE = range(13)
+# then whether a step is being taken again to end at an event; the share of the longer step, what event, of which
+# contact, and evaluations before it
+LANDING, SHARE, KIND, CONTACT, BEFORE, AHEAD = range(13, 19)
 LOG = 512  # events that are logged before whoever called has to take them away
 WORTH = 3  # cases: fewer take their steps one after the other, as that is faster
 
@@ -279,6 +283,8 @@ def ready(at):
     ahead = work.ahead
     if ahead[BEGUN] == 0.0:
         begin(at)
+    if ahead[LANDING] != 0.0:
+        return GOING
     if work.counts[STEPS] + work.counts[REJECTED] >= work.control[MOST_STEPS]:
         return STEP_BUDGET
     reason = interruption(at) if ahead[TRIES] == 0.0 else GOING
@@ -301,29 +307,15 @@ def reject(at, h, error):
 
 
 @kernel
-def conclude(at):
-    """Take from the step that was tried, see `work.step`, all that is wanted, or reject it; return GOING or the end."""
+def conclude_landing(at, h):
+    """Take from the step to an event all that is wanted, and change what the event changes; return as `conclude`."""
     work = at[0]
-    ahead, control, proposals = work.ahead, work.control, work.proposals
-    h, work.step[GOES_ON] = work.step[LENGTH], 0.0
-    error = max(work.step[ERROR], travel_ratio(at, h) ** 8)  # the step control takes the eighth root
-    if not error < 1.0:
-        return reject(at, h, error)
-    ahead[TRIES] = 0.0
-    finish_ends(at)
-    pattern, windowed = proposal_of(at), ahead[WINDOWED] != 0.0
-    if control[METHOD] == AUTO:
-        cost = work.counts[EVALUATIONS] - int(ahead[SPENT])
-        choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], cost)
-    change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
-    proposals[pattern] = h * change
-    kind, contact, taken, dense = meet(at, h, ahead[STOP_AT])
-    note_step(at, taken, windowed, dense)
-    if kind == NOTHING:
-        work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
-        work.step[GOES_ON] = 1.0
-        look_ahead(at, next_length(at, h, proposals[pattern]), error * change**8)
-        return GOING
+    ahead, windowed = work.ahead, work.ahead[WINDOWED] != 0.0
+    share, kind, contact = ahead[SHARE], int(ahead[KIND]), int(ahead[CONTACT])
+    ahead[LANDING] = 0.0
+    land(at, share, (kind, contact, ahead[STOP_AT]), h)
+    work.counts[LOCATING] += work.counts[EVALUATIONS] - int(ahead[BEFORE])
+    note_step(at, h, windowed, dense=False)
     if kind == STOP:
         if ahead[STOP_AT] == target_of(at):
             if windowed:
@@ -336,7 +328,38 @@ def conclude(at):
         if reason != GOING:
             return reason
     restart(at)
-    look_ahead(at, first_length(at, proposals, proposal_of(at)), 0.0)
+    look_ahead(at, first_length(at, work.proposals, proposal_of(at)), 0.0)
+    return GOING
+
+
+@kernel
+def conclude(at):
+    """Take from the step that was tried, see `work.step`, all that is wanted, or reject it; return GOING or the end."""
+    work = at[0]
+    ahead, control, proposals = work.ahead, work.control, work.proposals
+    h, work.step[GOES_ON] = work.step[LENGTH], 0.0
+    if ahead[LANDING] != 0.0:
+        return conclude_landing(at, h)
+    error = max(work.step[ERROR], travel_ratio(at, h) ** 8)  # the step control takes the eighth root
+    if not error < 1.0:
+        return reject(at, h, error)
+    ahead[TRIES] = 0.0
+    finish_ends(at)
+    pattern, windowed = proposal_of(at), ahead[WINDOWED] != 0.0
+    if control[METHOD] == AUTO:
+        cost = work.counts[EVALUATIONS] - int(ahead[SPENT])
+        choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], cost)
+    change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
+    proposals[pattern] = h * change
+    share, kind, contact, dense = meet(at, h, ahead[STOP_AT])
+    if kind == NOTHING:
+        note_step(at, h, windowed, dense)
+        work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
+        work.step[GOES_ON] = 1.0
+        look_ahead(at, next_length(at, h, proposals[pattern]), error * change**8)
+        return GOING
+    ahead[LANDING], ahead[SHARE], ahead[KIND], ahead[CONTACT] = 1.0, share, kind, contact
+    ahead[BEFORE], work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     return GOING
 
 

@@ -129,15 +129,14 @@ def finish_ends(at):
 
 
 @kernel
-def truncate_at_event(at, share, event, h):
-    """Take the step again with the share of its length at which the event was found; return its length.
+def land(at, share, event, h):
+    """Finish a step of length `h` that was taken again, with a `share` of its length, to end at an event.
 
     event : (kind, contact, place of a STOP along the run).  An onset, a separation or a stop is put exactly at the end.
     """
     work = at[0]
     kind, contact, stop = event
-    h *= share
-    if take_step(at, h) == FAILED:  # the interpolant of the longer step has to do
+    if work.step[ERROR] == FAILED:  # the interpolant of the longer step has to do
         fall_back(at, share)
     finish_ends(at)
     miss, slope = 0.0, 0.0
@@ -153,22 +152,20 @@ def truncate_at_event(at, share, event, h):
             work.end[i] -= work.k[END, i] * miss / slope
     if kind == STOP:
         work.end[work.along] = stop
-    return h
 
 
 @kernel
 def meet(at, h, stop):
-    """Look for events in the step just taken and cut it at the first; `stop` is where along the run to stop.
+    """Look for events in the step just taken; `stop` is where along the run to stop.
 
-    Return what was met, by which contact, the step's length now, and whether its dense output is made.
+    Return the share of the step at which the first was met, what it was, by which contact, and whether the dense output
+    is made.
     """
     work = at[0]
     if not may_meet(at, h, stop):
-        return NOTHING, 0, h, False
+        return 2.0, NOTHING, 0, False
     before = work.counts[EVALUATIONS]
     finish_dense(at, h)
     share, kind, contact = first_event(at, h, stop)
-    if kind != NOTHING:
-        h = truncate_at_event(at, share, (kind, contact, stop), h)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
-    return kind, contact, h, kind == NOTHING
+    return share, kind, contact, True
