@@ -59,7 +59,7 @@ MUTATIONS = (
     Mutation(FIGURES, "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
     Mutation(FIGURES, "2.0 * math.pi / bearing.size * law.length", "2.0 * math.pi / bearing.size", WEAR),
     Mutation(FIGURES, "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
-    Mutation(RUNS, '== loop.ONSET, "on", "off"', '!= loop.ONSET, "on", "off"', SEEN),
+    Mutation(RUNS, '== event.ONSET, "on", "off"', '!= event.ONSET, "on", "off"', SEEN),
     # what figures follow from, and their intervals
     Mutation(
         SUMS,

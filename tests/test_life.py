@@ -15,7 +15,7 @@ from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.observe.tally import FORCE_MAX
-from clearsweep.mechanics.solver import loop
+from clearsweep.mechanics.solver import plan
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import Told, read, written
 from clearsweep.simulation.run import Run, control_of
@@ -404,7 +404,7 @@ def worn_on(case, turns):
         if last:
             go_to(moment_of(last.work), run.work)
         status, _ = run.go(control._replace(pause=scene.turning.at(case.simulate.discard + k)))
-        assert status == loop.PAUSED
+        assert status == plan.PAUSED
         last = run
         if k:
             worn = worn + run.tally.wear.reshape(2, -1)

@@ -24,7 +24,7 @@ from clearsweep.mechanics.joint.loss.renewed import PRESSED_ON, TURNED, renewed
 from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
 from clearsweep.mechanics.observe.observables import Observed, observed_in
-from clearsweep.mechanics.solver import loop
+from clearsweep.mechanics.solver import loop, plan
 from clearsweep.simulation import scene as scenes
 from clearsweep.simulation.run import Run, control_of, onset_rates, period
 from clearsweep.simulation.trajectory import simulate
@@ -208,8 +208,8 @@ def test_the_start_is_forgotten_unless_the_first_touch_counts():
 
 def steps(run, control):
     """Yield the law's phase before and after every step of a run, which stands behind that step."""
-    status, work = loop.PAUSED, run.work
-    while status == loop.PAUSED:
+    status, work = plan.PAUSED, run.work
+    while status == plan.PAUSED:
         before = work.latched[-1]
         status, _ = run.go(control._replace(pause=np.nextafter(work.y[work.time], math.inf)))
         yield before, work.latched[-1]

@@ -13,7 +13,7 @@ from ..mechanics.attempt import together_of
 from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten
 from ..mechanics.compiled.rows import Board
 from ..mechanics.observe.along import Attempt
-from ..mechanics.solver import loop
+from ..mechanics.solver import loop, plan
 from .heat import has_balance
 from .revolutions import marks_of
 from .run import Lane, Run, attempted, board_of, control_of, start
@@ -124,7 +124,7 @@ class _Ensemble:
         for (lane, beside), state in zip(list(self.lanes.items()), status, strict=True):
             beside.run.duration += share
             beside.run.deadline += spent * (1.0 - 1.0 / len(runs))  # what went to other cases is left out of account
-            if state != loop.GOING and beside.run.ended(int(state)):
+            if state != plan.GOING and beside.run.ended(int(state)):
                 del self.lanes[lane]
                 try:
                     yield beside.place, finished(beside.scene, beside.run)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..contracts.case import Case, Film
 from ..mechanics.observe.tally import HEAT
-from ..mechanics.solver import loop
+from ..mechanics.solver import plan
 from ..mechanics.solver.event import Work
 from .run import integrated
 from .scene import Scene, build
@@ -111,7 +111,7 @@ def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | N
     settings, blocks = scene.case.simulate, _Blocks(rows)
     end = scene.turning.at(settings.revolutions)
     run = integrated(scene, np.empty(0), end, (blocks,), turned=True)
-    if run.status != loop.OK:
+    if run.status != plan.OK:
         return None
     blocks.see(run.work)
     times, sums = np.array(blocks.times), np.array(blocks.sums)

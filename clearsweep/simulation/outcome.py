@@ -10,8 +10,8 @@ from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
 from ..mechanics.observe.record import sample_states
 from ..mechanics.observe.tally import OPENED
+from ..mechanics.solver import event, plan
 from ..mechanics.solver import event as events
-from ..mechanics.solver import loop
 from .figures import figures_of
 from .remarks import remarks
 from .revolutions import begun, period_in, spreads_of
@@ -20,13 +20,13 @@ from .scene import Scene
 from .window import Window, by_joint, wear_of
 
 _STATUS = {
-    loop.OK: ("ok", ""),
-    loop.STEP_BUDGET: (
+    plan.OK: ("ok", ""),
+    plan.STEP_BUDGET: (
         "step-budget",
         "took {steps:,} steps and {rejected:,} that were rejected, all {budget:,} it may, having got to {time:.6g} s"
         "{whole}; simulate.step_budget allows more",
     ),
-    loop.EVENT_BUDGET: (
+    plan.EVENT_BUDGET: (
         "event-budget",
         "met all {events:,} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
     ),
@@ -35,19 +35,19 @@ _STATUS = {
         "took the {patience:.6g} s of process time that it may, having got to {time:.6g} s{whole} in {steps:,} steps; "
         "simulate.time_budget allows more",
     ),
-    loop.NOT_FINITE: (
+    plan.NOT_FINITE: (
         "not-finite",
         "the motion is no longer finite at {time:.6g} s; look for masses, stiffness or clearance far from each other",
     ),
-    loop.STEP_UNDERFLOW: (
+    plan.STEP_UNDERFLOW: (
         "step-underflow",
         "no step is small enough at {time:.6g} s; a looser tolerance may help, or a force law without jumps",
     ),
-    loop.TIME_LIMIT: (
+    plan.TIME_LIMIT: (
         "time-limit",
         "took {time:.6g} s of motion{whole}, as long as it may; simulate.time_limit allows more",
     ),
-    loop.STALLED: (
+    plan.STALLED: (
         "stalled",
         "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank does not get through; more torque, a "
         "flywheel or a larger initial speed help, or smaller loads",
@@ -66,7 +66,7 @@ REST = 1e-3  # of the speed at the start: bodies that are slower when no step is
 def _ended(scene: Scene, run: Run) -> tuple[str, str]:
     """Return the status of an integration and the sentence that says it."""
     film = any(joint.film for joint in scene.layout.joints)
-    if run.status == loop.STEP_UNDERFLOW and film and not scene.mechanism.turns:
+    if run.status == plan.STEP_UNDERFLOW and film and not scene.mechanism.turns:
         rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
         if np.abs(run.work.y[rates]).max() <= REST * np.abs(scene.start[rates]).max():
             return _AT_REST
@@ -77,7 +77,7 @@ def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration came to."""
     summary = dict.fromkeys(column.name for column in scene.layout.columns)
     window = window_of(scene, run, end)
-    failed = run.status != loop.OK
+    failed = run.status != plan.OK
     summary |= figures_of(window, failed=failed)
     if failed:
         return Trajectory(*_failure_of(scene, run, end), summary, units=scene.layout.units)
@@ -133,7 +133,7 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     names = np.array(layout.contacts)
     found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
     found["joint"] = names[log[:, 1].astype(int)]
-    found["kind"] = np.where(log[:, 2] == loop.ONSET, "on", "off")
+    found["kind"] = np.where(log[:, 2] == event.ONSET, "on", "off")
     return found
 
 

@@ -32,7 +32,7 @@ from ..mechanics.observe.along import Attempt, step_width
 from ..mechanics.observe.between import BETWEEN
 from ..mechanics.observe.record import Record
 from ..mechanics.rates import rates_of, samples_of, slopes_of
-from ..mechanics.solver import dop853, loop, newton
+from ..mechanics.solver import dop853, loop, newton, plan
 from ..mechanics.solver import event as events
 from . import watch
 from .lyapunov import Perturbed
@@ -55,7 +55,7 @@ MOST = 2**62  # steps or events that may be counted
 
 Lane = dict[str, np.ndarray]  # arrays of one of the cases that lie side by side, see `board_of`
 
-_METHODS = {"auto": loop.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
+_METHODS = {"auto": plan.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
 
 
 def period(scene: Scene) -> float:
@@ -172,8 +172,8 @@ class Run:
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             method=np.zeros(3, dtype=np.int64),
             proposals=np.zeros(2 << many),
-            ahead=np.zeros(loop.AHEAD),
-            control=np.zeros(len(loop.Control._fields)),
+            ahead=np.zeros(plan.AHEAD),
+            control=np.zeros(len(plan.Control._fields)),
             log=np.empty((loop.LOG, 5)),
             slopes=np.zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n),
@@ -183,12 +183,12 @@ class Run:
             **attempted(lane)._asdict(),
         )
         self.kept, self.lane = Kept(self.work), lane
-        self.status, self.events, self.duration = loop.OK, np.empty((0, 5)), 0.0
+        self.status, self.events, self.duration = plan.OK, np.empty((0, 5)), 0.0
         self.logs: list[np.ndarray] = []  # of events, as they were taken away
         self.counts = self.work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
 
-    def go(self, control: loop.Control) -> tuple[int, np.ndarray]:
+    def go(self, control: plan.Control) -> tuple[int, np.ndarray]:
         """Return the status and the events of an integration from where this one stands to where `control` ends it."""
         self.heed(control)
         self.go_on()
@@ -204,9 +204,9 @@ class Run:
             self.duration += time.perf_counter() - began
             waits = not self.ended(int(status[0]))
 
-    def heed(self, control: loop.Control) -> None:
+    def heed(self, control: plan.Control) -> None:
         """Let the integration go by `control` from here on."""
-        self.work.control[:], self.work.ahead[loop.BEGUN], self.logs = control, 0.0, []
+        self.work.control[:], self.work.ahead[plan.BEGUN], self.logs = control, 0.0, []
 
     def ended(self, status: int) -> bool:
         """Return whether the integration, at which something is to be looked at, has ended; if not, make it go on.
@@ -214,15 +214,15 @@ class Run:
         What only a stiff motion needs is compiled when the motion turns out to be one.
         """
         work = self.work
-        self.logs.append(work.log[: int(work.ahead[loop.LOGGED])].copy())
-        self.status, work.ahead[loop.BEGUN] = status, 0.0
-        if status == loop.TURNS_STIFF:
+        self.logs.append(work.log[: int(work.ahead[plan.LOGGED])].copy())
+        self.status, work.ahead[plan.BEGUN] = status, 0.0
+        if status == plan.TURNS_STIFF:
             work.slopes[:] = slopes_of(self.value, self.parameters)
             return False
-        if status == loop.PAUSED and time.process_time() >= self.deadline:
+        if status == plan.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
             return True
-        return status != loop.PAUSED or bool(work.y[work.along] >= work.control[loop.PAUSE])
+        return status != plan.PAUSED or bool(work.y[work.along] >= work.control[plan.PAUSE])
 
     def spent(self, other: "Run") -> None:
         """Add what a run beside this one took."""
@@ -300,13 +300,13 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
     run.spent(beside)
 
 
-def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
+def control_of(scene: Scene, end: float, *, keep_events: bool) -> plan.Control:
     """Return how to integrate a scene up to `end` (s; rad where the crank is free)."""
     settings = scene.case.simulate
     turning, free = scene.mechanism.turns, scene.turning.free
     window = scene.turning.at(settings.discard) if turning else 0.0
     units = max(settings.revolutions, 1.0) if turning else settings.impacts
-    return loop.Control(
+    return plan.Control(
         window=window,
         end=end,
         separations=0 if turning else int(settings.impacts),
@@ -319,14 +319,14 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> loop.Control:
     )
 
 
-def start(run: Run, control: loop.Control) -> None:
+def start(run: Run, control: plan.Control) -> None:
     """Let a run go by `control`, by the method that this asks for from the beginning."""
-    if control.method == events.IMPLICIT and run.work.ahead[loop.NEXT] == 0.0:
+    if control.method == events.IMPLICIT and run.work.ahead[plan.NEXT] == 0.0:
         run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     run.heed(control)
 
 
-def call(run: Run, control: loop.Control, scene: Scene, watchers: Sequence[Watcher] = ()) -> None:
+def call(run: Run, control: plan.Control, scene: Scene, watchers: Sequence[Watcher] = ()) -> None:
     """Integrate, at one go unless somebody watches."""
     start(run, control)
     if watchers:

@@ -19,7 +19,7 @@ from ..mechanics.compiled.announce import announced
 from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
-from ..mechanics.solver import loop
+from ..mechanics.solver import loop, plan
 from .extrapolation import lived
 from .figures import COST
 from .heat import Balance, balanced, has_balance
@@ -115,7 +115,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
         reported = own_sampling(scene)
     marked = marks_of(scene, scene.case.simulate.revolutions)
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
-    if scene.turning.free and times is not None and run.status == loop.OK:
+    if scene.turning.free and times is not None and run.status == plan.OK:
         finish_samples(scene, run)
     return trajectory_of(scene, run, end)
 
@@ -138,9 +138,9 @@ def finish_samples(scene: Scene, run: Run) -> None:
         raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {last:.6g} s")
     times[:] = np.minimum(times, last)
     run.work.y[:] = run.work.end
-    run.work.ahead[loop.NEXT] = 0.0
+    run.work.ahead[plan.NEXT] = 0.0
     run.go(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
-    run.status = loop.OK
+    run.status = plan.OK
 
 
 def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) -> Trajectory:
@@ -156,7 +156,7 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
     keep_events = orbits != "none" or times is not None
     integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
     run.record = Record(np.empty(0), np.empty(0), run.record.along)
-    if run.status != loop.OK:
+    if run.status != plan.OK:
         return trajectory_of(whole, run, end)
     trajectory = _settled(scene, run, watch, times)
     trajectory.summary.update(watch.figures())
@@ -189,7 +189,7 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], ag
     def run_with(state: np.ndarray) -> Told | None:
         last[:] = [_block(ageing.scene_at(state), watchers)]
         aged, run, watch = last[0]
-        return told_by(aged, run, watch, ageing.spent + time.process_time() - begin) if run.status == loop.OK else None
+        return told_by(aged, run, watch, ageing.spent + time.process_time() - begin) if run.status == plan.OK else None
 
     def measure(state: np.ndarray) -> Told | None:
         if (known := ageing.recall()) is not None:
@@ -236,7 +236,7 @@ def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Mo
     if before:
         go_to(before[-1], again.work)
     call(again, control_of(scene, end, keep_events=False), scene)
-    if scene.turning.free and along == again.work.time and again.status == loop.OK:
+    if scene.turning.free and along == again.work.time and again.status == plan.OK:
         finish_samples(scene, again)
     run.status, run.record = again.status, again.record
     run.spent(again)

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..mechanics.solver import loop
+from ..mechanics.solver import plan
 from ..mechanics.solver.event import Work
 
 #: Turns before the end of a revolution at which a run pauses: more than a step spans, so that it can still end there.
@@ -26,7 +26,7 @@ class Pausing(Protocol):
 
     work: Work
 
-    def go(self, control: loop.Control) -> tuple[int, np.ndarray]:
+    def go(self, control: plan.Control) -> tuple[int, np.ndarray]:
         """Return the status and the events from where it stands to where `control` ends or pauses it."""
 
 
@@ -40,7 +40,7 @@ class Watcher(Protocol):
 
 
 def drive(
-    control: loop.Control, run: Pausing, discard: float, at: Callable[[float], float], watchers: Sequence[Watcher]
+    control: plan.Control, run: Pausing, discard: float, at: Callable[[float], float], watchers: Sequence[Watcher]
 ) -> tuple[int, np.ndarray]:
     """Return the status and the events of an integration that its `watchers` look at on the way.
 
@@ -53,7 +53,7 @@ def drive(
             break
         status, log = run.go(control._replace(pause=pause))
         logs.append(log)
-        if status != loop.PAUSED:
+        if status != plan.PAUSED:
             return status, np.concatenate(logs)
         end = at(discard + k // parts)
         enough = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]

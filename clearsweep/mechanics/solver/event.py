@@ -68,8 +68,8 @@ class Work(NamedTuple):
     slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion turns out to be stiff
     proposals: np.ndarray  # (2^(1+c),) step length by method and contacts that touch, 0: none yet
     ahead: np.ndarray  # (AHEAD,) what the loop goes on with, see loop
-    control: np.ndarray  # (len(Control),) what ends the motion, see loop.Control
-    log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see loop.Event
+    control: np.ndarray  # (len(Control),) what ends the motion, see plan.Control
+    log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see passing.Event
     guards: tuple  # joint.guards.Guards
     implicit: tuple  # newton.Implicit
     tally: tuple  # tally.Tally

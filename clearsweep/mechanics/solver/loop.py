@@ -1,7 +1,6 @@
 """The integration loop: adaptive steps from event to event, everything that is wanted taken from them on the way."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import config, njit, typeof
@@ -9,19 +8,11 @@ from numba import config, njit, typeof
 from ..compiled.family import NO_ENTRY, WIDTH, invoke, kernel
 from ..compiled.kept import found
 from ..compiled.rows import in_rows
-from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.along import ERROR, GOES_ON, LENGTH, WHOLE, advance, sum_up
-from ..observe.observables import KAPPA, KINETIC, observed
+from ..observe.observables import KAPPA, KINETIC
 from ..observe.record import write_sample
 from ..observe.tally import (
-    APPROACH,
-    CLIPS,
     KINETIC_START,
-    ONSET_MAX,
-    ONSETS,
-    PEAK,
-    REBOUNDS,
-    RESTITUTION,
     note_step,
     open_window,
 )
@@ -30,16 +21,11 @@ from .choice import choose_method
 from .dop853 import END
 from .event import (
     EVALUATIONS,
-    EVENTS,
-    GUARD,
     IMPLICIT,
     LOCATING,
     NOTHING,
-    ONSET,
     REJECTED,
     SAMPLES,
-    SEPARATION,
-    SEPARATIONS,
     STEPS,
     STOP,
     attempt_to,
@@ -47,146 +33,54 @@ from .event import (
 )
 from .newton import AFTER, RENEWED
 from .newton import LENGTH as PAST_LENGTH
-from .step import begin_step, finish_ends, go_through, land, latch, meet, take_step
+from .passing import pass_events
+from .plan import (
+    ANGLE,
+    AUTO,
+    BEFORE,
+    BEGUN,
+    CONTACT,
+    EXPECTED,
+    FARTHEST,
+    GOING,
+    GROWTH,
+    KIND,
+    LANDING,
+    LAST,
+    LIMIT,
+    LOGGED,
+    METHOD,
+    MOST_STEPS,
+    NEXT,
+    NOT_FINITE,
+    OK,
+    PATIENCE,
+    PAUSE,
+    PAUSED,
+    REST,
+    SHARE,
+    SINCE,
+    SPENT,
+    STALLED,
+    STEP_BUDGET,
+    STEP_UNDERFLOW,
+    STOP_AT,
+    STRETCH,
+    TIME_LIMIT,
+    TRIES,
+    TURNS_STIFF,
+    WINDOW,
+    WINDOWED,
+)
+from .step import begin_step, finish_ends, land, meet, take_step
 from .step_control import GROW, MOST_TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
 
-AUTO = 2  # of Control.method
-OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED, GOING = range(10)
 BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
 HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
-SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
 
-class Control(NamedTuple):
-    """When to stop, how accurate to be, and what to keep: numbers, that stand in Work.control in this order."""
-
-    window: float  # s, or rad of a free crank: where figures begin to be taken
-    end: float  # the same: where to stop
-    separations: int  # stop after so many; 0: never
-    step_budget: int
-    event_budget: int
-    keep_events: bool
-    method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
-    pause: float = math.inf  # the same: return PAUSED at the first step end from here on; called again, go on
-    stretch: int = 1 << 16  # steps after which to return PAUSED, too, so that whoever called can look at the clock
-    limit: float = math.inf  # s, after which to give up
-    patience: float = math.inf  # s, within which a free crank has to move on; inf: it is not free
-
-
-WINDOW, LAST, PARTINGS, MOST_STEPS, MOST_EVENTS, KEEP_EVENTS, METHOD, PAUSE, STRETCH, LIMIT, PATIENCE = range(11)
-# Work.ahead: length of the next step, 0 before the first; how much it may grow; its expected error; rejections in a
-# row; evaluations before it; the step after which to pause; whether figures are taken; events logged; whether begun;
-# where along the run the next step has to end; of a free crank how far it was, from where it has to move on, and since
-# when (s)
-NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE = range(13)
-# then whether a step is being taken again to end at an event; the share of the longer step, what event, of which
-# contact, and evaluations before it
-LANDING, SHARE, KIND, CONTACT, BEFORE, AHEAD = range(13, 19)
 LOG = 512  # events that are logged before whoever called has to take them away
 WORTH = 3  # cases: fewer take their steps one after the other, as that is faster
-
-
-@kernel
-def begin_contact(at, j, windowed):
-    """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
-    work = at[0]
-    tally, seen = work.tally, observed(at, END, j)
-    rate = max(seen.rate, 0.0)
-    work.mode[j] = work.pressed[j]
-    work.latched[j] = max(rate, ONSET_FLOOR)
-    depth = max(seen.depth, 0.0)
-    work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
-    latch(at, work.end, j, ENTERED, END)
-    tally.joint[j, PEAK], tally.joint[j, APPROACH] = 0.0, rate
-    if windowed:
-        tally.joint[j, ONSETS] += 1.0
-        tally.joint[j, ONSET_MAX] = max(tally.joint[j, ONSET_MAX], rate)
-    return rate
-
-
-@kernel
-def end_contact(at, j):
-    """Release contact `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
-    work = at[0]
-    tally = work.tally
-    rate = observed(at, END, j).rate
-    work.mode[j] = work.apart[j]
-    latch(at, work.end, j, LEFT, END)
-    work.end[work.time + 1 + j] = 0.0
-    for i in range(work.ended_by.size):
-        if work.ended_by[i] == j:
-            work.end[work.time + 1 + work.mode.size + i] = work.began[i]
-    work.counts[SEPARATIONS] += 1
-    if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
-        tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
-        tally.joint[j, REBOUNDS] += 1.0
-    return rate
-
-
-class Event(NamedTuple):
-    """What changed at a contact: onsets and separations are logged like this."""
-
-    time: float  # s
-    contact: int
-    kind: int  # ONSET, SEPARATION, or GUARD and the number of the guard
-    rate: float  # m/s, closing positive
-    force_peak: float  # N, of the contact that ends
-
-
-@kernel
-def log_event(at, event):
-    """Enter an Event into the log, unless it is the passage of a guard."""
-    work = at[0]
-    if event.kind >= GUARD or work.control[KEEP_EVENTS] == 0.0:
-        return
-    row = int(work.ahead[LOGGED])
-    work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
-    work.log[row, 3], work.log[row, 4] = event.rate, event.force_peak
-    work.ahead[LOGGED] += 1.0
-
-
-@kernel
-def apply_event(at, kind, j, windowed):
-    """Change what an event at contact `j` changes at `work.end`; return the Event."""
-    work = at[0]
-    moment, peak = work.end[work.time], work.tally.joint[j, PEAK]
-    if kind >= GUARD:
-        g = kind - GUARD
-        if windowed and work.guards.counted[g]:
-            work.tally.joint[j, CLIPS] += 1.0
-        go_through(at, g, work.end, END)
-        return Event(moment, j, kind, 0.0, 0.0)
-    work.counts[EVENTS] += 1
-    if kind == ONSET:
-        return Event(moment, j, kind, begin_contact(at, j, windowed), 0.0)
-    return Event(moment, j, kind, end_contact(at, j), peak)
-
-
-@kernel
-def parting_too(at):
-    """Return (SEPARATION, contact) of one that parts at the moment of an event, too, as corners of a block do.
-
-    Its root of penetration is not above zero there, so no step could begin with it.  (NOTHING, 0) if there is none.
-    """
-    work = at[0]
-    for j in range(work.mode.size):
-        if touches(work.mode[j]) and work.end[work.time + 1 + j] <= 0.0:
-            return SEPARATION, j
-    return NOTHING, 0
-
-
-@kernel
-def pass_events(at, kind, contact, windowed):
-    """Apply the event that was found and what happens at its moment, too; return GOING or the reason to end."""
-    work = at[0]
-    while kind != NOTHING:
-        log_event(at, apply_event(at, kind, contact, windowed))
-        if work.control[PARTINGS] > 0.0 and work.counts[SEPARATIONS] >= work.control[PARTINGS]:
-            return OK
-        if work.counts[EVENTS] >= work.control[MOST_EVENTS]:
-            return EVENT_BUDGET
-        kind, contact = parting_too(at)
-    return GOING
 
 
 @kernel

@@ -1,0 +1,118 @@
+"""What an event changes: contacts begin and end, guards are passed, and all of it is logged."""
+
+import math
+from typing import NamedTuple
+
+from ..compiled.family import kernel
+from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
+from ..observe.observables import observed
+from ..observe.tally import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
+from .dop853 import END
+from .event import EVENTS, GUARD, NOTHING, ONSET, SEPARATION, SEPARATIONS
+from .plan import EVENT_BUDGET, GOING, KEEP_EVENTS, LOGGED, MOST_EVENTS, OK, PARTINGS
+from .step import go_through, latch
+
+SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
+
+
+@kernel
+def begin_contact(at, j, windowed):
+    """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
+    work = at[0]
+    tally, seen = work.tally, observed(at, END, j)
+    rate = max(seen.rate, 0.0)
+    work.mode[j] = work.pressed[j]
+    work.latched[j] = max(rate, ONSET_FLOOR)
+    depth = max(seen.depth, 0.0)
+    work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
+    latch(at, work.end, j, ENTERED, END)
+    tally.joint[j, PEAK], tally.joint[j, APPROACH] = 0.0, rate
+    if windowed:
+        tally.joint[j, ONSETS] += 1.0
+        tally.joint[j, ONSET_MAX] = max(tally.joint[j, ONSET_MAX], rate)
+    return rate
+
+
+@kernel
+def end_contact(at, j):
+    """Release contact `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
+    work = at[0]
+    tally = work.tally
+    rate = observed(at, END, j).rate
+    work.mode[j] = work.apart[j]
+    latch(at, work.end, j, LEFT, END)
+    work.end[work.time + 1 + j] = 0.0
+    for i in range(work.ended_by.size):
+        if work.ended_by[i] == j:
+            work.end[work.time + 1 + work.mode.size + i] = work.began[i]
+    work.counts[SEPARATIONS] += 1
+    if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
+        tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
+        tally.joint[j, REBOUNDS] += 1.0
+    return rate
+
+
+class Event(NamedTuple):
+    """What changed at a contact: onsets and separations are logged like this."""
+
+    time: float  # s
+    contact: int
+    kind: int  # ONSET, SEPARATION, or GUARD and the number of the guard
+    rate: float  # m/s, closing positive
+    force_peak: float  # N, of the contact that ends
+
+
+@kernel
+def log_event(at, event):
+    """Enter an Event into the log, unless it is the passage of a guard."""
+    work = at[0]
+    if event.kind >= GUARD or work.control[KEEP_EVENTS] == 0.0:
+        return
+    row = int(work.ahead[LOGGED])
+    work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
+    work.log[row, 3], work.log[row, 4] = event.rate, event.force_peak
+    work.ahead[LOGGED] += 1.0
+
+
+@kernel
+def apply_event(at, kind, j, windowed):
+    """Change what an event at contact `j` changes at `work.end`; return the Event."""
+    work = at[0]
+    moment, peak = work.end[work.time], work.tally.joint[j, PEAK]
+    if kind >= GUARD:
+        g = kind - GUARD
+        if windowed and work.guards.counted[g]:
+            work.tally.joint[j, CLIPS] += 1.0
+        go_through(at, g, work.end, END)
+        return Event(moment, j, kind, 0.0, 0.0)
+    work.counts[EVENTS] += 1
+    if kind == ONSET:
+        return Event(moment, j, kind, begin_contact(at, j, windowed), 0.0)
+    return Event(moment, j, kind, end_contact(at, j), peak)
+
+
+@kernel
+def parting_too(at):
+    """Return (SEPARATION, contact) of one that parts at the moment of an event, too, as corners of a block do.
+
+    Its root of penetration is not above zero there, so no step could begin with it.  (NOTHING, 0) if there is none.
+    """
+    work = at[0]
+    for j in range(work.mode.size):
+        if touches(work.mode[j]) and work.end[work.time + 1 + j] <= 0.0:
+            return SEPARATION, j
+    return NOTHING, 0
+
+
+@kernel
+def pass_events(at, kind, contact, windowed):
+    """Apply the event that was found and what happens at its moment, too; return GOING or the reason to end."""
+    work = at[0]
+    while kind != NOTHING:
+        log_event(at, apply_event(at, kind, contact, windowed))
+        if work.control[PARTINGS] > 0.0 and work.counts[SEPARATIONS] >= work.control[PARTINGS]:
+            return OK
+        if work.counts[EVENTS] >= work.control[MOST_EVENTS]:
+            return EVENT_BUDGET
+        kind, contact = parting_too(at)
+    return GOING
