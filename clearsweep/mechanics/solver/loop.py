@@ -29,7 +29,6 @@ from .event import (
     STEPS,
     STOP,
     attempt_to,
-    travel_ratio,
 )
 from .newton import AFTER, RENEWED
 from .newton import LENGTH as PAST_LENGTH
@@ -72,6 +71,7 @@ from .plan import (
     WINDOW,
     WINDOWED,
 )
+from .prospect import travel_ratio
 from .step import begin_step, finish_ends, land, meet, take_step
 from .step_control import GROW, MOST_TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
 

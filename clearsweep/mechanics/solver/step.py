@@ -29,9 +29,9 @@ from .event import (
     evaluate_guards,
     first_event,
     looked_at,
-    may_meet,
 )
 from .newton import FAILED, fall_back, implicit_step
+from .prospect import may_meet
 from .radau import STAGE_WEIGHTS
 
 
