@@ -16,7 +16,7 @@ from ..mechanics.observe.along import Attempt
 from ..mechanics.solver import loop, plan
 from .heat import has_balance
 from .revolutions import marks_of
-from .run import Lane, Run, attempted, board_of, control_of, start
+from .run import Form, Lane, Run, attempted, board_of, control_of, start
 from .scene import Scene, build, signature
 from .trajectory import judged, own_sampling, simulate, timed, trajectory_of
 
@@ -53,10 +53,17 @@ def is_plain(scene: Scene) -> bool:
     return turns and single
 
 
-def prepared(scene: Scene, lane: Lane) -> Run:
-    """Return the integration, in a lane, of a plain scene; `simulate` makes the same one."""
+def prepared(scene: Scene, lane: Lane, run: Run | None = None) -> Run:
+    """Return the integration, in a lane, of a plain scene; `simulate` makes the same one.
+
+    run : the one that was in this lane before, which is used again where it can.
+    """
     settings, save = scene.case.simulate, scene.case.save
-    run = Run(scene, own_sampling(scene), marks=marks_of(scene, settings.revolutions), lane=lane)
+    times, marks = own_sampling(scene), marks_of(scene, settings.revolutions)
+    if run and run.form == Form.of(scene, times, marks):
+        run.begin(scene, times, marks)
+    else:
+        run = Run(scene, times, marks=marks, lane=lane)
     start(run, control_of(scene, scene.turning.at(settings.revolutions), keep_events=save.orbits != "none"))
     return run
 
@@ -80,6 +87,7 @@ class _Ensemble:
 
     def __init__(self, waiting: deque[tuple[int, Case]]):
         self.waiting, self.lanes = waiting, dict[int, Beside]()  # by lane
+        self.runs: dict[int, Run] = {}  # the latest of each lane
         self.many, self.together = len(waiting) >= MANY, NO_ENTRY
         self.board: Board | None = None
         self.arrays: Attempt | None = None  # of the board's first lane
@@ -101,7 +109,8 @@ class _Ensemble:
                 return
             lane = next(lane for lane in range(WIDTH) if lane not in self.lanes)
             board = self._board(scene)
-            self.lanes[lane] = Beside(place, scene, prepared(scene, board.lane(lane)))
+            self.runs[lane] = run = prepared(scene, board.lane(lane), self.runs.pop(lane, None))
+            self.lanes[lane] = Beside(place, scene, run)
         except Exception as error:
             yield place, error
 

@@ -64,12 +64,12 @@ def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, wanted - SAME)
 
 
-def turns_of(scene: Scene, marks: Marks, contacts: int) -> Turns:
-    """Return room for what is taken at the marks of a run."""
+def room_for(marks: Marks, n: int, contacts: int) -> Turns:
+    """Return room for what is taken at the marks of a run with `n` numbers in its state."""
     count = len(marks.turns)
     return Turns(
-        marks=np.array([scene.turning.at(turns) for turns in marks.turns.tolist()]),
-        states=np.zeros((count, scene.start.size)),
+        marks=np.zeros(count),
+        states=np.zeros((count, n)),
         peaks=np.zeros((count, contacts)),
         step=np.zeros(contacts),
         since=np.zeros(contacts),

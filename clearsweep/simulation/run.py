@@ -3,12 +3,13 @@
 import math
 import time
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..contracts.layout import Layout
 from ..mechanics.attempt import attempt_of
-from ..mechanics.compiled.family import NO_ENTRY, flatten
+from ..mechanics.compiled.family import NO_ENTRY, flatten, put_numbers
 from ..mechanics.compiled.kept import Kept
 from ..mechanics.compiled.rows import Board
 from ..mechanics.joint import registry
@@ -36,7 +37,7 @@ from ..mechanics.solver import dop853, loop, newton, plan
 from ..mechanics.solver import event as events
 from . import watch
 from .lyapunov import Perturbed
-from .revolutions import NO_MARKS, Marks, turns_of
+from .revolutions import NO_MARKS, Marks, room_for
 from .scene import Scene
 from .turning import PATIENCE, knots_of
 from .watch import Watcher
@@ -86,20 +87,12 @@ def attempted(lane: Lane) -> Attempt:
     return Attempt(*arrays)
 
 
-def _put(scene: Scene, parameters: np.ndarray, lane: Lane, contacts: list, internal: list) -> None:
-    """Put into a lane what a scene begins with; `contacts`, `internal`: every contact and internal state."""
-    lane["parameters"][:], lane["y"][:] = parameters, scene.start
-    lane["scale"][:] = _scale(scene, len(contacts), [state.scale for _, state, _ in internal])
-    lane["mode"][:] = [modes.pressed if scene.in_contact else modes.apart for _, modes in contacts]
-    lane["latched"][:] = [ONSET_FLOOR] * len(contacts) + [began for _, began in every_latched(scene.value.joints)]
-
-
 def _tally_of(scene: Scene, contacts: int) -> tallies.Tally:
-    """Return room for what is summed up of so many contacts; what joints have worn before is in it."""
+    """Return room for what is summed up of so many contacts."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
-    tally = tallies.Tally(
+    return tallies.Tally(
         whole=np.zeros(tallies.WHOLE),
         joint=np.zeros((contacts, tallies.JOINT)),
         time=np.zeros((contacts, histogram.BINS)),
@@ -111,9 +104,20 @@ def _tally_of(scene: Scene, contacts: int) -> tallies.Tally:
         wear=np.zeros(2 * contacts * bins),
         account=np.zeros((contacts, ACCOUNT)),
     )
-    slid = [scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints]
-    tally.account[:, SLID] = np.repeat(slid, [len(contact_modes(joint)) for joint in scene.value.joints])
-    return tally
+
+
+class Form(NamedTuple):
+    """What has to be equal of scenes of one type that one Run can integrate one after the other."""
+
+    layout: Layout
+    samples: int
+    marks: int
+    knots: int
+
+    @classmethod
+    def of(cls, scene: Scene, times: np.ndarray, marks: Marks) -> "Form":
+        """Return the form of a run with reports at `times` and with `marks`."""
+        return cls(scene.layout, times.size, marks.turns.size, knots_of(scene.machine).size)
 
 
 class Run:
@@ -132,20 +136,18 @@ class Run:
 
         lane : where among cases that lie side by side; None: it is alone.
         """
-        self.marks = marks
-        value, joints = scene.value, scene.value.joints
-        self.value, self.deadline = value, scene.deadline
-        contacts, internal = every_contact(joints), every_internal_state(joints)
+        value, contacts = scene.value, every_contact(scene.value.joints)
+        internal = every_internal_state(value.joints)
         n, many = scene.start.size, len(contacts)
-        described = [case for case, joint in zip(scene.case.joints, joints, strict=True) for _ in contact_modes(joint)]
+        self.form = Form.of(scene, times, marks)
         self.parameters = flatten(value)  # compiled code holds its address
         self.tally = _tally_of(scene, many)
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
-        self.record = Record(times, np.zeros((times.size, len(scene.layout.channels))), along if turned else moment)
-        lane = lane or board_of(scene).lane(0)
+        samples = np.zeros((times.size, len(scene.layout.channels)))
+        self.record = Record(np.zeros(times.size), samples, along if turned else moment)
+        self.lane = lane = lane or board_of(scene).lane(0)
         rates = attempt_of(value, lane["parameters"])
-        _put(scene, self.parameters, lane, contacts, internal)
         self.work = events.Work(
             rates=rates if rates.code else rates_of(value, self.parameters),
             whole=int(rates.code != 0),
@@ -153,22 +155,22 @@ class Run:
             wear=wear_of(value, self.parameters) if self.tally.room.size else NO_ENTRY,
             time=moment,
             along=along,
-            knots=knots_of(scene.machine),
-            reference_rate=value.reference_rate,
-            sigma=value.sigma,
-            longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
+            knots=np.zeros(self.form.knots),
+            reference_rate=0.0,
+            sigma=0.0,
+            longest=0.0,
             z=lane["z"],
             f=np.zeros((7, n)),
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
-            clearance=np.array([joint.clearance for joint, _ in contacts]),
-            side=np.array([joint.side for joint, _ in contacts]),
-            film=np.array([film_depths(joint) for joint, _ in contacts]),
+            clearance=np.zeros(many),
+            side=np.zeros(many),
+            film=np.zeros((many, 2)),
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
-            began=np.array([began for _, _, began in internal]),
+            began=np.zeros(len(internal)),
             guards=guards_of(value, self.parameters),
-            rubs=np.array([joint.friction is not None or joint.film is not None for joint in described]),
-            limit_depth=np.array([registry.penetration_limit(joint) for joint in described]),
+            rubs=np.zeros(many, dtype=np.bool_),
+            limit_depth=np.zeros(many),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             method=np.zeros(3, dtype=np.int64),
             proposals=np.zeros(2 << many),
@@ -179,13 +181,45 @@ class Run:
             implicit=newton.implicit_of(n),
             tally=self.tally,
             record=self.record,
-            turns=turns_of(scene, marks, many),
+            turns=room_for(marks, n, many),
             **attempted(lane)._asdict(),
         )
-        self.kept, self.lane = Kept(self.work), lane
+        self.kept = Kept(self.work)
+        self.begin(scene, times, marks)
+
+    def begin(self, scene: Scene, times: np.ndarray, marks: Marks) -> None:
+        """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
+        work: Any = self.work  # mypy takes its parts for tuples of anything
+        lane, value, joints, guards = self.lane, scene.value, scene.value.joints, work.guards
+        contacts, internal = every_contact(joints), every_internal_state(joints)
+        described = [case for case, joint in zip(scene.case.joints, joints, strict=True) for _ in contact_modes(joint)]
+        for array in (*self.tally, *work.implicit, guards.value, guards.passed, guards.event, *work.turns[1:]):
+            array.fill(0)
+        for array in (self.record.samples, work.counts, work.method, work.proposals, work.ahead, work.slopes):
+            array.fill(0)
+        put_numbers(value, self.parameters)
+        lane["parameters"][:], lane["y"][:] = self.parameters, scene.start
+        lane["scale"][:] = _scale(scene, len(contacts), [state.scale for _, state, _ in internal])
+        lane["mode"][:] = work.pressed if scene.in_contact else work.apart
+        lane["latched"][:] = [ONSET_FLOOR] * len(contacts) + [began for _, began in every_latched(joints)]
+        self.kept.put(
+            reference_rate=value.reference_rate,
+            sigma=value.sigma,
+            longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
+        )
+        self.work, work.knots[:] = self.kept.value, knots_of(scene.machine)
+        work.clearance[:], work.side[:] = zip(*[(joint.clearance, joint.side) for joint, _ in contacts], strict=True)
+        work.film[:] = [film_depths(joint) for joint, _ in contacts]
+        work.began[:] = [began for _, _, began in internal]
+        work.rubs[:] = [joint.friction is not None or joint.film is not None for joint in described]
+        work.limit_depth[:] = [registry.penetration_limit(joint) for joint in described]
+        for row, joint in enumerate(described if scene.worn else ()):
+            self.tally.account[row, SLID] = scene.worn[joint.name].slid if joint.name in scene.worn else 0.0
+        self.record.times[:], work.turns.marks[:] = times, [scene.turning.at(turns) for turns in marks.turns.tolist()]
+        self.value, self.deadline, self.marks = value, scene.deadline, marks
         self.status, self.events, self.duration = plan.OK, np.empty((0, 5)), 0.0
         self.logs: list[np.ndarray] = []  # of events, as they were taken away
-        self.counts = self.work.counts.copy()  # what all of it took, runs beside this one included
+        self.counts = work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
 
     def go(self, control: plan.Control) -> tuple[int, np.ndarray]:
@@ -261,13 +295,15 @@ def _scale(scene: Scene, contacts: int, internal: list[float]) -> np.ndarray:
     """Return the error (n,) that one step may make in each component of the state; `internal`: scales of its laws."""
     value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, size, lengths = min(joint.clearance for joint in value.joints), scene.built.size, scene.built.lengths
-    place = np.maximum(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size) / lengths
     oiled = any(joint.film for joint in scene.layout.joints)
     weight = OILED * RATE_WEIGHT if oiled else RATE_WEIGHT
-    rate = np.maximum(weight * tolerance * clearance, ROUNDING * size) * value.reference_rate / lengths
-    moment = np.maximum(PLACE_WEIGHT * tolerance, ROUNDING) / value.reference_rate
-    root = np.full(contacts, ROOT_WEIGHT * tolerance * math.sqrt(clearance))
-    return np.concatenate([place, rate, [moment], root, tolerance * np.array(internal)])
+    place = max(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size)
+    rate = max(weight * tolerance * clearance, ROUNDING * size) * value.reference_rate
+    moment = max(PLACE_WEIGHT * tolerance, ROUNDING) / value.reference_rate
+    root = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
+    return np.concatenate(
+        [place / lengths, rate / lengths, [moment, *[root] * contacts, *(tolerance * scale for scale in internal)]]
+    )
 
 
 def integrated(

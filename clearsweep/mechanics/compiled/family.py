@@ -50,22 +50,25 @@ def family(stub):
     compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
     """
     members = {}
-
-    plain = {}  # bodies that no field narrows, by class: found at once
+    fields, found = {}, {}  # the fields that narrow a class; bodies by class and types in these: looked up at once
 
     @functools.wraps(stub)
     def dispatch(first, *rest):
-        body = plain.get(type(first))
-        if body is None:
-            body = _body_of(members, first)
-            if not any(narrowed for narrowed, _ in members.get(type(first), members.get(None, ()))):
-                plain[type(first)] = body
-        return body(first, *rest)
+        form = type(first)
+        if form not in fields:
+            narrowed = [field for narrowed, _ in members.get(form, members.get(None, ())) for field in narrowed]
+            fields[form] = tuple(dict.fromkeys(narrowed))
+        if fields[form]:
+            form = (form, *[tuple(map(type, getattr(first, field))) for field in fields[form]])
+        if form not in found:
+            found[form] = _body_of(members, first)
+        return found[form](first, *rest)
 
     def member(cls, **narrowed):
         def enter(body):
             members.setdefault(cls, []).append((narrowed, body))
-            plain.clear()
+            fields.clear()
+            found.clear()
             return body
 
         return enter
@@ -161,7 +164,15 @@ def _put_numbers(value, numbers):
             numbers.append(part)
 
 
-_PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (function, scene)
+def put_numbers(scene, parameters):
+    """Let the entries that were made with the array `parameters` be those of another scene of the same type."""
+    parameters[:] = flatten(scene)
+    if numba.config.DISABLE_JIT:
+        _SCENES[id(parameters)] = scene
+
+
+_PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (function, id of the parameters)
+_SCENES = {}  # and the scene of these parameters
 
 
 _COMPILED = {}  # (function, number of the form of the scene) -> C function
@@ -214,15 +225,15 @@ def entry(function, scene, arrays, parameters):
         return NO_ENTRY
     if numba.config.DISABLE_JIT:
         code = hash((function, id(parameters)))
-        _PLAIN[code] = function, scene
+        _PLAIN[code], _SCENES[id(parameters)] = (function, id(parameters)), scene
         return Entry(code, 0)
     return Entry(_compiled(function, scene, arrays).address, parameters.ctypes.data)
 
 
 def invoke(code, parameters, arrays, integer):
     """Call the code behind an Entry with a tuple of arrays and an integer."""
-    function, scene = _PLAIN[code]
-    function((scene,), *arrays, integer)
+    function, known_by = _PLAIN[code]
+    function((_SCENES[known_by],), *arrays, integer)
 
 
 @intrinsic

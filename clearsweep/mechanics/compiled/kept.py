@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 from numba import config, njit, types
+from numba.core.registry import cpu_target
 from numba.extending import NativeValue, intrinsic, models, overload, register_model, typeof_impl, unbox
 
 from .family import OPTIONS
@@ -24,6 +25,16 @@ class Kept:
             _PLAIN[self.address] = value
         else:
             _put(value, self.room)
+
+    def put(self, **numbers):
+        """Put other numbers (float) into fields of the value; its address and all else stay."""
+        self.value = self.value._replace(**numbers)
+        if config.DISABLE_JIT:
+            _PLAIN[self.address] = self.value
+        else:
+            places, room = _places(), self.room.view(np.float64)
+            for name, number in numbers.items():
+                room[places[name]] = number
 
 
 def found(model, address):
@@ -73,6 +84,15 @@ def _kind(forms):
     """Return the type of what is kept; it is of one form, as nothing at an address says of which."""
     (signature,) = _put.nopython_signatures
     return KeptType(signature.args[0])
+
+
+@functools.cache
+def _places():
+    """Return where in the room of a Kept, in numbers of eight bytes, those fields of its value are that are numbers."""
+    kind, context = _kind().value, cpu_target.target_context
+    data = context.get_data_type(kind)
+    fields = [(place, name) for place, name in enumerate(kind.fields) if kind.types[place] == types.float64]
+    return {name: data.get_element_offset(context.target_data, place) // 8 for place, name in fields}
 
 
 @unbox(KeptType)
