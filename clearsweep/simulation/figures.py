@@ -6,6 +6,7 @@ order is that of the columns.
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 from ..contracts.catalogue import Figure, Shown
 from ..contracts.layout import Layout
@@ -300,28 +301,47 @@ def _places(layout: Layout) -> dict[str, int]:
 
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
-    """Return the figures of merit that follow from sums, by column; of a run that `failed`, what it took."""
-    found = {}
-    for name, formula, place, kind in _formulas(window.layout, COST if failed else FIGURES):
+    """Return all columns with the figures that follow from sums, else None; of a run that `failed`, what it took."""
+    shared = shared_by(window.layout)
+    found = shared.blank.copy()
+    for name, formula, place, kind in shared.cost if failed else shared.formulas:
         value = formula(window, place)
         found[name] = value if value is None else kind(value)
     return found
 
 
 _Formula = tuple[str, Callable, int | None, type]  # column, formula of its figure, place of its joint, kind of number
-_LATEST: list[tuple[Layout | None, tuple[Figure, ...], list[_Formula]]] = [(None, (), [])]  # what was asked last
+
+
+class Shared(NamedTuple):
+    """What all cases of a layout share on the way to their summaries."""
+
+    layout: Layout | None
+    figures: tuple[Figure, ...]  # FIGURES
+    blank: dict[str, None]  # its columns
+    units: dict[str, str]  # of columns and channels
+    formulas: list[_Formula]
+    cost: list[_Formula]  # those of what a case took
+
+
+_latest = Shared(None, (), {}, {}, [], [])
+
+
+def shared_by(layout: Layout) -> Shared:
+    """Return what the cases of a layout share, made once for those that follow each other."""
+    global _latest
+    if _latest.layout is not layout or _latest.figures is not FIGURES:
+        blank = dict.fromkeys(column.name for column in layout.columns)
+        _latest = Shared(layout, FIGURES, blank, layout.units, _formulas(layout, FIGURES), _formulas(layout, COST))
+    return _latest
 
 
 def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
-    """Return how the columns of a layout follow from sums, made once for all cases that share it."""
-    of, among, found = _LATEST[0]
-    if of is layout and among is figures:
-        return found
+    """Return how the columns of a layout follow from sums, those of some figures."""
     known, places, found = {figure.name: figure for figure in figures}, _places(layout), []
     for column in layout.columns:
         figure = known.get(column.figure)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
             found.append((column.name, formula, places.get(column.joint), int if figure.kind == "int" else float))
-    _LATEST[0] = layout, figures, found
     return found

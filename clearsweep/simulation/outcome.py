@@ -8,14 +8,14 @@ import numpy as np
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
-from ..mechanics.observe.record import sample_states
+from ..mechanics.observe.record import Record, sample_states
 from ..mechanics.observe.tally import OPENED
-from ..mechanics.solver import event, plan
 from ..mechanics.solver import event as events
-from .figures import figures_of
+from ..mechanics.solver import plan
+from .figures import figures_of, shared_by
 from .remarks import remarks
 from .revolutions import begun, period_in, spreads_of
-from .run import TIME_BUDGET, Run, control_of, onset_rates, unit_of
+from .run import TIME_BUDGET, Run, control_of, onset_rates
 from .scene import Scene
 from .window import Window, by_joint, wear_of
 
@@ -75,20 +75,15 @@ def _ended(scene: Scene, run: Run) -> tuple[str, str]:
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration came to."""
-    summary = dict.fromkeys(column.name for column in scene.layout.columns)
-    window = window_of(scene, run, end)
+    window, units = window_of(scene, run, end), shared_by(scene.layout).units.copy()
     failed = run.status != plan.OK
-    summary |= figures_of(window, failed=failed)
+    summary = figures_of(window, failed=failed)
     if failed:
-        return Trajectory(*_failure_of(scene, run, end), summary, units=scene.layout.units)
+        return Trajectory(*_failure_of(scene, run, end), summary, units=units)
     summary |= run.figures
     message = message_of(*remarks(scene, run, window, summary))
-    names = [channel.name for channel in scene.layout.channels]
-    histories = (
-        dict(zip(names, np.ascontiguousarray(run.record.samples.T), strict=True)) if run.record.times.size else {}
-    )
-    logged = _events_of(scene.layout, run.events)
-    sections, units = sections_of(scene, run), scene.layout.units
+    histories = _histories_of(scene.layout, run.record)
+    logged, sections = _events_of(scene.layout, run.events), sections_of(scene, run)
     return Trajectory(_STATUS[run.status][0], message, summary, histories, logged, window.wear, sections, units)
 
 
@@ -125,6 +120,14 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     return {SECTION_COUNT: counted} | {section: found[name] for name, section in scene.layout.sections}
 
 
+def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
+    """Return the time histories of a run by channel, {} where none are taken."""
+    if not record.times.size:
+        return {}
+    samples = np.array(record.samples.T, order="C")  # a copy: another case may follow in the same room
+    return dict(zip([channel.name for channel in layout.channels], samples, strict=True))
+
+
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     """Return the event log of a run, (events, 5), as a structured array."""
     found = np.empty(len(log), EVENT_DTYPE)
@@ -133,7 +136,7 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     names = np.array(layout.contacts)
     found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
     found["joint"] = names[log[:, 1].astype(int)]
-    found["kind"] = np.where(log[:, 2] == event.ONSET, "on", "off")
+    found["kind"] = np.where(log[:, 2] == events.ONSET, "on", "off")
     return found
 
 
@@ -153,7 +156,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         duration=_duration(scene, run, end),
         turns=settings.revolutions - settings.discard if turning else 1.0,
         spreads=spreads_of(scene, run.marks, run.work.turns),
-        period=period_in(scene, run.marks, run.work.turns, unit_of(scene)),
+        period=period_in(scene, run.marks, run.work.turns),
         onset=onset_rates(run),
     )
 

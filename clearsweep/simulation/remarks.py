@@ -15,14 +15,9 @@ from .window import Window
 
 def remarks(scene: Scene, run: Run, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case, '' for each that there is no reason for."""
+    shares = [(joint, summary[f"{joint.column}_law_limit_fraction"]) for joint in scene.case.joints]
     limits = past_limits(
-        (
-            joint.name,
-            joint.elastic_name,
-            registry.penetration_limit(joint),
-            float(summary[f"{joint.column}_law_limit_fraction"] or 0.0),
-        )
-        for joint in scene.case.joints
+        (joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share
     )
     lasting = kept_onsets(_lasting(scene, window))
     return limits, lasting, *films(_lubricated(scene, summary)), *_nonsense(scene, run, summary)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contracts.layout import MOST_REVOLUTIONS
 from ..mechanics.observe.turns import Turns
-from .scene import Scene
+from .scene import Scene, unit_of
 from .spread import Spread, quantiles
 from .window import bearing_of
 
@@ -96,19 +96,17 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
     peaks: np.ndarray = turns.peaks[first:last]
     if len(peaks) != len(window) - 1:
         peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
-    bearing = bearing_of(scene.layout)
-    if len(bearing) == peaks.shape[1]:
+    if len(scene.layout.joints) == peaks.shape[1]:
         return peaks
-    return np.stack([peaks[:, row].max(axis=1) for row in bearing], axis=1)
+    return np.stack([peaks[:, row].max(axis=1) for row in bearing_of(scene.layout)], axis=1)
 
 
-def period_in(scene: Scene, marks: Marks, turns: Any, unit: np.ndarray) -> int | None:
-    """Return after how many revolutions the window's motion repeats itself, None where it was not seen to.
-
-    unit : (2 coordinates,) a clearance as change of each coordinate, a clearance times crank rate of each rate.
-    """
+def period_in(scene: Scene, marks: Marks, turns: Any) -> int | None:
+    """Return after how many revolutions the window's motion repeats itself, None where it was not seen to."""
     rows = marks.window[marks.window < turns.passed[0]][-LONGEST_PERIOD * (REPEATS + 1) :]
-    half = len(scene.value.coordinates)
+    if len(rows) <= REPEATS:
+        return None
+    half, unit = len(scene.value.coordinates), unit_of(scene)
     states = turns.states[rows, : 2 * half]
     return period_of(states / unit, 2.0 * math.pi / unit[:half])
 

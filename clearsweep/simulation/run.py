@@ -1,5 +1,6 @@
 """One integration of a scene: its buffers, how accurate it is to be, and the compiled calls that do it."""
 
+import functools
 import math
 import time
 from collections.abc import Sequence
@@ -38,7 +39,7 @@ from ..mechanics.solver import event as events
 from . import watch
 from .lyapunov import Perturbed
 from .revolutions import NO_MARKS, Marks, room_for
-from .scene import Scene
+from .scene import Scene, unit_of
 from .turning import PATIENCE, knots_of
 from .watch import Watcher
 
@@ -267,15 +268,23 @@ class Run:
 def onset_rates(run: Run) -> np.ndarray:
     """Return the onset rate (m/s) that the law of each joint goes by where its integration stands, nan where none."""
     joints, work = run.value.joints, run.work
-    rates, place = np.full(len(joints), math.nan), first_place(joints, work.time + 1)
-    if not any(map(touches, work.mode.tolist())):
-        return rates
+    rates, contact = np.full(len(joints), math.nan), 0
     for j, joint in enumerate(joints):
-        if touches(int(work.mode[place.contact])):
-            law = as_it_is(joint.law, work.end, work.latched, place)
-            rates[j] = work.latched[place.contact] if keeps_onset(law) else math.nan
-        place = after_joint(place, joint)
+        if touches(work.mode.item(contact)) and keeps_onset(_law_in(run, j)):
+            rates[j] = work.latched[contact]
+        contact += len(contact_modes(joint))
     return rates
+
+
+def _law_in(run: Run, place: int) -> tuple:
+    """Return the law of a joint with the internal state that it has where its integration stands."""
+    joints, work = run.value.joints, run.work
+    law: tuple = joints[place].law
+    if not law._field_defaults:
+        return law
+    begins = functools.reduce(after_joint, joints[:place], first_place(joints, work.time + 1))
+    known: tuple = as_it_is(law, work.end, work.latched, begins)
+    return known
 
 
 def _phases(scene: Scene) -> list[int]:
@@ -283,12 +292,6 @@ def _phases(scene: Scene) -> list[int]:
     joints = scene.value.joints
     listed = enumerate(every_latched(joints), start=len(every_contact(joints)))
     return [place for place, (law, _) in listed if type(law) in awaits_mass.members]
-
-
-def unit_of(scene: Scene) -> np.ndarray:
-    """Return a clearance as change of each coordinate, and a clearance times crank rate of each rate."""
-    unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
-    return np.concatenate([unit, unit * scene.value.reference_rate])
 
 
 def _scale(scene: Scene, contacts: int, internal: list[float]) -> np.ndarray:

@@ -97,7 +97,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         assert ideal is not None  # the grid knows `start` for mechanisms that have one
         offsets, roots = _seated(ideal.reactions, joints)
     built, seated = _built(case, mechanism, machine, joints, offsets), offsets
-    for _ in range(SEATINGS if np.any(roots) and any(worn_in(term) for term in terms) else 0):
+    pressed = bool(roots.any())
+    for _ in range(SEATINGS if pressed and any(worn_in(term) for term in terms) else 0):
         offsets = dict(seated)
         for place, angles in enumerate(body_angles(built.value, built.start)):
             if worn_in(terms[place]):
@@ -111,7 +112,13 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.concatenate([built.start, roots, [began for _, _, began in every_internal_state(terms)]])
     layout, along = layout_of(case), turning.turning_of(machine, 2.0 * math.pi / built.rate)
-    return Scene(case, mechanism, built, value, layout, start, bool(np.any(roots)), machine, along, worn)
+    return Scene(case, mechanism, built, value, layout, start, pressed, machine, along, worn)
+
+
+def unit_of(scene: Scene) -> np.ndarray:
+    """Return a clearance as change of each coordinate, and a clearance times crank rate of each rate."""
+    unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
+    return np.concatenate([unit, unit * scene.value.reference_rate])
 
 
 def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: dict, offsets: dict) -> Built:

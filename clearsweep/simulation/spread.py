@@ -54,7 +54,9 @@ def _quantile(ordered: list[float], independent: int, share: float) -> Quantile:
 
 def dependence(values: np.ndarray) -> float:
     """Return how many of the values, which follow each other, count as one: (1 + r) / (1 - r)."""
-    off = values - values.mean()
+    if len(values) < 3:
+        return 1.0  # two lie on either side of their mean
+    off = values - np.add.reduce(values) / len(values)
     squares = float(off @ off)
     together = min(max(float(off[1:] @ off[:-1]) / squares, 0.0), STRONGEST) if squares > 0.0 else 0.0
     return (1.0 + together) / (1.0 - together)

@@ -62,6 +62,7 @@ _CHANNELS = (
 )
 
 
+_LINKS = [name.replace("_", ".") for name in Links._fields if name != "speed"]
 _KEYS = (
     Keys("mechanism.crank", "the crank", _CRANK),
     Keys("mechanism.rod", "the rod", _ROD),
@@ -77,31 +78,31 @@ _KEYS = (
 
 def build(bodies, drive, joints, offsets) -> Built:
     """Return the slider-crank at crank angle 0, its pins apart by `offsets` and at rest relative to each other."""
-    links = Links(*(drive if name == "speed" else bodies[name.replace("_", ".")] for name in Links._fields))
-    mechanism = SliderCrank(links, tuple(Open() if site.name in joints else Ideal() for site in _SITES))
+    links = Links(*[bodies[name] for name in _LINKS], speed=drive)
+    mechanism = SliderCrank(links, tuple([Open() if site.name in joints else Ideal() for site in _SITES]))
     lengths = np.ones(places(mechanism).count)
     lengths[ROD] = links.rod_length  # an angle
-    start = _start(mechanism, [np.asarray(offsets.get(site.name, (0.0, 0.0))) for site in _SITES])
+    start = _start(mechanism, [offsets.get(site.name, (0.0, 0.0)) for site in _SITES])
     return Built(mechanism, start, lengths, links.crank_length + links.rod_length, drive)
 
 
 def _start(mechanism: SliderCrank, offsets: list) -> np.ndarray:
-    """Return coordinates, their rates and time; offsets : (2,) m, of the distal pin from the proximal one, A to C."""
+    """Return coordinates, their rates and time; offsets : m, m, of the distal pin from the proximal one, A to C."""
     links = mechanism.links
     radius, length, center, speed = links.crank_length, links.rod_length, links.rod_center, links.speed
     a, b, c = offsets
-    crank_pin = a + np.array([radius, 0.0]) + b
-    sin2 = -(crank_pin[1] + c[1]) / length
+    pin_x, pin_y = a[0] + radius + b[0], a[1] + 0.0 + b[1]  # of the crank
+    sin2 = -(pin_y + c[1]) / length
     cos2 = math.sqrt(1.0 - sin2**2)
     rate = -radius * speed / (length * cos2)
     at, count = places(mechanism), places(mechanism).count
     start = np.zeros(2 * count + 1)
-    start[ROD], start[SLIDER] = math.asin(sin2), crank_pin[0] + length * cos2 + c[0]
+    start[ROD], start[SLIDER] = math.asin(sin2), pin_x + length * cos2 + c[0]
     start[count + ROD], start[count + SLIDER] = rate, -length * rate * sin2
     if at.center:
-        start[at.center : at.center + 2] = crank_pin + center * np.array([cos2, sin2])
-        rates = np.array([0.0, radius * speed]) + center * rate * np.array([-sin2, cos2])
-        start[count + at.center : count + at.center + 2] = rates
+        start[at.center : at.center + 2] = pin_x + center * cos2, pin_y + center * sin2
+        swing = center * rate
+        start[count + at.center : count + at.center + 2] = 0.0 + swing * -sin2, radius * speed + swing * cos2
     if at.pivot:
         start[at.pivot : at.pivot + 2] = a
     return start
