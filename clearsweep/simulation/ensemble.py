@@ -18,7 +18,7 @@ from .heat import has_balance
 from .revolutions import marks_of
 from .run import Form, Lane, Run, attempted, board_of, control_of, start
 from .scene import Scene, build, signature
-from .trajectory import judged, own_sampling, simulate, timed, trajectory_of
+from .trajectory import judged, own_sampling, simulate, trajectory_of
 
 MANY = WIDTH  # cases of one type of scene for which it is worth looking up their step side by side
 
@@ -64,6 +64,7 @@ def prepared(scene: Scene, lane: Lane, run: Run | None = None) -> Run:
         run.begin(scene, times, marks)
     else:
         run = Run(scene, times, marks=marks, lane=lane)
+    run.deadline = time.process_time() + settings.time_budget
     start(run, control_of(scene, scene.turning.at(settings.revolutions), keep_events=save.orbits != "none"))
     return run
 
@@ -103,7 +104,7 @@ class _Ensemble:
     def _begin(self, place: int, case: Case) -> Iterator[Ended]:
         """Put a case into a lane that is free; yield what it came to if that is known at once."""
         try:
-            scene = timed(build(case))
+            scene = build(case)
             if not is_plain(scene):
                 yield place, simulate(scene)
                 return

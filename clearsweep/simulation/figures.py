@@ -324,16 +324,16 @@ class Shared(NamedTuple):
     cost: list[_Formula]  # those of what a case took
 
 
-_latest = Shared(None, (), {}, {}, [], [])
+_LATEST = [Shared(None, (), {}, {}, [], [])]  # what was asked for last
 
 
 def shared_by(layout: Layout) -> Shared:
     """Return what the cases of a layout share, made once for those that follow each other."""
-    global _latest
-    if _latest.layout is not layout or _latest.figures is not FIGURES:
+    if _LATEST[0].layout is not layout or _LATEST[0].figures is not FIGURES:
         blank = dict.fromkeys(column.name for column in layout.columns)
-        _latest = Shared(layout, FIGURES, blank, layout.units, _formulas(layout, FIGURES), _formulas(layout, COST))
-    return _latest
+        formulas, cost = _formulas(layout, FIGURES), _formulas(layout, COST)
+        _LATEST[0] = Shared(layout, FIGURES, blank, layout.units, formulas, cost)
+    return _LATEST[0]
 
 
 def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:

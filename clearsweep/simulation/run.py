@@ -192,7 +192,8 @@ class Run:
         """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
         lane, value, joints, guards = self.lane, scene.value, scene.value.joints, work.guards
-        contacts, internal = every_contact(joints), every_internal_state(joints)
+        contacts = every_contact(joints)
+        internal = every_internal_state(joints) if work.began.size else []
         described = [case for case, joint in zip(scene.case.joints, joints, strict=True) for _ in contact_modes(joint)]
         for array in (*self.tally, *work.implicit, guards.value, guards.passed, guards.event, *work.turns[1:]):
             array.fill(0)
@@ -202,7 +203,8 @@ class Run:
         lane["parameters"][:], lane["y"][:] = self.parameters, scene.start
         lane["scale"][:] = _scale(scene, len(contacts), [state.scale for _, state, _ in internal])
         lane["mode"][:] = work.pressed if scene.in_contact else work.apart
-        lane["latched"][:] = [ONSET_FLOOR] * len(contacts) + [began for _, began in every_latched(joints)]
+        lane["latched"][: len(contacts)] = ONSET_FLOOR
+        lane["latched"][len(contacts) :] = [began for _, began in every_latched(joints)]
         self.kept.put(
             reference_rate=value.reference_rate,
             sigma=value.sigma,

@@ -358,6 +358,7 @@ def every_internal_state(joints):
     return [
         (contact, declared, began)
         for contact, law in every_part(joints)
+        if law._field_defaults  # most have no state
         for declared, began in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
     ]
 
