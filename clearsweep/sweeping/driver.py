@@ -22,6 +22,7 @@ TARGET = 2.0  # s of work in a batch: commits cost about 20 ms, and this is what
 LEAST = 0.25  # s of work in a batch near the end, when the rest is dealt out evenly
 MOST_CASES = 2000  # in a batch: its rows are held in memory
 MOST_BYTES = 32e6  # of histories in a batch
+FADING = 0.5  # by which a batch counts less in the mean time of a case with every batch after it
 GROWTH = 8  # times the largest batch so far: the first cases may not be typical
 WINDOW = 2  # batches per worker under way: one in hand, one waiting
 TICK = 0.25  # s between two looks at signals and workers
@@ -38,14 +39,14 @@ class Batches:
         self.pending, self.ids, self.jobs = pending, ids, jobs
         self.most = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
         self.taken, self.largest = 0, 1
-        self.done, self.seconds = 0, 0.0
+        self.done, self.seconds = 0.0, 0.0  # of recent batches
         self.again: deque[Batch] = deque()
 
     def learn(self, manifest: Manifest) -> None:
-        """Take the time of a finished batch into account."""
+        """Take the time of a finished batch into account; the first of a worker load its code, so older ones fade."""
         if manifest.seconds:
-            self.done += manifest.done
-            self.seconds += manifest.seconds
+            self.done = FADING * self.done + manifest.done
+            self.seconds = FADING * self.seconds + manifest.seconds
             self.largest = max(self.largest, manifest.done)
 
     def next(self) -> Batch | None:
