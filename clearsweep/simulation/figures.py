@@ -338,7 +338,8 @@ def shared_by(layout: Layout) -> Shared:
 
 def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
     """Return how the columns of a layout follow from sums, those of some figures."""
-    known, places, found = {figure.name: figure for figure in figures}, _places(layout), []
+    known, places = {figure.name: figure for figure in figures}, _places(layout)
+    found: list[_Formula] = []
     for column in layout.columns:
         figure = known.get(column.figure)
         formula = figure and (figure.sums.value if figure.settles else figure.value)

@@ -278,15 +278,14 @@ def onset_rates(run: Run) -> np.ndarray:
     return rates
 
 
-def _law_in(run: Run, place: int) -> tuple:
+def _law_in(run: Run, place: int) -> Any:
     """Return the law of a joint with the internal state that it has where its integration stands."""
     joints, work = run.value.joints, run.work
-    law: tuple = joints[place].law
+    law: Any = joints[place].law  # mypy takes it for a tuple of anything
     if not law._field_defaults:
         return law
     begins = functools.reduce(after_joint, joints[:place], first_place(joints, work.time + 1))
-    known: tuple = as_it_is(law, work.end, work.latched, begins)
-    return known
+    return as_it_is(law, work.end, work.latched, begins)
 
 
 def _phases(scene: Scene) -> list[int]:

@@ -1,6 +1,7 @@
 """How long a force is how large: the course of an observable over a step, and its histogram over time."""
 
 import numpy as np
+from numba import njit
 
 from ..compiled.family import kernel
 from .observables import NODES, SHARES
@@ -58,23 +59,22 @@ def fill_ramp(time, ramp, a, b, duration):
     ramp[k] -= between
 
 
+@njit(error_model="numpy", cache=True)
 def force_exceeded(time, ramp, duration):
     """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that.
 
     time, ramp : (BINS,) rows of the Tally.
     """
-    for count in (4 << BIN_BITS, BINS):  # the highest bins mostly suffice
-        entered = (time != 0.0) | (ramp != 0.0)
-        top = BINS - int(entered[::-1].argmax())  # above, nothing was
-        low = max(top - count, 0)
-        density = -np.cumsum(ramp[low:top][::-1])  # of the bins from the top down, each without its own change
-        density[1:], density[0] = density[:-1].copy(), 0.0
-        spent = time[low:top][::-1] + density * WIDTHS[low:top][::-1]
-        above = np.cumsum(spent)  # time at a force of each bin or higher
-        if above[-1] >= duration:
-            place = int((above >= duration).argmax())
-            edge = top - 1 - place
-            return EDGES[edge] + (above[place] - duration) / spent[place] * WIDTHS[edge]
+    top = BINS - 1
+    while top >= 0 and time[top] == 0.0 and ramp[top] == 0.0:
+        top -= 1
+    above, density = 0.0, 0.0  # time at a force of this bin or higher; of the ramps that pass through it
+    for place in range(top, -1, -1):
+        spent = time[place] + density * WIDTHS[place]
+        above += spent
+        if above >= duration:
+            return EDGES[place] + (above - duration) / spent * WIDTHS[place]
+        density -= ramp[place]
     return 0.0
 
 
