@@ -73,9 +73,7 @@ def driven(tmp_path):
     def drive_with(executor):
         with store.RunDirectory(tmp_path / "run").open_for(held_grid) as held:
             batches = Batches(np.arange(CASES), ids, 1, 0.0)
-            batches.learn(
-                Manifest("x", 4, 0, 4.0)
-            )  # four slow cases have been seen: batches of several, not one of all
+            batches.learn(Manifest("x", 4, 0, 4.0))  # of four slow cases: batches of several, not of all
             job = Job(held.path, held_grid, Fake, None)
             driver = Driver(executor, held, job, batches, None, progress.Silent())
             assert driver.run()

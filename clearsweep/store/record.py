@@ -1,6 +1,7 @@
 """run.json: what a run was asked, by what it ran, what it came to; it carries a checksum of itself."""
 
 import datetime
+import functools
 import hashlib
 import json
 import os
@@ -96,6 +97,7 @@ def now() -> str:
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
 
 
+@functools.cache  # 50 ms, and it is asked for at the start and at the end of a run
 def _versions() -> dict[str, str]:
     names = ("numpy", "numba", "scipy", "pandas", "pyarrow", "h5py")
     return {

@@ -17,11 +17,12 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # runs from a checkout, inst
 from clearsweep.sweeping import progress, sweep
 
 WORKERS = 2
-LENGTHS = {"10 ms": (5, 1500), "200 ms": (90, 100)}  # nominal length of a case: revolutions, cases
-TARGETS = {"10 ms": 0.85, "200 ms": 0.95}
+#: Nominal length of a case -> revolutions, cases
+LENGTHS = {"1 ms": (1.25, 10000), "10 ms": (5, 1500), "200 ms": (90, 100)}
+TARGETS = {"1 ms": 0.85, "10 ms": 0.85, "200 ms": 0.95}
 
 
-def grid(revolutions: int, cases: int) -> dict:
+def grid(revolutions: float, cases: int) -> dict:
     """Return a grid of equally long cases without histories."""
     return {
         "name": "efficiency",
@@ -45,7 +46,7 @@ def grid(revolutions: int, cases: int) -> dict:
     }
 
 
-def measure(revolutions: int, cases: int, executor: str = "local") -> dict[str, float]:
+def measure(revolutions: float, cases: int, executor: str = "local") -> dict[str, float]:
     """Return counts and times (s) of one run."""
     with tempfile.TemporaryDirectory() as place:
         before = time.process_time()
