@@ -44,17 +44,23 @@ lint: $(READY)
 verify: $(READY)
 	$(BIN)/clearsweep verify
 
-# ARGS: --json, --write, --rounds N
+# ARGS: --json, --write (results/speed.md); AGAINST: a checkout of another commit, with which sweeps take turns
+RUN_BENCH := PYTHONPATH=tests $(BENCH)/bin/python
+WRITE = $(filter --write,$(ARGS))
 bench: $(BENCH)/.ready
-	@for rival in numbalsoda heyoka; do \
+	@for rival in numbalsoda heyoka diffrax; do \
 	  $(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --constraint tests/bench/requirements.txt \
 	    $$rival >$(BENCH)/$$rival.log 2>&1 \
 	  || echo "bench: $$rival does not install and is left out; $(BENCH)/$$rival.log says why" >&2; \
 	done
-	@PYTHONPATH=tests $(BENCH)/bin/python -m bench.speed $(ARGS)
-	@case "$(ARGS)" in *--json*) ;; *) $(BENCH)/bin/python tests/bench/efficiency.py ;; esac
-	@case "$(ARGS)" in *--json*) ;; *) $(BENCH)/bin/python tests/bench/laws.py $(filter --write,$(ARGS)) ;; esac
-	@case "$(ARGS)" in *--json*) ;; *) PYTHONPATH=tests $(BENCH)/bin/python -m bench.ensemble ;; esac
+ifdef AGAINST
+	@$(RUN_BENCH) -m bench.against $(AGAINST) $(WRITE)
+else
+	@$(RUN_BENCH) -m bench.speed $(ARGS)
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.ensemble $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.efficiency $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) tests/bench/laws.py $(WRITE) ;; esac
+endif
 
 # ARGS: --made-up N,N, --real N,N, --write (N: 10000, 100000 or 1000000; results/speed.md)
 scale: $(READY)

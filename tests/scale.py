@@ -36,7 +36,7 @@ JOBS = 2
 SHORT = 1e-3  # s, what a stand-in takes where the share of the cases in all is asked
 KINDS = {
     "made-up": (scale_cases.made_up, scale_cases.StandIn),
-    "real": (scale_cases.real, SIMULATION._replace(solve=scale_cases.timed, solve_each=None)),
+    "real": (scale_cases.real, SIMULATION._replace(solve=scale_cases.timed, solve_each=scale_cases.timed_each)),
 }
 
 # ------------------------------------------------------------------------------------------- one step, in a process
@@ -209,8 +209,8 @@ def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
 def main() -> None:
     """Measure what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--made-up", default="10000,1000000", help="numbers of stand-ins: of 10000, 100000, 1000000")
-    parser.add_argument("--real", default="", help="numbers of real cases, of the same")
+    parser.add_argument("--made-up", default="10000,100000,1000000", help="numbers of stand-ins: of these")
+    parser.add_argument("--real", default="10000,100000", help="numbers of real cases, of the same")
     parser.add_argument("--write", action="store_true", help="write the tables into results/speed.md, too")
     asked = parser.parse_args()
     counts, real_counts = ([int(word) for word in text.split(",") if word] for text in (asked.made_up, asked.real))
@@ -240,7 +240,7 @@ def main() -> None:
     page = "\n\n".join(text) + "\n"
     print(page)
     if asked.write:
-        speed_page.write_scale(page)
+        speed_page.write("many cases", page)
 
 
 if __name__ == "__main__":

@@ -1,18 +1,33 @@
-"""results/speed.md, of which `make bench` and `make scale` write a part each."""
+"""results/speed.md, of which several commands write a part each."""
 
+import re
 from pathlib import Path
 
 PAGE = Path(__file__).parent.parent / "results" / "speed.md"
-MARK = "\n<!-- below: written by `make scale ARGS=--write` -->\n"
+#: What writes each part, in the order of the page.
+PARTS = {
+    "beside others": "make bench ARGS=--write",
+    "side by side": "make bench ARGS=--write",
+    "two workers": "make bench ARGS=--write",
+    "two commits": "make bench AGAINST=TREE ARGS=--write",
+    "many cases": "make scale ARGS=--write",
+}
+_MARK = re.compile(r"^<!-- part: (.*?); written by .*? -->\n", re.MULTILINE)
 
 
-def write_bench(text: str, page: Path = PAGE) -> None:
-    """Replace what stands before the mark."""
-    _, mark, scale = page.read_text(encoding="utf-8").partition(MARK)
-    page.write_text(f"{text}{mark}{scale}", encoding="utf-8")
+def parts(text: str) -> dict[str, str]:
+    """Return the parts of a page by their names."""
+    _, *pieces = _MARK.split(text)
+    return dict(zip(pieces[::2], pieces[1::2], strict=True))
 
 
-def write_scale(text: str, page: Path = PAGE) -> None:
-    """Replace what stands after the mark."""
-    bench, _, _ = page.read_text(encoding="utf-8").partition(MARK)
-    page.write_text(f"{bench}{MARK}{text}", encoding="utf-8")
+def write(part: str, text: str, page: Path = PAGE) -> None:
+    """Replace one of PARTS by `text`, or add it."""
+    texts = parts(page.read_text(encoding="utf-8")) | {part: text}
+    kept = [f"{mark(name)}{texts[name].strip()}\n" for name in PARTS if name in texts]
+    page.write_text("\n".join(kept), encoding="utf-8")
+
+
+def mark(part: str) -> str:
+    """Return the line before a part."""
+    return f"<!-- part: {part}; written by `{PARTS[part]}` -->\n"

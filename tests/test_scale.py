@@ -10,7 +10,8 @@ import scale_cases
 import speed_page
 from summary_fake import OfFrame
 
-from clearsweep import grid
+from clearsweep import grid, simulation
+from clearsweep.contracts.results import Trajectory
 from clearsweep.language import wording
 from clearsweep.report import case_table, rows, study
 from clearsweep.report.draw import comparison
@@ -55,13 +56,40 @@ def test_stand_ins_take_the_processor_as_long_as_asked():
     assert 0.01 <= result.summary["run_time"] <= time.process_time() - began
 
 
-def test_each_of_two_commands_leaves_the_other_its_part_of_the_page(tmp_path):
+def test_real_cases_side_by_side_are_timed_by_the_processor(monkeypatch):
+    def solve_each(cases):
+        for place, spent in enumerate(cases):
+            began = time.process_time()
+            while time.process_time() - began < spent:
+                pass
+            yield place, Trajectory("ok", "", {"run_time": 0.0}) if spent else ValueError("refused")
+
+    monkeypatch.setattr(simulation, "solve_each", solve_each)
+    began, timed = time.process_time(), {}
+    for place, result in scale_cases.timed_each([0.01, 0.0, 0.02]):
+        timed[place] = result
+        time.sleep(0.01)  # no processor time, and not a case's
+    assert isinstance(timed[1], ValueError)
+    spent = [timed[place].summary["run_time"] for place in (0, 2)]
+    assert spent[0] >= 0.01
+    assert spent[1] >= 0.02
+    assert sum(spent) <= time.process_time() - began
+
+
+def test_each_command_leaves_the_others_their_parts_of_the_page(tmp_path):
     page = tmp_path / "speed.md"
-    page.write_text("old bench\n")
-    speed_page.write_scale("cases\n", page)
-    speed_page.write_bench("new bench\n", page)
-    speed_page.write_scale("more cases\n", page)
-    assert page.read_text() == f"new bench\n{speed_page.MARK}more cases\n"
+    page.write_text("of no part\n")
+    for part, text in (("many cases", "old"), ("beside others", "# Speed"), ("many cases", "new\n\nlines")):
+        speed_page.write(part, f"{text}\n", page)
+    first, second = (speed_page.mark(part) for part in ("beside others", "many cases"))
+    assert page.read_text() == f"{first}# Speed\n\n{second}new\n\nlines\n"
+    assert page.read_text().count("make scale") == 1
+
+
+def test_the_page_that_is_kept_has_parts_that_commands_write():
+    parts = speed_page.parts(speed_page.PAGE.read_text(encoding="utf-8"))
+    assert parts
+    assert set(parts) <= set(speed_page.PARTS)
 
 
 def test_identities_are_found_as_numpy_finds_them(chance):

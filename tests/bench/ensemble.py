@@ -1,31 +1,54 @@
-"""Measures cases side by side, alone and with numbalsoda: `PYTHONPATH=tests python -m bench.ensemble`.
+"""Measures many cases at once: `make bench`, or `PYTHONPATH=tests python -m bench.ensemble`.
 
-Processor time per case of grids around problems of `clearsweep verify`: by `solve_each`, as sweeps do it, by `solve`,
-one by one, and by numbalsoda's DOP853, which takes nothing along but the events. All have their turn in every round and
-the least time counts. Errors are those on the problem itself, over its first half.
+Processor time per case of grids around problems of `clearsweep verify`: by `solve_each`, as sweeps do it, with every
+figure of the summary; by `solve`, one by one; by numbalsoda's DOP853, one by one and a case a thread, and by diffrax in
+one batch, which take nothing along but the events.  All have their turn in every round and the least time counts.
 """
 
 import argparse
 import copy
+import functools
 import itertools
 import os
 import time
+from typing import NamedTuple
 
 import numpy as np
+import speed_page
+from llvmlite.binding import get_host_cpu_features
 
-from clearsweep import grid, simulation
+from clearsweep import simulation
+from clearsweep.mechanics.compiled.family import WIDTH
 from clearsweep.simulation.trajectory import simulate
 from clearsweep.verify.problems import found_by_simulate, problems, scene_of
 
 try:
     from . import soda
 except ImportError:
-    soda = None  # numbalsoda is not here: without its column
+    soda = None  # numbalsoda is not here: without its rows
+try:
+    from . import batched
+except ImportError:
+    batched = None  # diffrax is not here
 
-NAMES = ("b_base", "b_grav_fric", "ab_base")
-TOLERANCE = 1e-8  # ours
-THEIRS = 1e-8  # numbalsoda's, at which its error on the problem is about ours
+FLAGSHIP = "b_base"
+CASES = {FLAGSHIP: 512, "b_grav_fric": 256, "ab_base": 256}
 WIDE = 16  # clearances, each with the other cases' restitutions
+TOLERANCE = 1e-8  # ours
+THEIRS = (1e-7, 1e-8, 1e-9, 1e-10)  # between which numbalsoda's time at our error lies
+BATCHED = 1e-8  # diffrax's
+TIGHT = 1e-12  # of the motion from which errors are taken
+JUDGED = 16  # cases
+ASKED = {512: 0.10, 256: 0.15}  # of numbalsoda's DOP853, by the bits of a vector register
+ASKED_INTEGRATING = 0.06
+
+
+class Way(NamedTuple):
+    """A way to integrate all cases of a grid."""
+
+    name: str
+    run: object  # () -> s of it that went into integrating, where that is known
+    states: object  # () -> (JUDGED, 2 coordinates) at half a revolution
 
 
 def varied(problem, count: int) -> list:
@@ -41,62 +64,146 @@ def varied(problem, count: int) -> list:
     return found
 
 
-def least(ways: dict, rounds: int) -> dict:
-    """Return the least processor time (s) of each of several functions, which have their turn in every round."""
-    found = dict.fromkeys(ways, np.inf)
-    for _, (name, way) in itertools.product(range(rounds), ways.items()):
-        began = time.process_time()
-        way()
-        found[name] = min(found[name], time.process_time() - began)
+def ours(short: list, tolerance: float) -> np.ndarray:
+    """Return what clearsweep gives at the times of problems."""
+    found = [(one, simulate(scene_of(one, tolerance), times=one.times)) for one in short]
+    return np.array([found_by_simulate(one, path).states[0] for one, path in found])
+
+
+def ways_of(like: list, short: list, *, flagship: bool) -> list[Way]:
+    """Return all ways to integrate problems `like` one, of which `short` are some up to half a revolution."""
+    cases = [scene_of(one, TOLERANCE).case for one in like]
+
+    def beside():
+        return sum(path.summary["run_time"] for _, path in simulation.solve_each(cases))
+
+    def alone():
+        return sum(simulation.solve(case).summary["run_time"] for case in cases)
+
+    def judged():
+        return ours(short, TOLERANCE)
+
+    found = [Way("clearsweep", beside, judged), Way("clearsweep, one by one", alone, judged)]
+    if soda:
+        for tolerance in THEIRS:
+            each, few = (functools.partial(soda.many(some, tolerance), threads=1) for some in (like, short))
+            found.append(Way(f"numbalsoda DOP853 {tolerance:g}", each, few))
+        each = functools.partial(soda.many(like, TOLERANCE), threads=os.cpu_count())
+        found.append(Way(f"the same {TOLERANCE:g}, a case a thread", each, None))
+    if batched and flagship:
+        found.append(Way(f"diffrax Dopri8 {BATCHED:g}", *batched.prepared(like, short, BATCHED)))
     return found
 
 
-def ways_of(cases: list, like: list) -> dict:
-    """Return what is timed: functions without arguments by name."""
-    ways = {
-        "together": lambda: dict(simulation.solve_each(cases)),
-        "alone": lambda: [simulation.solve(case) for case in cases],
-    }
-    if soda and like:
-        theirs = [soda.repeat(problem, THEIRS, "DOP853") for problem in like]
-        ways["numbalsoda"] = lambda: [way() for way in theirs]
-    return ways
+class Cost(NamedTuple):
+    """What a way takes for a case."""
+
+    processor: float  # s
+    wall: float  # s
+    integrating: float | None  # s, by the clock
 
 
-def line(name: str, count: int, times: dict, errors: str) -> str:
-    """Return a row of the table."""
-    each = {way: 1e3 * spent / count for way, spent in times.items()}
-    over = f"{each['together'] / each['numbalsoda']:.2f}" if "numbalsoda" in each else "-"
-    values = "".join(
-        f"{each[way]:12.3f}" if way in each else f"{'-':>12}" for way in ("together", "alone", "numbalsoda")
+def costs(ways: list[Way], count: int, rounds: int) -> list[Cost]:
+    """Return the least costs of all ways, which have their turn in every round; the first round compiles."""
+    rows = []
+    for way in [way for _ in range(rounds + 1) for way in ways]:
+        began, clock = time.process_time(), time.perf_counter()
+        inside = way.run()
+        inside = inside if isinstance(inside, float) else np.nan
+        rows.append((time.process_time() - began, time.perf_counter() - clock, inside))
+    least = np.min(np.reshape(rows[len(ways) :], (rounds, len(ways), 3)), axis=0) / count
+    return [Cost(float(p), float(w), None if np.isnan(i) else float(i)) for p, w, i in least]
+
+
+def at_error(error: float, points: list[tuple[float, float]]) -> float | None:
+    """Return the time at an error, on log-log lines between points (error, time); None beyond them."""
+    points = sorted(points)
+    if not points or not points[0][0] <= error <= points[-1][0]:
+        return None
+    errors, times = np.log(np.array(points)).T
+    return float(np.exp(np.interp(np.log(error), errors, times)))
+
+
+def bits() -> int:
+    """Return the width of this processor's vector registers."""
+    features = get_host_cpu_features()
+    return next((width for name, width in (("avx512f", 512), ("avx2", 256)) if features.get(name)), 128)
+
+
+def measure(problem, count: int, rounds: int) -> list[str]:
+    """Return the table of grids around a problem."""
+    like = varied(problem, count)
+    half = problem.times[len(problem.times) // 2 - 1 :][:1]
+    short = [one._replace(times=half) for one in like[:: len(like) // JUDGED]]
+    ways, truth = ways_of(like, short, flagship=problem.name == FLAGSHIP), ours(short, TIGHT)
+    found, errors, points = costs(ways, len(like), rounds), [], []
+    for way, cost in zip(ways, found, strict=True):
+        errors.append(
+            float(np.median(np.max(np.abs(way.states() - truth) / problem.scales, axis=1))) if way.states else None
+        )
+        if way.name.startswith("numbalsoda"):
+            points.append((errors[-1], cost.processor))
+    lines = [
+        f"{problem.name}, {len(like)} cases:",
+        "",
+        "| way | error | processor, ms | integrating, ms | wall, ms | clearsweep over it |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for way, cost, error in zip(ways, found, errors, strict=True):
+        integrating = "-" if cost.integrating is None else f"{1e3 * cost.integrating:.3f}"
+        lines.append(
+            f"| {way.name} | {'-' if error is None else f'{error:.1e}'} | {1e3 * cost.processor:.3f} | {integrating} "
+            f"| {1e3 * cost.wall:.3f} | {found[0].processor / cost.processor:.3f} |"
+        )
+    theirs = at_error(errors[0], points)
+    if theirs:
+        lines += ["", verdict(found[0], theirs, flagship=problem.name == FLAGSHIP)]
+    return lines
+
+
+def verdict(cost: Cost, theirs: float, *, flagship: bool) -> str:
+    """Return what share of numbalsoda's processor time (s) at equal error clearsweep takes, and what is asked."""
+    share, inside = cost.processor / theirs, cost.integrating / theirs
+    text = f"At equal error clearsweep takes {share:.3f} of numbalsoda's DOP853, its integration {inside:.3f}"
+    asked = ASKED.get(bits())
+    if not flagship or asked is None:
+        return f"{text}."
+    return (
+        f"{text}; asked {asked:.2f}: {'met' if share <= asked else 'missed'}; "
+        f"{ASKED_INTEGRATING:.2f}: {'met' if inside <= ASKED_INTEGRATING else 'missed'}."
     )
-    return f"  {name:<16}{count:>6}{values}{each['together'] / each['alone']:>12.2f}{over:>18}  {errors}"
+
+
+def page(cases: int | None, rounds: int) -> str:
+    """Return all tables."""
+    lines = [
+        "## Many cases at once",
+        "",
+        f"Grids of clearances and restitutions around the problems above, one revolution; {WIDTH} cases side by",
+        f"side, vector registers of {bits()} bit; {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before.",
+        f"Error: median over {JUDGED} cases, at half a revolution, from the motion at {TIGHT:g}. Times a case: least",
+        f"of {rounds} interleaved rounds, compilation excluded; clearsweep in one process with every figure of the",
+        "summary, integrating by the clock.",
+    ]
+    if batched:
+        lines += ["", batched.LACKS]
+    for problem in problems():
+        if problem.name in CASES:
+            lines += ["", *measure(problem, cases or CASES[problem.name], rounds)]
+    return "\n".join([*lines, ""])
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", type=int, default=512, help="of each grid; of thousand_cases.yaml every k-th")
-    parser.add_argument("--rounds", type=int, default=5)
+    parser = argparse.ArgumentParser(prog="python -m bench.ensemble", description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, help=f"of each grid, a multiple of {WIDE}; default {CASES}")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--write", action="store_true", help="write results/speed.md too")
     asked = parser.parse_args()
-    print(f"Cases side by side (ms of processor time per case, load {os.getloadavg()[0]:.1f})")
-    print(f"  {'grid around':<16}{'cases':>6}{'together':>12}{'alone':>12}{'numbalsoda':>12}", end="")
-    print(f"{'over alone':>12}{'over numbalsoda':>18}  errors")
-    for problem in (problem for problem in problems() if problem.name in NAMES):
-        like = varied(problem, asked.cases)
-        cases = [scene_of(one, TOLERANCE).case for one in like]
-        ours = found_by_simulate(problem, simulate(scene_of(problem, TOLERANCE), times=problem.times))
-        errors = f"{problem.judge(ours).first_half:.1e}"
-        if soda:
-            errors += f", {problem.judge(soda.solve(problem, THEIRS, 'DOP853')).first_half:.1e}"
-        ways = ways_of(cases, like)
-        least(ways, 1)  # compiles
-        print(line(problem.name, len(cases), least(ways, asked.rounds), errors), flush=True)
-    study = grid.load("configs/thousand_cases.yaml", simulation.catalogue())
-    cases = [study.case(index) for index in range(0, len(study), max(1, len(study) // asked.cases))]
-    ways = ways_of(cases, [])
-    least(ways, 1)
-    print(line("thousand_cases", len(cases), least(ways, asked.rounds), "-"))
+    text = page(asked.cases, asked.rounds)
+    print(text)
+    if asked.write:
+        speed_page.write("side by side", text)
 
 
 if __name__ == "__main__":

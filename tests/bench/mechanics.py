@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 
 FREE, PRESSED = 0, 1
+FLOOR = 1e-3  # m/s, least onset rate, as clearsweep has it
 
 RECORD = np.dtype(
     [

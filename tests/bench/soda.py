@@ -12,6 +12,7 @@ samples say that it is, again where that is not close, and brought to it by a Ne
 
 import functools
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numba import carray, cfunc, from_dtype, njit, types
@@ -21,15 +22,15 @@ from clearsweep.mechanics.solver.event import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
 from clearsweep.verify.rivals import BLIND, LONGEST, RELATIVE, Solution
 
-from .mechanics import FREE, MODELS, PRESSED, RECORD, margin, parameters, units
+from .mechanics import FLOOR, FREE, MODELS, PRESSED, RECORD, margin, parameters, units
 
 TICK = 1e-6  # s, unit of time
-FLOOR = 1e-3  # m/s, least onset rate, as clearsweep has it
 MOST = 400  # events
 TRIES, NEAR = 5, 1e-10  # s, so close to an event that a Newton step ends on it
 GRID = 48  # samples of a stretch that LSODA runs through at once
 AHEAD, FLIGHT = 1.2, 0.1  # how far such a stretch reaches: last contact's durations, turns of the crank
 STEPS = 100_000
+AT_ONCE = 8  # cases that a thread takes
 FINE, FINEST = 400, 1e-5  # samples of a stretch whose force peaks are sought, and turns between them; not timed
 NUMBER, NUMBERS = types.float64, types.CPointer(types.float64)
 SIGNATURE = types.void(NUMBER, NUMBERS, NUMBERS, types.CPointer(from_dtype(RECORD)))
@@ -70,7 +71,7 @@ def switch(p, j, t, log, count):
 
 @functools.cache
 def by_events(model):
-    """Return the compiled driver of numbalsoda's DOP853; see `prepared`."""
+    """Return the compiled driver of numbalsoda's DOP853; the state at the end follows those at the events."""
     rates, _, joints, _ = model
     slope, event = (function.address for function in compiled(model))
 
@@ -85,6 +86,7 @@ def by_events(model):
                 slope, span, u, last, "DOP853", 1, event, record.ctypes.data, 0.0, longest, RELATIVE, tolerance
             )
             if not found.event_found:
+                states[count] = found.y[-1]
                 break
             t, u = found.t_event, found.y_event.copy()
             rates(t * TICK, u, du, p)
@@ -210,11 +212,53 @@ def prepared(problem, method, tolerance):
     start = scene.start[: model.size] / units(fresh, model)
 
     def integrate():
-        record, log, states = fresh.copy(), np.zeros((MOST, 5)), np.empty((MOST, model.size))
+        record, log, states = fresh.copy(), np.zeros((MOST, 5)), np.empty((MOST + 1, model.size))
         count = drive(record, start.copy(), problem.end, tolerance, log, states)
         return record, log[:count], states[:count]
 
     return integrate, model, fresh, start
+
+
+@functools.cache
+def in_turn(model):
+    """Return the compiled function that integrates several cases, one after the other, without Python's lock."""
+    drive, size = by_events(model), model.size
+
+    @njit(error_model="numpy", nogil=True)
+    def each(records, starts, ends, tolerance, final):
+        log, states = np.zeros((MOST, 5)), np.empty((MOST + 1, size))
+        for i in range(ends.size):
+            count = drive(records[i : i + 1], starts[i].copy(), ends[i], tolerance, log, states)
+            final[i] = states[count]
+
+    return each
+
+
+def many(problems, tolerance):
+    """Return a function that integrates problems of one model in so many threads and returns their final states."""
+    scenes = [scene_of(problem, tolerance) for problem in problems]
+    model = MODELS[tuple(problems[0].grid["joints"])]
+    each, fresh = in_turn(model), np.concatenate([parameters(scene) for scene in scenes])
+    unit = np.array([units(fresh[i : i + 1], model) for i in range(len(problems))])
+    starts = np.array([scene.start[: model.size] for scene in scenes]) / unit
+    ends = np.array([problem.end for problem in problems])
+
+    def integrate(threads):
+        records, final = fresh.copy(), np.empty_like(starts)
+
+        def part(first):
+            some = slice(first, first + AT_ONCE)
+            each(records[some], starts[some], ends[some], tolerance, final[some])
+
+        firsts = range(0, len(problems), AT_ONCE)
+        if threads == 1:
+            list(map(part, firsts))
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(part, firsts))
+        return final * unit
+
+    return integrate
 
 
 def repeat(problem, tolerance, method):
