@@ -36,7 +36,7 @@ CASES = {FLAGSHIP: 512, "b_grav_fric": 256, "ab_base": 256}
 WIDE = 16  # clearances, each with the other cases' restitutions
 TOLERANCE = 1e-8  # ours
 THEIRS = (1e-7, 1e-8, 1e-9, 1e-10)  # between which numbalsoda's time at our error lies
-BATCHED = 1e-8  # diffrax's
+BATCHED, BATCH = 1e-8, 64  # diffrax's tolerance, and its cases: of 512 one takes more than half as long again
 TIGHT = 1e-12  # of the motion from which errors are taken
 JUDGED = 16  # cases
 ASKED = {512: 0.10, 256: 0.15}  # of numbalsoda's DOP853, by the bits of a vector register
@@ -49,6 +49,7 @@ class Way(NamedTuple):
     name: str
     run: object  # () -> s of it that went into integrating, where that is known
     states: object  # () -> (JUDGED, 2 coordinates) at half a revolution
+    cases: int  # of the grid that it integrates
 
 
 def varied(problem, count: int) -> list:
@@ -83,16 +84,23 @@ def ways_of(like: list, short: list, *, flagship: bool) -> list[Way]:
     def judged():
         return ours(short, TOLERANCE)
 
-    found = [Way("clearsweep", beside, judged), Way("clearsweep, one by one", alone, judged)]
+    found = [Way("clearsweep", beside, judged, len(like)), Way("clearsweep, one by one", alone, judged, len(like))]
     if soda:
         for tolerance in THEIRS:
             each, few = (functools.partial(soda.many(some, tolerance), threads=1) for some in (like, short))
-            found.append(Way(f"numbalsoda DOP853 {tolerance:g}", each, few))
+            found.append(Way(f"numbalsoda DOP853 {tolerance:g}", each, few, len(like)))
         each = functools.partial(soda.many(like, TOLERANCE), threads=os.cpu_count())
-        found.append(Way(f"the same {TOLERANCE:g}, a case a thread", each, None))
+        found.append(Way(f"the same {TOLERANCE:g}, a case a thread", each, None, len(like)))
     if batched and flagship:
-        found.append(Way(f"diffrax Dopri8 {BATCHED:g}", *batched.prepared(like, short, BATCHED)))
+        found.append(in_batch(like[:: max(1, len(like) // BATCH)], short[0].end))
     return found
+
+
+def in_batch(some: list, half: float) -> Way:
+    """Return diffrax's way for problems, of which every so many-th is judged at the time `half` (s)."""
+    batch, step = batched.prepared(some, BATCHED), len(some) // JUDGED
+    name = f"diffrax Dopri8 {BATCHED:g}, {len(some)} cases"
+    return Way(name, lambda: batch(some[0].end), lambda: batch(half)[::step], len(some))
 
 
 class Cost(NamedTuple):
@@ -103,7 +111,7 @@ class Cost(NamedTuple):
     integrating: float | None  # s, by the clock
 
 
-def costs(ways: list[Way], count: int, rounds: int) -> list[Cost]:
+def costs(ways: list[Way], rounds: int) -> list[Cost]:
     """Return the least costs of all ways, which have their turn in every round; the first round compiles."""
     rows = []
     for way in [way for _ in range(rounds + 1) for way in ways]:
@@ -111,7 +119,8 @@ def costs(ways: list[Way], count: int, rounds: int) -> list[Cost]:
         inside = way.run()
         inside = inside if isinstance(inside, float) else np.nan
         rows.append((time.process_time() - began, time.perf_counter() - clock, inside))
-    least = np.min(np.reshape(rows[len(ways) :], (rounds, len(ways), 3)), axis=0) / count
+    least = np.min(np.reshape(rows[len(ways) :], (rounds, len(ways), 3)), axis=0)
+    least /= np.array([[way.cases] for way in ways])
     return [Cost(float(p), float(w), None if np.isnan(i) else float(i)) for p, w, i in least]
 
 
@@ -136,7 +145,7 @@ def measure(problem, count: int, rounds: int) -> list[str]:
     half = problem.times[len(problem.times) // 2 - 1 :][:1]
     short = [one._replace(times=half) for one in like[:: len(like) // JUDGED]]
     ways, truth = ways_of(like, short, flagship=problem.name == FLAGSHIP), ours(short, TIGHT)
-    found, errors, points = costs(ways, len(like), rounds), [], []
+    found, errors, points = costs(ways, rounds), [], []
     for way, cost in zip(ways, found, strict=True):
         errors.append(
             float(np.median(np.max(np.abs(way.states() - truth) / problem.scales, axis=1))) if way.states else None

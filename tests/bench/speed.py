@@ -33,7 +33,7 @@ ROUNDS = 5
 DECADES = tuple(10.0**-k for k in range(5, 13))
 HALVES = tuple(float(f"{10.0 ** (-0.5 * k):.0e}") for k in range(10, 26))  # 1e-5, 3e-6, ..., 1e-12, 3e-13
 TIGHT = HALVES[8:]  # scipy's are relative to the coordinates, not to the clearance
-RIVALS = {  # package -> what it needs
+RIVALS = {  # package -> what it needs; diffrax is in `ensemble` alone
     "numbalsoda": "it is built from source: `apt-get install -y g++ gfortran`, then `make bench` again",
     "heyoka": "it comes as a wheel or not at all",
 }
