@@ -58,6 +58,7 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
     assert (forces > 20) == pressed
 
 
+@pytest.mark.slow
 def test_scipy_stepped_from_event_to_event_follows_the_reference():
     problem = PROBLEMS["b_base"]
     verdict = problem.judge(stepwise.solve(problem, 1e-11))

@@ -186,7 +186,7 @@ def verdict(cost: Cost, theirs: float, *, flagship: bool) -> str:
 def page(cases: int | None, rounds: int) -> str:
     """Return all tables."""
     lines = [
-        "## Many cases at once",
+        "## Cases side by side",
         "",
         f"Grids of clearances and restitutions around the problems above, one revolution; {WIDTH} cases side by",
         f"side, vector registers of {bits()} bit; {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before.",

@@ -40,8 +40,8 @@ def compiled(model):
     def ahead(t, y, record):
         p = record[0]
         depths(t, y, p)
-        least = margin(p, 0, t)
-        for j in range(1, joints):
+        least = p.clearance  # where no joint is looked at: a root is sought between finite values
+        for j in range(joints):
             least = min(least, margin(p, j, t))
         return least
 
