@@ -4,7 +4,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import bdtr
 
 CONFIDENCE = 0.95
 STRONGEST = 0.9  # correlation of neighbours that is allowed for
@@ -65,6 +64,8 @@ def dependence(values: np.ndarray) -> float:
 @lru_cache(1024)
 def _ranks(count: int, share: float) -> tuple[int | None, int | None]:
     """Return the places, from 0, of the ordered values between which a quantile lies; None: there are too few."""
+    from scipy.special import bdtr
+
     below = np.asarray(bdtr(np.arange(count, dtype=float), count, share))  # chance of at most 0, 1, ... below
     low = int(np.searchsorted(below, OUTSIDE, side="right")) - 1
     high = int(np.searchsorted(below, 1.0 - OUTSIDE))

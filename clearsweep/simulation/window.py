@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from ..contracts.case import Case
 from ..contracts.catalogue import Mechanism
@@ -123,6 +122,8 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
     What is worn up to an angle is interpolated between the edges of the n bins by a monotone cubic (Fritsch & Butland
     1984, SIAM J. Sci. Stat. Comput. 5:300), so that no bin is negative.
     """
+    from scipy.interpolate import PchipInterpolator
+
     turn, n = np.concatenate([depths[-FEW:], depths, depths[:FEW]]), len(depths)
     edges = np.arange(-FEW, n + FEW + 1) / n
     worn = PchipInterpolator(edges, np.concatenate([turn[:1] * 0.0, np.cumsum(turn, axis=0)]) / n)

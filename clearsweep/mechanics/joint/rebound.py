@@ -10,8 +10,6 @@ with the factor sqrt(2 (n + 1)) zeta.
 import functools
 import math
 
-from scipy.optimize import brentq
-
 
 def exact_factor(restitution: float) -> float:
     """Return the chi with which a free impact gives back exactly `restitution`, for any exponent, stiffness and mass.
@@ -23,6 +21,8 @@ def exact_factor(restitution: float) -> float:
         return 0.0
     if 1.0 - restitution < 1e-5:  # the root is lost in rounding; two terms of its series are exact to 1e-15
         return 1.5 * (1.0 - restitution) * (2.0 - restitution)
+
+    from scipy.optimize import brentq
 
     def excess(s):  # 1 - e chi = exp(-s) keeps the root away from the singular end
         chi = -math.expm1(-s) / restitution
@@ -46,6 +46,8 @@ def hysteresis_rebound(chi: float) -> float:
     """
     if chi < 1e-4:
         return 1.0 - chi * (2.0 / 3.0 - chi * (4.0 / 9.0 - chi * 44.0 / 135.0))
+    from scipy.optimize import brentq
+
     loss = approach_loss(chi)
     # with 1 - chi e = exp(-s) the root s of expm1(-s) + s = loss lies in (0, loss + 1)
     s = brentq(lambda s: math.expm1(-s) + s - loss, 0.0, loss + 1.0, xtol=1e-16, rtol=1e-15)

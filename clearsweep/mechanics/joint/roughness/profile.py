@@ -16,9 +16,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.special import gamma
-from scipy.stats import t as student
 
 from ....contracts.case import Joint
 from ....contracts.catalogue import Columns, Field
@@ -82,6 +79,8 @@ def derived_texture(joint: Joint) -> dict[str, tuple[float, str]]:
 @functools.lru_cache(maxsize=8)
 def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
     """Return what a profile (m, m) gives.  Raises ValueError where it is no profile of a fractal."""
+    from scipy.special import stdtrit
+
     places, heights = np.array(x), np.array(height)
     steps = np.diff(places)
     step = (places[-1] - places[0]) / (len(places) - 1)
@@ -98,7 +97,7 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
     for piece in np.array_split(heights, PIECES):
         squares = _structure(piece, lags) + hidden
         pieces.append(_fractal(*np.polyfit(np.log(distances), np.log(squares), 1)))
-    width = student.ppf(0.975, PIECES - 1) * np.std(pieces, axis=0, ddof=1) / math.sqrt(PIECES)
+    width = stdtrit(PIECES - 1, 0.975) * np.std(pieces, axis=0, ddof=1) / math.sqrt(PIECES)
     off = residual / math.log(lags[-1] / lags[0])  # of D, were S the residual off at both ends
     width *= math.hypot(1.0, off / float(width[0]))
     return Identified(
@@ -122,6 +121,8 @@ def _structure(heights: np.ndarray, lags: np.ndarray) -> np.ndarray:
 
 def _fitted(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, float, float]:
     """Return s, ln of the factor of t^s, B (m^2) and the rms residual of ln S, S the `squares` (m^2) over lags (m)."""
+    from scipy.optimize import least_squares
+
     along, wanted = np.log(distances / distances[0]), np.log(squares / squares[0])
 
     def residuals(guess: np.ndarray) -> np.ndarray:
@@ -142,6 +143,8 @@ def _fitted(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, f
 
 def _fractal(power: float, height: float) -> tuple[float, float]:
     """Return D and ln G of S = exp(height) t^power, in m."""
+    from scipy.special import gamma
+
     dimension = 2.0 - 0.5 * power
     constant = (2.0 * math.pi) ** power / math.log(GAMMA) * 0.5 * math.pi
     constant /= gamma(1.0 + power) * math.sin(0.5 * math.pi * power)

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from scipy.interpolate import PchipInterpolator, make_interp_spline
 
 from ...compiled import calculus
 from ...compiled.dual import as_type_of, plain
@@ -108,6 +107,8 @@ def _as_at_first_touch(elastic):
 @functools.lru_cache(maxsize=256, typed=True)  # forms of different types may hold the same numbers
 def in_series(elastic: tuple, surface: Surface, arc: Arc) -> Series:
     """Return an elastic law with rough surfaces in series."""
+    from scipy.interpolate import make_interp_spline
+
     x, bulk, force = _curve(elastic, surface, arc)
     share = make_interp_spline(x, bulk - x, k=5)
     load = make_interp_spline(x, force, k=5)
@@ -151,6 +152,7 @@ def pressed(surface: Surface, arc: Arc, force: np.ndarray) -> np.ndarray:
 
 def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ln pen in even steps, and at each of them the logarithms of u (m) and of the force (N)."""
+    from scipy.interpolate import PchipInterpolator
 
     def at(bulk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         force = np.log([elastic_force(elastic, depth) for depth in np.exp(bulk)])

@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 LARGEST = 600.0  # of the logarithm of an area (m^2) at which a spot's load changes its form: beyond it there is none
 
@@ -36,6 +35,8 @@ class Surface(NamedTuple):
 @functools.cache
 def domain_extension(dimension: float) -> float:
     """Return psi, the root of psi^((2 - D) / 2) - (1 + psi^(-D / 2))^(-(2 - D) / D) = (2 - D) / D."""
+    from scipy.optimize import brentq
+
     share = (2.0 - dimension) / dimension
 
     def excess(psi: float) -> float:

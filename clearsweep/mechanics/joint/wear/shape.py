@@ -16,15 +16,17 @@ so forces have a continuous slope.
 """
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ...compiled.direction import SHIFT
 from ...compiled.dual import chained, plain
 from ...compiled.family import inlined
 from ...compiled.held import held, item_of
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 PLACES = 256  # of a shape's table, a power of 2
 STEP = 2.0 * math.pi / PLACES  # rad
@@ -48,8 +50,10 @@ class Shape(NamedTuple):
     whole: float  # m rad, integral of h all round
 
 
-def smoothed(depths: np.ndarray, width: float) -> CubicSpline:
+def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
     """Return h (m) by angle (rad), a periodic spline, of the mean depths of bins and a Gaussian's `width` (rad)."""
+    from scipy.interpolate import CubicSpline
+
     count = len(depths)
     m = np.arange(min(count, PLACES) // 2)  # higher ones would be taken for lower ones
     means = np.fft.rfft(depths)[: m.size] * np.exp(-1j * math.pi * m / count)  # of the middle of the first bin
@@ -73,7 +77,7 @@ def shapes_of(bearing: np.ndarray, journal: np.ndarray, clearance: float, least:
         width *= WIDER
 
 
-def shape_of(spline: CubicSpline) -> Shape:
+def shape_of(spline: "CubicSpline") -> Shape:
     """Return the Shape of a spline through PLACES values round the body."""
     table = np.empty((PLACES, NUMBERS))
     for power in range(4):

@@ -3,7 +3,6 @@
 import itertools
 
 import numpy as np
-from scipy.linalg import qr
 
 from ..contract import place
 from .anatomy import Anatomy
@@ -20,6 +19,8 @@ def bound_of(value: Planar, machine: Anatomy, courses: list) -> list[int]:
 
     value : a machine of which nothing is bound so far; courses : of all coordinates in the machine without clearance.
     """
+    from scipy.linalg import qr
+
     if not machine.free:
         value = value._replace(drive=Steady(1.0, value.turn.start))
     loops, looks = function_of(value, "loops"), []

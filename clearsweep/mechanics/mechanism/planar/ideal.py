@@ -6,8 +6,6 @@ import pickle
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.integrate import DOP853, OdeSolution
-from scipy.optimize import brentq
 
 from ....contracts.machine import GROUND, At, Constant, Course, Guide, Machine, Motor, Push, Rubbing, Spring, Tabled
 from ...joint.friction.contract import friction_force
@@ -207,6 +205,8 @@ class Ideal:
 
     def _free(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return time and rate at angles of a free crank, integrated from its start."""
+        from scipy.optimize import brentq
+
         far = float(np.max(angles))
         if self._course is None or self._course[0] < far:
             self._course = (far, self._integrated(far))
@@ -223,6 +223,8 @@ class Ideal:
 
     def _integrated(self, far: float) -> tuple:
         """Return angles reached up to `far`, the times of that, and a function from time to (angle, rate)."""
+        from scipy.integrate import DOP853, OdeSolution
+
         drive, scale = self.machine.drive, self.rate()
 
         def rates(time, state):

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from ....contracts.machine import Push, Rubbing, Spring, Tabled
 from ...compiled.dual import plain
@@ -99,6 +98,8 @@ def _polynomial(table, place, x):
 
 def table_of(load: Tabled) -> Table:
     """Return a table in compiled form: monotone cubics (PCHIP, Fritsch & Carlson 1980) between its rows."""
+    from scipy.interpolate import PchipInterpolator
+
     knots = np.asarray(load.knots, dtype=float)
     columns = load.scale * np.stack([load.fx, load.fy, load.torque], -1)
     repeats = load.over == "angle"
@@ -112,6 +113,8 @@ def table_of(load: Tabled) -> Table:
 
 def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Return the coefficients (4, rows - 1, 3) of monotone cubics whose slopes agree at both ends."""
+    from scipy.interpolate import PchipInterpolator
+
     span, more = knots[-1] - knots[0], min(2, len(knots) - 1)
     long = np.concatenate([knots[-1 - more : -1] - span, knots, knots[1 : 1 + more] + span])
     values = np.concatenate([columns[-1 - more : -1], columns, columns[1 : 1 + more]])
