@@ -1,5 +1,6 @@
 """A picture of the report: what it shows in words, how it is painted, and its form as one inline SVG."""
 
+import functools
 import html
 import io
 import re
@@ -9,6 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import FigureCanvasBase
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 
 from .draw.style import GREY, INK
@@ -39,6 +42,22 @@ STYLE: dict[Any, Any] = {
 COLUMN = 4.2  # inches, up to which a picture is made for one column
 LONG = 1000  # characters of a curve's coordinates
 PLAYED = 8  # s, that dots take for their way
+
+
+class Sheet(FigureCanvasBase):
+    """What a picture is drawn on before it is saved: it asks one renderer for the sizes of all texts of all pictures.
+
+    A renderer remembers the sizes that it was asked for, and pictures of a page have most of their texts in common.
+    """
+
+    def get_renderer(self) -> RendererAgg:
+        """Return what measures."""
+        return _measure(self.figure.dpi)
+
+
+@functools.cache
+def _measure(dpi: float) -> RendererAgg:
+    return RendererAgg(1, 1, dpi)
 
 
 class Spot(NamedTuple):
@@ -78,6 +97,7 @@ class Picture(NamedTuple):
 def drawn(picture: Picture) -> tuple[Figure, Axes]:
     """Return a picture on a sheet of its size, and the axes that it is painted on."""
     figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
+    Sheet(figure)
     axes = figure.subplots(subplot_kw={"projection": picture.projection})
     picture.paint(axes)
     return figure, axes

@@ -11,7 +11,7 @@ import pandas as pd
 from ..store import StoredRun
 
 Found = TypeVar("Found")
-KEPT = 3  # columns in memory, those asked for last: of a million cases 8 MB each
+KEPT = 3_000_000  # values in memory, of the columns asked for last: of a million cases three, of 8 MB each
 
 
 class Rows:
@@ -53,7 +53,7 @@ class Rows:
             raise KeyError(column)
         values = self._derived[column](self) if column in self._derived else self._read(column)
         self._kept[column] = values
-        if len(self._kept) > KEPT:
+        while len(self._kept) > 1 and len(self._kept) * len(self) > KEPT:
             self._kept.popitem(last=False)
         return values
 
