@@ -89,7 +89,7 @@ def _kind(forms):
 @functools.cache
 def _places():
     """Return where in the room of a Kept, in numbers of eight bytes, those fields of its value are that are numbers."""
-    kind, context = _kind().value, cpu_target.target_context
+    kind, context = _kind(len(_put.overloads)).value, cpu_target.target_context
     data = context.get_data_type(kind)
     fields = [(place, name) for place, name in enumerate(kind.fields) if kind.types[place] == types.float64]
     return {name: data.get_element_offset(context.target_data, place) // 8 for place, name in fields}
