@@ -14,6 +14,8 @@ import pytest
 
 import clearsweep
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics.solver import plan
+from clearsweep.simulation.run import Run, control_of
 
 HELD = json.loads((resources.files("clearsweep.verify") / "references" / "machines.json").read_text(encoding="utf-8"))
 PROBLEMS = HELD["problems"]
@@ -66,12 +68,30 @@ def test_a_free_crank_ends_at_its_revolution_and_is_sampled_at_equal_angles():
     assert path.summary["crank_speed_max"] > path["crank/rate"].max() - 1e-6
 
 
-@pytest.mark.slow
-def test_a_crank_that_does_not_get_through_ends_stalled_and_one_that_takes_too_long_at_its_limit():
+def too_weak():
+    """Return the grid of a crank that does not get through."""
     source = copy.deepcopy(PROBLEMS["sc_torque"]["grid"])
     source["simulate"] |= {"tolerance": 1e-6}
     source["drive"] = {"torque": 0.5, "initial_speed": "100 rpm"}
     source["loads"] = {"press": {"on": "slider", "force": ["400 N", 0]}}
+    return source
+
+
+@pytest.mark.slow
+def test_a_crank_stalls_where_it_stalls_however_often_the_run_pauses():
+    scene = clearsweep.load_case(too_weak())
+    control, ends = control_of(scene, scene.turning.at(1.0), keep_events=False), []
+    for stretch in (control.stretch, 10):
+        run = Run(scene, np.empty(0))
+        status, _ = run.go(control._replace(stretch=stretch))
+        ends.append((status, *run.work.end))
+    assert ends[0][0] == plan.STALLED
+    assert ends[1] == ends[0]
+
+
+@pytest.mark.slow
+def test_a_crank_that_does_not_get_through_ends_stalled_and_one_that_takes_too_long_at_its_limit():
+    source = too_weak()
     path = clearsweep.simulate(clearsweep.load_case(source))
     assert path.status == "stalled"
     assert "does not get through" in path.message

@@ -109,11 +109,11 @@ def begin(at):
     ahead[BEGUN], ahead[LOGGED], ahead[TRIES] = 1.0, 0.0, 0.0
     ahead[WINDOWED] = 1.0 if control[WINDOW] <= here else 0.0
     ahead[STOP_AT] = next_stop(at, here)
-    ahead[FARTHEST], ahead[ANGLE], ahead[SINCE] = here, here, moment
     begin_step(at)  # after a pause the same again, unless the state was put elsewhere
     ahead[SPENT], ahead[REST] = work.counts[EVALUATIONS], work.counts[STEPS] + control[STRETCH]
     if ahead[NEXT] > 0.0:
         return
+    ahead[FARTHEST], ahead[ANGLE], ahead[SINCE] = here, here, moment
     tally.whole[KINETIC_START] = work.o[0, KINETIC]
     if ahead[WINDOWED] != 0.0:
         open_window(at)
