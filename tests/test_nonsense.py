@@ -73,10 +73,19 @@ def test_wear_deeper_than_the_clearance_is_named():
 
 
 @pytest.mark.parametrize(
-    ("penetration", "radius", "said"), [(0.4e-3, 0.01, 0), (0.6e-3, 0.01, 1), (0.3e-3, 0.002, 1), (0.4e-3, None, 0)]
+    ("penetration", "clearance", "radius", "said"),
+    [
+        (0.4e-3, 0.5e-3, 0.01, False),
+        (0.6e-3, 0.5e-3, 0.01, True),
+        (0.3e-3, 0.5e-3, 0.002, True),  # more than a tenth of the radius
+        (0.4e-3, 0.5e-3, None, False),
+        (0.6e-3, 0.5e-3, None, True),
+        (9e-6, 3e-6, 0.01, False),  # a tight fit under load
+        (1.1e-4, 3e-6, 0.01, True),  # the same fit, its bearing strained by a per cent
+    ],
 )
-def test_a_penetration_is_too_deep_beyond_the_clearance_or_a_tenth_of_the_radius(penetration, radius, said):
-    assert bool(too_deep([Reached("pair", penetration, 0.0, 0.5e-3, radius)])) == bool(said)
+def test_a_penetration_is_too_deep_where_no_bearing_bears_it(penetration, clearance, radius, said):
+    assert bool(too_deep([Reached("pair", penetration, 0.0, clearance, radius)])) == said
 
 
 def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
@@ -92,7 +101,7 @@ def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
     message = message_of("", too_deep([joint]), worn_through([joint]), imbalance(0.024, 1e-8, 10.0))
     told.add({"case_id": ["a", "b"], "message": ["", message], **nothing})
     deep, worn, unbalanced = told.sentences()
-    assert "tenth of its bearing's radius in 1 of 2 cases, such as case b: pair is penetrated by 0.6 mm" in deep
+    assert "or than a tenth of it in 1 of 2 cases, such as case b: pair is penetrated by 0.6 mm" in deep
     assert "in 1 of 2 cases, such as case b: pair is worn 0.7 mm deep" in worn
     assert "in 1 of 2 cases, such as case b: the energy residual is 0.024" in unbalanced
 

@@ -28,7 +28,9 @@ TAYLOR = 41.3  # above, vortices begin between cylinders of which the inner one 
 UNCHECKED = "unchecked: "  # its error check came to nothing
 UNREACHED = "unreached: "  # its life did not come to the limit
 BETWEEN = " | "  # remarks in a message
-DEEP = 0.1  # of the bearing's radius: a deeper contact is no small deformation
+#: Of the bearing's radius.  Beyond DEEP a contact is no small deformation.  Up to BORNE, a strain of about a per cent,
+#: a contact may be deeper than its clearance: journals in tight fits are, and need no mistake for it.
+DEEP, BORNE = 0.1, 0.01
 #: Energy residual that a tolerance explains, per onset and revolution.  Of 1,300 random cases at tolerances from 1e-12
 #: to 1e-3 none came to more than 1.4; what rounding alone makes is below LEAST_RESIDUAL, and more than MOST_RESIDUAL no
 #: tolerance excuses.
@@ -152,7 +154,7 @@ class Remarks:
 _TOLD = {
     ONSET_KEPT: "A contact never ends, and its law keeps the rate of its first touch: the start of the run decides the "
     "forces,",
-    TOO_DEEP: "A contact is deeper than its clearance or a tenth of its bearing's radius",
+    TOO_DEEP: "A contact is deeper than its clearance and a hundredth of its bearing's radius, or than a tenth of it",
     WORN_THROUGH: "Wear is deeper than the clearance",
     FILM_HELD: "A film is thinner than its formula holds for",
     FILM_BEYOND: "A film is squeezed out where there is no dry contact to stop the journal",
@@ -186,11 +188,12 @@ class Reached(NamedTuple):
 
 
 def too_deep(joints: Iterable[Reached]) -> str:
-    """Return the remark on contacts that are deeper than the clearance or a tenth of the bearing's radius."""
+    """Return the remark on contacts that are deeper than the clearance and BORNE, or than DEEP."""
     remarks = []
     for joint in joints:
-        radius = DEEP * joint.bearing_radius if joint.bearing_radius else math.inf
-        if joint.penetration > min(joint.clearance, radius):
+        radius = joint.bearing_radius
+        borne = min(max(joint.clearance, BORNE * radius), DEEP * radius) if radius else joint.clearance
+        if joint.penetration > borne:
             than = f"a clearance of {_mm(joint.clearance)}" + (
                 f" and a bearing radius of {_mm(joint.bearing_radius)}" if joint.bearing_radius else ""
             )

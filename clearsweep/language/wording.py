@@ -82,6 +82,16 @@ def text(value: float | None, unit: str, digits: int = 3) -> str:
     return DASH if value is None or missing(value) else scale(unit, value).text(value, digits)
 
 
+def alike(values: Iterable[float | None], unit: str) -> list[str]:
+    """Return SI values of one quantity, each as number and unit, in the prefix that suits the largest of them.
+
+    What stands in one sentence is compared, and 18.8 kN beside 2,720 N is read wrong.
+    """
+    values = list(values)
+    chosen = scale(unit, values)
+    return [chosen.text(value) for value in values]
+
+
 def missing(value: object) -> bool:
     """Return whether there is no value: None or NaN."""
     return value is None or (isinstance(value, float) and math.isnan(value))

@@ -7,10 +7,11 @@ from .. import simulation
 from ..contracts import case
 from ..language import wording
 from ..language.errors import InputError
+from .dotted import dig
 from .draw import comparison
 from .picture import Picture
 from .section import Part
-from .study import Axis, Joint, Study, dig, joint_of, resolved
+from .study import Axis, Joint, Study, joint_of, resolved
 from .table import Column, Table
 
 UNKNOWN = "This version does not know every law of this run: what each by itself would do is not told."
@@ -67,13 +68,13 @@ def _sentences(forces: dict[str, np.ndarray], ordered: list[str], used: list[str
     values, at = np.array(list(forces.values())), [wording.scale("m", depth).given(depth) for depth in DEPTHS]
     factors = [wording.plain(factor) for factor in values.max(axis=0) / values.min(axis=0)]
     more = [f"{factor} at {depth}" for k, (factor, depth) in enumerate(zip(factors, at, strict=True)) if k != FIRST]
-    ends = [f"{wording.text(forces[law][FIRST], 'N')} ({law})" for law in (ordered[0], ordered[-1])]
+    least, most = wording.alike((forces[law][FIRST] for law in (ordered[0], ordered[-1])), "N")
     whose = (
         "these elastic laws" if len(used) == len(forces) else f"the {len(forces)} elastic laws that this joint allows"
     )
     return [
-        f"At a penetration of {at[FIRST]} {whose} differ by a factor of {factors[FIRST]}: {ends[0]} to {ends[1]}; by "
-        f"{wording.sentence_list(more)}."
+        f"At a penetration of {at[FIRST]} {whose} differ by a factor of {factors[FIRST]}: {least} ({ordered[0]}) to "
+        f"{most} ({ordered[-1]}); by {wording.sentence_list(more)}."
     ]
 
 

@@ -3,7 +3,7 @@
 What is drawn is asked of the layout, channel by channel, so a mechanism need not be known here.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import NamedTuple
 
@@ -12,14 +12,14 @@ from matplotlib.axes import Axes
 
 from .. import simulation
 from ..contracts.layout import TIME, Column
-from ..contracts.results import ELASTIC_ONSET
 from ..language import wording
 from ..language.errors import InputError
 from ..store import StoredRun
-from . import spatial
+from . import elastic_range, spatial
+from .dotted import dig
 from .draw import motion
 from .picture import Picture, capital
-from .study import Joint, Study, dig, resolved
+from .study import Joint, Study, resolved
 
 TURN = 2.0 * np.pi
 FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square beside a colour bar is as wide as it is high, and fits
@@ -120,13 +120,13 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
         angles = float(start) + float(speed) * time
     if not study.driven or not kept.any():
         return []
-    angle, rate = angles[kept], np.asarray(events["rate"], float)[kept]
+    angle, rate, limits = angles[kept], np.asarray(events["rate"], float)[kept], elastic_range.limits(study)
     return [
         Picture(
             "Contact onsets",
             "Closing rate at each onset, the whole run.",
             f"{int(kept.sum())} contact onsets, the fastest at {_most(rate, 'm/s')}.",
-            lambda ax: motion.events(ax, angle, rate, ELASTIC_ONSET),
+            lambda ax: motion.events(ax, angle, rate, limits),
             FLAT,
         )
     ]
@@ -144,8 +144,9 @@ def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
     drawn = []
     if found:
         acceleration, without = saved.values(found.name), ideal.acceleration if ideal else None
-        alt = f"{capital(output)} acceleration, at most {_most(acceleration, found.unit)}"
-        alt += "." if without is None else f"; the ideal mechanism reaches {_most(without, found.unit)}."
+        most, *ideally = most_of([acceleration, *([] if without is None else [without])], found.unit)
+        alt = f"{capital(output)} acceleration, at most {most}"
+        alt += f"; the ideal mechanism reaches {ideally[0]}." if ideally else "."
         paint = saved.painter(acceleration, found.unit, f"{output} acceleration", without)
         drawn.append(Picture(f"{capital(output)} acceleration against the ideal mechanism", "", alt, paint, FLAT))
     if unit in by_unit and ideal:
@@ -209,15 +210,15 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ("x", "y", "force_normal"))
     where = study.where(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
-    reach = wording.text(float(np.hypot(x, y).max()), "m")
+    reach = float(np.hypot(x, y).max())
     drawn = []
     if clearance is not None and not _straight(study, joint):
+        farthest, free = wording.alike((reach, float(clearance)), "m")
         drawn.append(
             Picture(
                 f"Journal orbit{where}",
                 "Circle: radial clearance. Outside it the bodies touch.",
-                f"Path of the journal centre, at most {reach} from the bearing centre; clearance "
-                f"{wording.text(float(clearance), 'm')}.",
+                f"Path of the journal centre, at most {farthest} from the bearing centre; clearance {free}.",
                 lambda ax: motion.orbit(ax, x, y, force, float(clearance)),
                 SQUARE,
             )
@@ -306,4 +307,9 @@ def _words(channel: Column) -> str:
 
 def _most(values: np.ndarray, unit: str) -> str:
     """Return the largest magnitude of a history with its unit."""
-    return wording.text(float(np.abs(values).max()), unit)
+    return most_of([values], unit)[0]
+
+
+def most_of(histories: Iterable[np.ndarray], unit: str) -> list[str]:
+    """Return the largest magnitudes of histories that are compared, all in one unit."""
+    return wording.alike((float(np.abs(values).max()) for values in histories), unit)

@@ -172,7 +172,8 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
                 if effect.chaotic:
                     chaotic[figure.name] = None
                 numbers = (effect.low, effect.middle, effect.high, effect.scatter)
-                cells = [Quantity(value, wording.text(value, figure.unit)) for value in numbers]
+                texts = wording.alike(numbers, figure.unit)
+                cells = [Quantity(value, text) for value, text in zip(numbers, texts, strict=True)]
                 head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head, *cells, _blur(effect)))
     note = (

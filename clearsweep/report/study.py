@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -11,11 +11,11 @@ import pandas as pd
 from .. import grid, simulation
 from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
-from ..contracts.results import ELASTIC_ONSET
 from ..grid import Fit
 from ..judging.verdict import EXCEEDED
 from ..language import wording
 from ..store import StoredRun
+from .dotted import dig
 from .rows import Rows
 
 BASE = ("mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
@@ -23,7 +23,6 @@ WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint that are computed here: force p99 over the peak of the ideal joint, depth (m) worn in 1000 hours
 #: and in a million strokes, which are turns of the crank.
 RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
-ELASTIC_TEXT = wording.scale("m/s", ELASTIC_ONSET).given(ELASTIC_ONSET)
 
 AT_ONCE = 65_536  # values whose places are looked for
 DIGITS = 4  # of a swept value, where these tell its values apart
@@ -183,7 +182,11 @@ class Study(NamedTuple):
 
     def text(self, case_id: str, column: str) -> str:
         """Return one figure of one case with its unit."""
-        return wording.text(self.cases.at[case_id, column], self.unit(column))
+        return self.texts((case_id, column))[0]
+
+    def texts(self, *figures: tuple[str, str]) -> list[str]:
+        """Return figures (case_id, column) of one quantity for one sentence, all in the unit of the largest."""
+        return wording.alike((self.cases.at[figure] for figure in figures), self.unit(figures[0][1]))
 
     def has(self, column: str) -> bool:
         """Return whether any finished case has this figure."""
@@ -325,24 +328,6 @@ def median(values: np.ndarray) -> float:
 
 #: What a place of a figure shows of its cases, in words.
 CALLED: dict[Callable[[np.ndarray], float], str] = {largest: "Largest", smallest: "Smallest", median: "Median"}
-
-
-def dig(tree: Mapping, path: str) -> Any:
-    """Return the value at a dotted path of a nested mapping, None where there is none."""
-    value: Any = tree
-    for key in path.split("."):
-        if not isinstance(value, Mapping) or key not in value:
-            return None
-        value = value[key]
-    return value
-
-
-def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
-    """Return the leaves of a nested mapping: dotted path, value."""
-    pairs: list[tuple[str, object]] = []
-    for key, value in tree.items():
-        pairs += leaves(value, f"{start}{key}.") if isinstance(value, Mapping) else [(f"{start}{key}", value)]
-    return pairs
 
 
 def sought(record: Mapping) -> str:

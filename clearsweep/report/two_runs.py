@@ -11,13 +11,14 @@ from ..language import wording
 from ..language.errors import InputError
 from ..store import StoredRun
 from .case_table import axis_columns
+from .dotted import dig, leaves
 from .draw import comparison
 from .draw.style import GREY
 from .page import Page
 from .picture import Picture, capital
 from .section import Block, Facts, Gallery, Points, Section, filled
 from .shown import in_words
-from .study import Study, dig, leaves, prepare
+from .study import Study, prepare
 from .table import Column, Quantity, Table
 
 NAMES = ("A", "B")

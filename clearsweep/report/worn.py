@@ -109,5 +109,5 @@ def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
 def told(depth: np.ndarray) -> str:
     """Return where a body is worn deepest, and its mean depth, in words."""
     angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
-    deepest, mean = (wording.text(float(value), "m") for value in (depth.max(), depth.mean()))
+    deepest, mean = wording.alike((float(depth.max()), float(depth.mean())), "m")
     return f"deepest {deepest} at {angle:.0f}°, mean {mean}"

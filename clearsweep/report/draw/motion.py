@@ -1,6 +1,7 @@
 """The drawings of one motion: orbit, force, histories and contact onsets."""
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -140,11 +141,13 @@ def phase(ax: Axes, place: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, 
     plain_axes(ax)
 
 
-def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, floor: float) -> None:
-    """Draw the closing rate (m/s) of every contact onset over the crank angle (rad), and the elastic limit."""
-    scale = wording.scale("m/s", [*rate, floor])
+def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
+    """Draw the closing rate (m/s) of every contact onset over the crank angle (rad), and what (m/s) materials bear."""
+    scale = wording.scale("m/s", [*rate, *(limit for _, limit in limits)])
     ax.plot(*stems(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
-    ax.axhline(floor / scale.factor, color=RED, linewidth=1.1, linestyle="--", label="elastic up to here (steel)")
+    for (name, limit), dash in zip(limits, cycle(("--", ":", "-."))):
+        label = f"elastic up to here ({name})"
+        ax.axhline(limit / scale.factor, color=RED, linewidth=1.1, linestyle=dash, label=label)
     ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
     over_crank(ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=True)  # whole turns

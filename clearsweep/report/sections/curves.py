@@ -77,7 +77,7 @@ def _picture(study: Study, drawn: Drawn, across: Axis, beside: Axis | None) -> P
     bound = None if drawn.limit is None else _bound(study, drawn.limit, across)
     family = Family(across, beside.label() if beside else "", names, table[kept], bound)
     unit = study.unit(drawn.column)
-    ends = " to ".join(wording.text(float(end), unit) for end in (np.nanmin(table), np.nanmax(table)))
+    ends = " to ".join(wording.alike((float(np.nanmin(table)), float(np.nanmax(table))), unit))
     others = [axis.name for axis in study.swept() if axis not in (across, beside)]
     word = CALLED[reduced]
     some = f"{len(kept)} of {len(table)} values of {beside.name}. " if beside and len(kept) < len(table) else ""

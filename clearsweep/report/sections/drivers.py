@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...language import wording
+from ...language.wording import Scale
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
@@ -101,8 +102,8 @@ def _over(study: Study, curves: list[Curve], names: tuple[str, str], limits: tup
     (name, what), effect = names, curves[0].effect
     unit, axis, medians = study.unit(effect.column), effect.axis, ""
     if len(axis.values) <= NOTED:
-        steps = zip(axis.values, effect.medians, strict=True)
-        medians = "; ".join(f"{axis.text(value)}: {wording.text(median, unit)}" for value, median in steps)
+        steps = zip(axis.values, wording.alike(effect.medians, unit), strict=True)
+        medians = "; ".join(f"{axis.text(value)}: {median}" for value, median in steps)
     return Picture(
         f"{capital(name)} over {axis.name}",
         "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {what}",
@@ -126,12 +127,11 @@ def _table(study: Study) -> Table:
         Column("factor"),
         Column("share of the variation"),
     )
-    rows = [
-        _row(study, name, effect)
-        for column, name in _affected(study)
-        for effect in main_effects(study, column)
-        if np.isfinite(effect.medians).any()
-    ]
+    rows: list[tuple] = []
+    for column, name in _affected(study):
+        effects = [effect for effect in main_effects(study, column) if np.isfinite(effect.medians).any()]
+        scale = wording.scale(study.unit(column), [median for effect in effects for median in effect.medians])
+        rows += [_row(study, name, effect, scale) for effect in effects]
     note = (
         "Median over all finished cases that share a value; the other axes run over all their values. Share of the "
         "variation: of the variance of the logarithm of the figure, what the axis explains by itself; the rest "
@@ -148,11 +148,11 @@ def _affected(study: Study) -> list[tuple[str, str]]:
     return [(column, name) for column, name in columns.items() if study.has(column)]
 
 
-def _row(study: Study, name: str, effect: MainEffect) -> tuple:
+def _row(study: Study, name: str, effect: MainEffect, scale: Scale) -> tuple:
     axis, unit = effect.axis, study.unit(effect.column)
     ends = []
     for place in effect.extremes():
         median, value = float(effect.medians[place]), axis.values[place]
-        ends += [Quantity(median, wording.text(median, unit)), Quantity(value, axis.text(value))]
+        ends += [Quantity(median, scale.text(median)), Quantity(value, axis.text(value))]
     share = Quantity(effect.share, wording.percent(effect.share))
     return (name, unit, axis.name, study.unit(axis.path), *ends, effect.factor(), share)

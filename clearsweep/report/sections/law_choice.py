@@ -111,8 +111,9 @@ def _spread(study: Study, beside: Matched) -> Table:
             weakest, strongest = worst.idxmin(), worst.idxmax()
             at = study.setting(beside.case(factor.idxmax(), weakest), without=beside.axis)
             ends: list[Quantity | str] = []
-            for law in (weakest, strongest):
-                ends += [Quantity(worst[law], f"{wording.text(worst[law], study.unit(column))}, {law}"), law]
+            said = wording.alike((worst[law] for law in (weakest, strongest)), study.unit(column))
+            for law, text in zip((weakest, strongest), said, strict=True):
+                ends += [Quantity(worst[law], f"{text}, {law}"), law]
             factors = (float(factor.median()), float(factor.max()))
             rows.append((name, joint.title, counted(len(table)), *factors, *ends, at))
     columns = (

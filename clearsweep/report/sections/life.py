@@ -70,8 +70,9 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
     ):
         courses = [_course(study, joint, name, *each, figure) for name, each in histories.items()]
         if courses:
-            ends = [f"{each.name} {wording.text(float(each.values[-1]), unit)}" for each in courses]
-            text = f"{title} over revolutions; at the end: {', '.join(ends)}."
+            ends = wording.alike((float(each.values[-1]) for each in courses), unit)
+            named = ", ".join(f"{each.name} {end}" for each, end in zip(courses, ends, strict=True))
+            text = f"{title} over revolutions; at the end: {named}."
             of_limit = limit if figure == of and isinstance(limit, float) else None
             paint = partial(life.over_revolutions, courses=courses, unit=unit, name=title, limit=of_limit)
             found.append(Picture(f"{title.capitalize()} over revolutions", "" if found else caption, text, paint))

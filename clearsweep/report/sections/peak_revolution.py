@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from ...language import wording
-from ..motion import FLAT, Course, courses, saved_of
+from ..motion import FLAT, Course, courses, most_of, saved_of
 from ..picture import Picture, capital
 from ..section import Block, Detail, Section, Sentences
 from ..shown import shown
@@ -52,8 +52,8 @@ def _painted(course: Course) -> tuple:
 
 def _picture(course: Course, paint: Callable[[Axes], None]) -> Picture:
     """Return one quantity over the revolution."""
-    most = wording.text(float(np.abs(course.actual).max()), course.unit)
+    most, *ideal = most_of([course.actual, *([] if course.ideal is None else [course.ideal])], course.unit)
     alt = f"{capital(course.name)} over the revolution of the peak, at most {most} among the samples"
-    if course.ideal is not None:
-        alt += f"; without clearance {wording.text(float(np.abs(course.ideal).max()), course.unit)}"
+    if ideal:
+        alt += f"; without clearance {ideal[0]}"
     return Picture(capital(course.name), "", f"{alt}.", paint, FLAT)

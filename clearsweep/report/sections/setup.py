@@ -4,8 +4,9 @@ import re
 
 from ... import grid
 from ...language import wording
+from ..dotted import leaves
 from ..section import Block, Columns, Facts, Note, Section, filled
-from ..study import BASE, Axis, Study, leaves
+from ..study import BASE, Axis, Study
 
 LISTED = 12  # values of an axis that are listed one by one, at most
 ELSEWHERE = (  # in the record of a run, and shown elsewhere or not for people

@@ -2,8 +2,11 @@
 
 import numpy as np
 
+from .. import elastic_range
 from ..section import Cards, Section
-from ..study import ELASTIC_TEXT, RATIO, Joint, Study
+from ..study import RATIO, Joint, Study
+
+ONSET = "onset_rate_max"
 
 
 def sections(study: Study) -> list[Section]:
@@ -22,7 +25,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         ("force_peak_ratio", "Peak over ideal peak", "1: as without clearance"),
         (RATIO, "p99 over ideal peak", "blind to impacts under 1 % of a turn"),
         ("force_rms", "Largest force rms", ""),
-        ("onset_rate_max", "Fastest onset", f"steel elastic to {ELASTIC_TEXT}"),
+        (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "off the ideal place"),
         ("restitution", "Measured restitution", "largest of all cases"),
         ("wear_depth_max", "Deepest wear", "in the recorded window"),
@@ -31,7 +34,8 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         column, joint = _worst(study, figure)
         if study.cases.largest(column) > 0.0:
             where = study.where(joint, "joint {}") if joint else ""
-            said = "; ".join(filter(None, (where, beside))) or (f"joint {joint.title}" if joint else "")
+            elastic = " elastic to ".join(elastic_range.limit(study, joint)) if joint and figure == ONSET else ""
+            said = "; ".join(filter(None, (where, beside, elastic))) or (f"joint {joint.title}" if joint else "")
             cards.append((name, study.text(study.cases[column].idxmax(), column), said))
     return cards
 

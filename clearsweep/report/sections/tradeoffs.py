@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .. import elastic_range
 from ..draw import comparison
 from ..main_effects import main_effects
-from ..picture import Picture
+from ..picture import Picture, capital
 from ..section import Gallery, Section, filled
-from ..study import ELASTIC_TEXT, Axis, Study
+from ..study import Axis, Study
 
 
 class Cloud(NamedTuple):
@@ -30,7 +31,8 @@ def sections(study: Study) -> list[Section]:
     p99 = joint.column("force_p99")
     peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
     chance = "Cases of equal p99 have different peaks: p99 is blind to impacts under 1 % of the time."
-    elastic = f"Steel stays elastic up to about {ELASTIC_TEXT}."
+    material, speed = elastic_range.limit(study, joint)
+    elastic = f"{capital(material)} stays elastic up to about {speed}."
     clouds = (
         Cloud("Force peak against p99", p99, "force p99", peak, "force peak", chance),
         Cloud(

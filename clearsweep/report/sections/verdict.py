@@ -37,26 +37,26 @@ def ratios(study: Study) -> list[str]:
         if study.has(column):
             worst = study.cases[column].idxmax()
             at = f", at {study.setting(worst)}" if study.swept() else ""
-            load, ideal = (study.text(worst, joint.column(name)) for name in ("load_peak", "force_peak_ideal"))
+            compared = [joint.column(name) for name in ("load_peak", "force_peak_ideal", "force_peak_median")]
+            load, ideal, *usual = study.texts(*((worst, name) for name in compared if study.has(name)))
             sentences.append(
                 f"At most {study.text(worst, column)} times the largest reaction without clearance"
-                f"{study.where(joint, ' in joint {}')}: {load} beside {ideal}{at}; {_motion(study, joint, worst)}."
+                f"{study.where(joint, ' in joint {}')}: {load} beside {ideal}{at}; "
+                f"{_motion(study, joint, worst, usual)}."
             )
     return sentences
 
 
-def _motion(study: Study, joint: Joint, case_id: str) -> str:
-    """Return what the largest peak of a case is: of every revolution, of every period, or of one revolution."""
-    median = joint.column("force_peak_median")
+def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
+    """Return what the largest peak of a case is: of every revolution, of every period, or of one beside `usual`."""
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
         return "its motion repeats itself every revolution, and so does this peak"
     if period > 1.0:
         return f"its motion repeats itself every {period:.0f} revolutions, and so does this peak"
-    if not study.has(median) or np.isnan(study.cases.at[case_id, median]):
+    if not usual or wording.missing(study.cases.at[case_id, joint.column("force_peak_median")]):
         return "its motion was not seen to repeat itself"
-    usual = study.text(case_id, median)
-    return f"its motion was not seen to repeat itself: half of its revolutions have a force peak of {usual} or more"
+    return f"its motion was not seen to repeat itself: half of its revolutions have a force peak of {usual[0]} or more"
 
 
 def _kept(study: Study) -> list[str]:

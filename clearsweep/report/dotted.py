@@ -1,0 +1,22 @@
+"""Values of nested mappings by dotted path."""
+
+from collections.abc import Mapping
+from typing import Any
+
+
+def dig(tree: Mapping, path: str) -> Any:
+    """Return the value at a dotted path of a nested mapping, None where there is none."""
+    value: Any = tree
+    for key in path.split("."):
+        if not isinstance(value, Mapping) or key not in value:
+            return None
+        value = value[key]
+    return value
+
+
+def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
+    """Return the leaves of a nested mapping: dotted path, value."""
+    pairs: list[tuple[str, object]] = []
+    for key, value in tree.items():
+        pairs += leaves(value, f"{start}{key}.") if isinstance(value, Mapping) else [(f"{start}{key}", value)]
+    return pairs

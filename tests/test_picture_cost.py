@@ -1,0 +1,43 @@
+"""What pictures and tables of a page share is found once: texts are measured, columns are read."""
+
+from matplotlib.backends.backend_agg import RendererAgg
+from report_fake import Run
+
+from clearsweep.report import study
+from clearsweep.report.picture import Picture, svg
+
+
+def test_texts_of_pictures_are_measured_once(monkeypatch):
+    asked, measure = [], RendererAgg.get_text_width_height_descent
+
+    def counted(self, text, *about):
+        asked.append(text)
+        return measure(self, text, *about)
+
+    monkeypatch.setattr(RendererAgg, "get_text_width_height_descent", counted)
+    picture = Picture("A line", "", "A line.", lambda ax: ax.plot([0.0, 71.3], [0.0, 1.0]) and ax.set_xlabel("once"))
+    first = svg(picture, "f1")
+    assert asked.count("once") == 1
+    again = svg(picture, "f1")
+    assert asked.count("once") == 1
+    assert first == again
+
+
+def test_columns_of_few_cases_are_read_once(monkeypatch):
+    read, column = [], Run.column
+    monkeypatch.setattr(Run, "column", lambda self, name: read.append(name) or column(self, name))
+    cases = study.prepare(Run()).cases
+    names = [name for name in cases.columns if name.startswith("rod_slider_force")]
+    assert len(names) > 3
+    read.clear()
+    for name in names + names:
+        assert len(cases[name]) == len(cases)
+    assert sorted(read) == sorted(set(read))
+
+
+def test_columns_of_many_cases_are_not_all_kept(monkeypatch):
+    monkeypatch.setattr("clearsweep.report.rows.KEPT", 3 * len(study.prepare(Run()).cases))
+    cases = study.prepare(Run()).cases
+    for name in cases.columns:
+        cases[name]
+    assert len(cases._kept) == 3
