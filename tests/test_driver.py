@@ -95,6 +95,14 @@ def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
     assert executor.restarts == (2 if trouble in ("refuse", "breaks", "commits_then_breaks") else 0)
 
 
+def test_batches_are_as_long_as_they_should_be_soon_after_a_first_case_that_loaded_its_code():
+    batches, sizes = Batches(np.arange(100_000), np.zeros(100_000, "u8"), 2, 0.0), []
+    for seconds in (30.0, *[0.0] * 9):
+        sizes.append(len(batches.next().cases))
+        batches.learn(Manifest("x", sizes[-1], 0, seconds + 1e-3 * sizes[-1]))
+    assert sizes[-1] > 0.9 * driving.TARGET / 1e-3
+
+
 def test_a_pool_that_breaks_again_and_again_ends_the_run_with_advice(driven):
     with pytest.raises(ClearsweepError, match="--executor serial"):
         driven(Unreliable(*["breaks"] * 20))

@@ -15,6 +15,7 @@ from clearsweep.mechanics.mechanism.impact_pair import ImpactPair
 from clearsweep.mechanics.mechanism.slider_crank.pose import SliderCrank
 from clearsweep.mechanics.solver import loop
 from clearsweep.simulation import ensemble, run
+from clearsweep.simulation.revolutions import marks_of
 
 CASES = 11  # no multiple of what a register holds
 TIMED = {"run_time"}
@@ -132,6 +133,55 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
             one = run.Run(simulation.build(cases(*joints, count=1)[0]), np.empty(0))
         forms.add((typeof(one.work), typeof(run.attempted(one.lane))))
     assert len(forms) == 1
+
+
+# ---------------------------------------------------------------------------------------------- in the same lane
+
+#: Fields of a Work that the type of a scene decides, and those that are written before they are read.
+OF_TYPE = {"apart", "pressed", "ended_by", "contact", "modes", "leads_to", "at_stages", "at_start", "of_state"}
+OF_TYPE |= {"counted"}
+SCRATCH = {"end", "z", "k", "o", "f", "step", "log", "control"}
+WORN = {
+    "joints.rod-slider.length": 0.02,
+    "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "bins": 36},
+}
+STICKS = {
+    "joints.rod-slider.friction": {
+        "law": "lugre",
+        "static_coefficient": 0.15,
+        "coefficient": 0.1,
+        "stribeck_velocity": 0.01,
+        "bristle_stiffness": 1e5,
+        "bristle_damping": 10.0,
+        "viscous": 0.0,
+    }
+}
+
+
+def arrays_in(value, name=""):
+    """Yield the arrays in nested tuples and the names of their fields."""
+    if isinstance(value, np.ndarray):
+        yield name, value
+    elif isinstance(value, tuple):
+        for field in getattr(value, "_fields", ()):
+            yield from arrays_in(getattr(value, field), field)
+
+
+@pytest.mark.parametrize("changes", [{}, WORN, STICKS], ids=["plain", "worn", "sticks"])
+def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
+    with empty_entries():
+        first, second = (simulation.build(case) for case in cases(count=2, **changes))
+        times, marks = np.linspace(0.0, 1e-3, 5), marks_of(second, 0.6)
+        used, new = (run.Run(scene, times, marks=marks) for scene in (first, second))
+        for name, array in arrays_in(used.work):
+            array[...] = array if name in OF_TYPE else 7
+        used.begin(second, times, marks)
+    pairs = zip(arrays_in(used.work), arrays_in(new.work), strict=True)
+    differing = [name for (name, was), (_, is_new) in pairs if name not in SCRATCH and not np.array_equal(was, is_new)]
+    assert not differing
+    assert np.array_equal(used.lane["parameters"], new.lane["parameters"])
+    for numbers in ("reference_rate", "sigma", "longest"):
+        assert getattr(used.work, numbers) == getattr(new.work, numbers) != getattr(first.value, numbers, 0.0)
 
 
 # ---------------------------------------------------------------------------------------------- what goes side by side
