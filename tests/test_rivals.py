@@ -1,10 +1,11 @@
 """The equations of motion written anew for the speed comparison, against the compiled ones."""
 
+import copy
 import json
 
 import numpy as np
 import pytest
-from bench import against, efficiency, ensemble, mechanics, speed, stepwise
+from bench import against, efficiency, ensemble, mechanics, parts, speed, stepwise
 
 from clearsweep import grid
 from clearsweep.mechanics.compiled.family import flatten
@@ -98,6 +99,19 @@ def test_a_time_at_an_error_lies_on_log_log_lines():
     assert ensemble.at_error(1e-7, points) == pytest.approx(2.0)
     assert ensemble.at_error(1e-9, points) == pytest.approx(8.0)
     assert ensemble.at_error(1e-11, points) is None
+
+
+def test_parts_are_added_to_every_joint_of_a_copy():
+    source = PROBLEMS["ab_base"].grid
+    before = copy.deepcopy(source)
+    case = grid.load(parts.changed(source, parts.WEAR | {"JOINTS.wear.bins": 90}), catalogue()).case(0)
+    assert [joint.wear.bins for joint in case.joints] == [90, 90]
+    assert source == before
+
+
+@pytest.mark.parametrize("pair", parts.PAIRS, ids=lambda pair: pair.name)
+def test_a_part_is_one_that_a_grid_may_ask_for(pair):
+    assert len(grid.load(parts.changed(PROBLEMS[pair.problem].grid, pair.changes), catalogue())) == 1
 
 
 def test_commits_are_compared_on_grids_that_can_be_read():
