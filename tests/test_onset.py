@@ -15,7 +15,7 @@ from scipy.integrate import quad, solve_ivp
 import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import ENTERED, NEVER, guard_values, latched, touches
+from clearsweep.mechanics.joint.contract import ENTERED, NEVER, ONSET_FLOOR, guard_values, latched, touches
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
 from clearsweep.mechanics.joint.elastic.power import power_of
 from clearsweep.mechanics.joint.loss.contract import contact_force, keeps_onset, with_mass
@@ -24,7 +24,7 @@ from clearsweep.mechanics.joint.loss.renewed import PRESSED_ON, TURNED, renewed
 from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
 from clearsweep.mechanics.observe.observables import Observed, observed_in
-from clearsweep.mechanics.solver import loop, plan
+from clearsweep.mechanics.solver import plan
 from clearsweep.simulation import scene as scenes
 from clearsweep.simulation.run import Run, control_of, onset_rates, period
 from clearsweep.simulation.trajectory import simulate
@@ -257,7 +257,7 @@ def test_the_implicit_method_agrees_with_the_explicit_one():
 
 def test_the_rate_in_force_is_told():
     first = simulate(crank("first", "seated"))
-    assert first.summary["rod_slider_onset_rate"] == loop.ONSET_FLOOR
+    assert first.summary["rod_slider_onset_rate"] == ONSET_FLOOR
     assert "onset-kept: rod-slider never loses contact" in first.message
     assert "contact.onset: renewed" in first.message
     now = simulate(crank("renewed", "seated"))
