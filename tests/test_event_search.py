@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from clearsweep.mechanics.observe.along import FASTEST, step_width, sum_of
 from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
 from clearsweep.mechanics.solver import event
 from clearsweep.mechanics.solver.dop853 import END, ROWS, SCRATCH
@@ -19,8 +20,8 @@ def onset(monkeypatch):
     """
 
     def found(depth, slope, fast):
-        o = np.zeros((ROWS, columns(1)))
-        o[:, KAPPA], o[:, column_of(0, SLIP)] = 1.0, fast
+        o, step = np.zeros((ROWS, columns(1))), np.zeros(step_width(1, 0))
+        o[:, KAPPA], o[:, column_of(0, SLIP)], step[sum_of(0, FASTEST)] = 1.0, fast, fast
 
         def look(_, x, row=SCRATCH):
             o[row, column_of(0, DEPTH)], o[row, column_of(0, RATE)] = depth(x), slope(x)
@@ -28,7 +29,7 @@ def onset(monkeypatch):
         look(None, 0.0, 0)
         look(None, 1.0, END)
         monkeypatch.setattr(event, "evaluate_dense", look)
-        return event.first_onset((SimpleNamespace(o=o),), 0, 1.0)
+        return event.first_onset((SimpleNamespace(o=o, step=step),), 0, 1.0)
 
     return found
 
