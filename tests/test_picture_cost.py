@@ -4,7 +4,7 @@ from matplotlib.backends.backend_agg import RendererAgg
 from report_fake import Run
 
 from clearsweep.report import study
-from clearsweep.report.picture import Measure, Picture, svg
+from clearsweep.report.picture import Picture, svg
 
 
 def test_texts_of_pictures_are_measured_once(monkeypatch):
@@ -21,13 +21,6 @@ def test_texts_of_pictures_are_measured_once(monkeypatch):
     again = svg(picture, "f1")
     assert asked.count("once") == 1
     assert first == again
-
-
-def test_remembered_heights_of_lines_are_those_that_matplotlib_finds(monkeypatch):
-    picture = Picture("A line", "", "A line.", lambda ax: ax.set_xlabel("two\nlines"))
-    remembered = svg(picture, "f1")
-    monkeypatch.delattr(Measure, "_get_font_height_metrics")
-    assert svg(picture, "f1") == remembered
 
 
 def test_columns_of_few_cases_are_read_once(monkeypatch):

@@ -1,6 +1,6 @@
 """The report: one HTML file that carries all it shows and asks nothing of the network, its tables and its pictures."""
 
-import re
+import itertools
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,12 +10,9 @@ from markupsafe import Markup
 from ..language import wording
 from ..store import durable
 from . import interactive, paper, sections
-from .drawing import svgs
-from .picture import Picture
+from .picture import Picture, svg
 from .section import Block, Section
 from .study import Study
-
-PLACE = "\0{}\0"  # where a picture goes; no text of a page has this character
 
 
 class Page(NamedTuple):
@@ -72,11 +69,10 @@ def of(study: Study) -> Page:
 
 def fill(template: str, **content: object) -> str:
     """Return a template of this package filled with content; text is escaped, pictures are drawn."""
-    pictures: list[Picture] = []  # in the order of the page, drawn at once when all are known
+    numbers = itertools.count(1)  # so that the ids inside one SVG never meet those of another
 
     def drawing(picture: Picture) -> Markup:
-        pictures.append(picture)
-        return Markup(PLACE.format(len(pictures)))
+        return Markup(svg(picture, f"f{next(numbers)}"))
 
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
@@ -86,9 +82,7 @@ def fill(template: str, **content: object) -> str:
         undefined=jinja2.StrictUndefined,
     )
     environment.filters |= {"drawing": drawing, "form": _form, "json": interactive.data, "short_id": wording.short_id}
-    text = environment.get_template(template).render(content)
-    drawn = svgs(pictures)
-    return re.sub(PLACE.format(r"(\d+)"), lambda place: drawn[int(place[1]) - 1], text)
+    return environment.get_template(template).render(content)
 
 
 def save(text: str, out: Path) -> Path:

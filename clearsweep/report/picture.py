@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, get_font
 
 from .draw.style import GREY, INK
 
@@ -56,31 +55,9 @@ class Sheet(FigureCanvasBase):
         return _measure(self.figure.dpi)
 
 
-class Measure(RendererAgg):
-    """What measures texts; it remembers the height of the lines of a font, which is read of its file for every text."""
-
-    def __init__(self, dpi: float) -> None:
-        """Take the dots per inch of what is measured."""
-        super().__init__(1, 1, dpi)
-        self.heights: dict[FontProperties, tuple[float, float, float]] = {}
-
-    def _get_font_height_metrics(self, font: FontProperties) -> tuple[float, float, float] | tuple[None, None, None]:
-        """Return ascent, descent and line gap (pixels) as matplotlib finds them, which asks where a renderer knows."""
-        if font not in self.heights:
-            file = get_font(findfont(font))
-            table = file.get_sfnt_table("OS/2")
-            head = file.get_sfnt_table("head")
-            if table is None or head is None:
-                return None, None, None
-            scale = 1 / head["unitsPerEm"] * font.get_size_in_points() * self.dpi / 72
-            heights = table["sTypoAscender"] * scale, -table["sTypoDescender"] * scale, table["sTypoLineGap"] * scale
-            self.heights[font.copy()] = heights
-        return self.heights[font]
-
-
 @functools.cache
-def _measure(dpi: float) -> Measure:
-    return Measure(dpi)
+def _measure(dpi: float) -> RendererAgg:
+    return RendererAgg(1, 1, dpi)
 
 
 class Spot(NamedTuple):
