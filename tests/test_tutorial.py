@@ -35,6 +35,7 @@ class Quick:
     catalogue = staticmethod(simulation.catalogue)
     derived = staticmethod(simulation.derived)
     warnings = staticmethod(simulation.warnings)
+    solve_each = None  # one after the other
 
     @staticmethod
     def load():
