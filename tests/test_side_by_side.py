@@ -1,5 +1,7 @@
 """Cases that are integrated side by side: each comes to what it comes to alone, whatever goes beside it."""
 
+import math
+
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
@@ -53,7 +55,10 @@ def same(one, other):
     """Return whether two trajectories are equal to the last bit, but for the time they took."""
     alike = all(repr(value) == repr(other.summary[name]) for name, value in one.summary.items() if name not in TIMED)
     histories = all(np.array_equal(values, other.channels[name]) for name, values in one.channels.items())
-    return alike and histories and np.array_equal(one.events, other.events) and one.status == other.status
+    sections = all(np.array_equal(values, other.poincare[name]) for name, values in one.poincare.items())
+    worn = all(map(np.array_equal, sum(one.wear.values(), ()), sum(other.wear.values(), ())))
+    said = (one.status, one.message) == (other.status, other.message)
+    return alike and histories and sections and worn and said and np.array_equal(one.events, other.events)
 
 
 def alone_and_together(listed):
@@ -97,6 +102,40 @@ def test_what_happens_to_one_case_happens_to_none_beside_it(together):
     assert same(simulation.solve(checked), found[7])
     untouched = [place for place in range(CASES) if place not in (3, 5, 7, 8)]
     assert all(same(simulation.solve(listed[place]), found[place]) for place in untouched)
+
+
+def test_what_goes_wrong_with_one_case_on_the_way_is_its_own(together, monkeypatch):
+    def ended(self, status):
+        if self.value.joints[0].clearance == unlucky:
+            raise MemoryError("no room")
+        return through(self, status)
+
+    listed, through = cases(count=4), run.Run.ended
+    unlucky = listed[2].joints[0].clearance
+    alone = [simulation.solve(case) for case in listed]
+    monkeypatch.setattr(run.Run, "ended", ended)
+    found = dict(simulation.solve_each(listed))
+    assert isinstance(found.pop(2), MemoryError)
+    assert len(found) == 3
+    assert all(same(alone[place], other) for place, other in found.items())
+
+
+def test_a_crank_that_comes_to_rest_too_early_is_refused_as_it_is_alone(tmp_path):
+    table = tmp_path / "speed.csv"
+    table.write_text("time,speed\n0,100\n0.1,0\n", encoding="utf-8")
+    changes = {"drive.speed": {"table": str(table)}, "simulate.revolutions": 50}
+    case = clearsweep.load_case(slider_crank("rod-slider", changes=changes)).case
+    with pytest.raises(clearsweep.InputError, match="comes to rest"):
+        simulation.solve(case)
+    ((_, error),) = simulation.solve_each([case])
+    assert "comes to rest" in str(error)
+
+
+@pytest.mark.slow
+def test_values_that_are_zero_make_scenes_of_another_type_which_go_by_themselves(together):
+    offsets = [0.0, 0.01, 0.0, 0.01, 0.0]
+    listed = [cases(count=1, **{"mechanism.slider.offset": offset})[0] for offset in offsets]
+    assert all(map(same, *alone_and_together(listed)))
 
 
 def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(together, monkeypatch):
@@ -190,6 +229,12 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
 @pytest.mark.parametrize(("law", "decides"), [(Ambrosio, False), (Threlfall, True)])
 def test_a_law_that_takes_a_decision_is_known(law, decides):
     assert branches(friction_force.body_for(law)) is decides
+
+
+@pytest.mark.parametrize("formula", [lambda x: math.hypot(x, 1.0), lambda x: x % 2.0, lambda x: x // 2.0])
+def test_a_formula_that_lanes_do_not_know_is_known(formula):
+    assert branches(formula)
+    assert not branches(lambda x: math.tanh(x) * math.pi)
 
 
 @pytest.mark.parametrize("mechanism", [SliderCrank, ImpactPair])

@@ -1,12 +1,15 @@
-"""Which scenes can go side by side: those whose formulas take no decision of their own.
+"""Which scenes can go side by side: those whose formulas take no decision and need nothing that lanes do not know.
 
 A law, or a mechanism, whose code branches on numbers is integrated for one case at a time; nothing has to be declared.
 Where a formula is to choose all the same, it does so by `where` or `either`, see `compiled.choosing`.
 """
 
 import dis
+import itertools
+import math
 import types
 
+from .compiled.lanes import TAUGHT
 from .joint.contract import internal_rates
 from .joint.dry import Joint
 from .joint.elastic.contract import elastic_energy, elastic_force, energy_stiffness
@@ -16,6 +19,7 @@ from .mechanism.contract import accelerate, energy, gaps, impact_masses, output_
 
 OF_MECHANISMS = (place, gaps, accelerate, impact_masses, energy, output_error)
 OF_LAWS = (contact_force, elastic_force, elastic_energy, energy_stiffness, friction_force, with_mass, awaits_mass)
+UNKNOWN = ("%", "//")
 ROOM, COMPILED = __package__, f"{__package__}.compiled"
 
 
@@ -39,8 +43,15 @@ def _terms(joint):
 
 
 def branches(function) -> bool:
-    """Return whether a kernel, or one that it calls, takes a decision.  Laws that it calls are asked themselves."""
-    if any("JUMP_IF" in step.opname or "_IF_" in step.opname for step in dis.get_instructions(function)):
+    """Return whether a kernel, or one that it calls, takes a decision, or does what numbers in lanes do not know.
+
+    Laws that it calls are asked themselves.
+    """
+    steps = list(dis.get_instructions(function))
+    if any("JUMP_IF" in step.opname or "_IF_" in step.opname or step.argrepr in UNKNOWN for step in steps):
+        return True
+    of_math = {name.argval for module, name in itertools.pairwise(steps) if module.argval == "math"}
+    if any(callable(one) and one not in TAUGHT for one in (getattr(math, name, None) for name in of_math)):
         return True
     called = (function.__globals__.get(name) for name in function.__code__.co_names)
     return any(_asked(one) and any(map(branches, _bodies(one))) for one in called)

@@ -10,7 +10,7 @@ import numpy as np
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
 from ..mechanics.attempt import together_of
-from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten
+from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten, form_number
 from ..mechanics.compiled.rows import Board
 from ..mechanics.observe.along import Attempt
 from ..mechanics.solver import loop, plan
@@ -18,7 +18,7 @@ from .heat import has_balance
 from .revolutions import marks_of
 from .run import Form, Lane, Run, attempted, board_of, control_of, start
 from .scene import Scene, build, signature
-from .trajectory import judged, own_sampling, simulate, trajectory_of
+from .trajectory import end_of, judged, own_sampling, simulate, trajectory_of
 
 AT_ONCE = 64  # scenes built before the first of them is integrated
 MANY = WIDTH  # cases of one type of scene for which it is worth looking up their step side by side
@@ -44,7 +44,15 @@ def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
         except Exception as error:
             yield place, error
     for waiting in kinds.values():
-        yield from _Ensemble(waiting).run()
+        yield from _type_by_type(waiting)
+
+
+def _type_by_type(waiting: deque[tuple[int, Case]]) -> Iterator[Ended]:
+    """Yield the same of cases that mostly share their type: values that are zero can make a machine another one."""
+    while waiting:
+        ensemble = _Ensemble(waiting)
+        yield from ensemble.run()
+        waiting = ensemble.others
 
 
 def is_plain(scene: Scene) -> bool:
@@ -59,14 +67,14 @@ def prepared(scene: Scene, lane: Lane, run: Run | None = None) -> Run:
 
     run : the one that was in this lane before, which is used again where it can.
     """
-    settings, save = scene.case.simulate, scene.case.save
+    settings, save, end = scene.case.simulate, scene.case.save, end_of(scene)
     times, marks = own_sampling(scene), marks_of(scene, settings.revolutions)
     if run and run.form == Form.of(scene, times, marks):
         run.begin(scene, times, marks)
     else:
         run = Run(scene, times, marks=marks, lane=lane)
     run.deadline = time.process_time() + settings.time_budget
-    start(run, control_of(scene, scene.turning.at(settings.revolutions), keep_events=save.orbits != "none"))
+    start(run, control_of(scene, end, keep_events=save.orbits != "none"))
     return run
 
 
@@ -74,7 +82,7 @@ def finished(scene: Scene, run: Run) -> Trajectory:
     """Return what the integration that was `prepared` came to."""
     run.events = np.concatenate(run.logs)
     run.counts += run.work.counts
-    return judged(scene, trajectory_of(scene, run, scene.turning.at(scene.case.simulate.revolutions)))
+    return judged(scene, trajectory_of(scene, run, end_of(scene)))
 
 
 def compile_together(case: Case) -> None:
@@ -84,8 +92,11 @@ def compile_together(case: Case) -> None:
         together_of(scene.value, flatten(scene.value))
 
 
-def _built(waiting: deque[tuple[int, Case]]) -> Iterator[tuple[int, Scene | Exception]]:
-    """Yield scenes, or what is wrong with them; some are built at once, in half the time of one after each run."""
+def _built(waiting: deque[tuple[int, Case]]) -> Iterator[tuple[int, Case, Scene | Exception]]:
+    """Yield cases and their scenes, or what is wrong with them.
+
+    Some are built at once, in half the time of one after each run.
+    """
 
     def made(case: Case) -> Scene | Exception:
         try:
@@ -95,7 +106,7 @@ def _built(waiting: deque[tuple[int, Case]]) -> Iterator[tuple[int, Scene | Exce
 
     while waiting:
         some = [waiting.popleft() for _ in range(min(AT_ONCE, len(waiting)))]
-        yield from [(place, made(case)) for place, case in some]
+        yield from [(place, case, made(case)) for place, case in some]
 
 
 class _Ensemble:
@@ -103,7 +114,10 @@ class _Ensemble:
 
     def __init__(self, waiting: deque[tuple[int, Case]]):
         self.waiting, self.lanes = waiting, dict[int, Beside]()  # by lane
+        self.others = deque[tuple[int, Case]]()  # whose scenes turned out to be of another type
+        self.number: int | None = None  # of the form of the scenes
         self.runs: dict[int, Run] = {}  # the latest of each lane
+        self.seen = time.process_time()  # up to where deadlines have been put off by what other cases took
         self.many, self.together = len(waiting) >= MANY, NO_ENTRY
         self.board: Board | None = None
         self.arrays: Attempt | None = None  # of the board's first lane
@@ -113,7 +127,10 @@ class _Ensemble:
         scenes = _built(self.waiting)
         while True:
             for lane in (lane for lane in range(WIDTH) if lane not in self.lanes):
-                for place, scene in scenes:
+                for place, case, scene in scenes:
+                    if self._is_other(scene):
+                        self.others.append((place, case))
+                        continue
                     ended = self._begin(lane, place, scene)
                     if ended is None:
                         break
@@ -121,6 +138,14 @@ class _Ensemble:
             if not self.lanes:
                 return
             yield from self._integrate()
+
+    def _is_other(self, scene: Scene | Exception) -> bool:
+        """Return whether a scene is of another type than those before."""
+        if isinstance(scene, Exception):
+            return False
+        number: int = form_number(scene.value)
+        self.number = number if self.number is None else self.number
+        return number != self.number
 
     def _begin(self, lane: int, place: int, scene: Scene | Exception) -> Trajectory | Exception | None:
         """Put a case into a free lane and return None; return what it came to if that is known at once."""
@@ -151,13 +176,19 @@ class _Ensemble:
         addresses, status = np.array([run.kept.address for run in runs]), np.zeros(len(runs), dtype=np.int64)
         began, clock = time.process_time(), time.perf_counter()
         loop.integrate(runs[0].kept, addresses, status, self.together, self.arrays)
-        spent, share = time.process_time() - began, (time.perf_counter() - clock) / len(runs)
+        now, share = time.process_time(), (time.perf_counter() - clock) / len(runs)
+        others = now - self.seen - (now - began) / len(runs)  # what went to other cases is left out of account
+        self.seen = now
         for (lane, beside), state in zip(list(self.lanes.items()), status, strict=True):
             beside.run.duration += share
-            beside.run.deadline += spent * (1.0 - 1.0 / len(runs))  # what went to other cases is left out of account
-            if state != plan.GOING and beside.run.ended(int(state)):
-                del self.lanes[lane]
-                try:
-                    yield beside.place, finished(beside.scene, beside.run)
-                except Exception as error:
-                    yield beside.place, error
+            beside.run.deadline += others
+            if state == plan.GOING:
+                continue
+            try:
+                if not beside.run.ended(int(state)):
+                    continue
+                ended: Trajectory | Exception = finished(beside.scene, beside.run)
+            except Exception as error:
+                ended = error
+            del self.lanes[lane]
+            yield beside.place, ended

@@ -94,15 +94,22 @@ def timed(scene: Scene) -> Scene:
     return dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
 
 
-def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
-    """Return the trajectory of a scene whose length is given."""
-    turning = scene.mechanism.turns
-    end = scene.turning.at(scene.case.simulate.revolutions) if turning else math.inf
-    if math.isinf(end) and turning:
+def end_of(scene: Scene) -> float:
+    """Return when (s) a scene has made its revolutions, inf without a crank; raise InputError where it never has."""
+    if not scene.mechanism.turns:
+        return math.inf
+    end = scene.turning.at(scene.case.simulate.revolutions)
+    if math.isinf(end):
         raise InputError(
             f"drive.speed.table: the crank comes to rest before {scene.case.simulate.revolutions:.6g} revolutions; let "
             "it go on, or write fewer simulate.revolutions"
         )
+    return end
+
+
+def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
+    """Return the trajectory of a scene whose length is given."""
+    turning, end = scene.mechanism.turns, end_of(scene)
     turned = scene.turning.free and times is None
     if times is not None:
         reported = checked_times(times, math.inf if scene.turning.free else end)

@@ -68,6 +68,7 @@ class Tree:
             stdout=subprocess.PIPE,
             text=True,
             env=os.environ | {"PYTHONPATH": paths},
+            cwd=root,  # what is imported comes from there first
         )
         named = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=8"]
         self.name = subprocess.run(named, capture_output=True, text=True, check=False).stdout.strip() or "unknown"

@@ -9,6 +9,7 @@ address of the scene's parameters.  A further law therefore compiles its own ter
 import contextlib
 import contextvars
 import functools
+import itertools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -191,13 +192,14 @@ def empty_entries() -> Iterator[None]:
 
 _LATEST = [(None, 0)]  # the scene that was asked about last, and the answer: several entries are made of each
 _NUMBERED: dict[tuple, int] = {}  # kinds of scenes
+_NUMBERS = itertools.count()  # no number twice, whichever threads ask at a time
 
 
 def form_number(scene):
     """Return a number that scenes have together whose `kinds` are the same; it is looked up faster than these."""
     latest = _LATEST[0]
     if latest[0] is not scene:
-        _LATEST[0] = latest = scene, _NUMBERED.setdefault(kinds(scene), len(_NUMBERED))
+        _LATEST[0] = latest = scene, _NUMBERED.setdefault(kinds(scene), next(_NUMBERS))
     return latest[1]
 
 

@@ -120,8 +120,12 @@ def _kind_of(given, form):
     return kinds.pop() if len(kinds) == 1 and fits else None
 
 
+TAUGHT = set()  # functions that take numbers in lanes
+
+
 def _teach(function, form, emit, returned=None, taken=2):
     """Let the compiler emit `emit(builder, *values)` for `function` of several values of a `form` each, or of one."""
+    TAUGHT.add(function)
 
     def typed(*given):
         kind = _kind_of(given, form)

@@ -62,7 +62,7 @@ WHOLE = -1  # in place of a row: all of them, a whole step
 
 
 class Attempt(NamedTuple):
-    """What a step is made from and what it makes, see `event.Work`: arrays, or `rows.Rows` of several cases."""
+    """What a step is made from and what it makes, see `event.Work`: arrays, or rows of one case or several."""
 
     y: tuple
     mode: tuple
@@ -85,7 +85,7 @@ def step_width(contacts, n):
 
 @inlined
 def sum_of(contact, which):
-    """Return where a sum of a contact stands: SUM_STORED to SUM_FORCE_SQUARE."""
+    """Return where a sum of a contact stands: SUM_STORED to HIGHEST_DEPTH."""
     return SUMS + SUMS_OF_CONTACT * contact + which
 
 

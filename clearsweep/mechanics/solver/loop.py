@@ -77,8 +77,6 @@ from .step_control import GROW, MOST_TRIES, change_of_length, first_length, next
 
 BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
 HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
-
-
 LOG = 512  # events that are logged before whoever called has to take them away
 WORTH = 3  # cases: fewer take their steps one after the other, as that is faster
 

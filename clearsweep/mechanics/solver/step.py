@@ -5,6 +5,7 @@ from ..compiled.rows import in_rows
 from ..joint.contract import SAME
 from ..observe.along import (
     ERROR,
+    FASTEST,
     LENGTH,
     WHOLE,
     follow_along,
@@ -12,6 +13,7 @@ from ..observe.along import (
     look_for_peaks,
     look_for_speeds,
     sum_along,
+    sum_of,
     sum_up,
 )
 from ..observe.observables import KAPPA, observed
@@ -102,7 +104,11 @@ def take_step(at, h):
     tried = attempt_to(at, work.end)
     if work.method[0] == IMPLICIT:
         work.step[ERROR] = implicit_step(at, h)
-        look_for_speeds(in_rows(tried, 1))
+        if work.step[ERROR] == FAILED:  # what is seen at its stages is that of some step before
+            for j in range(work.mode.size):
+                work.step[sum_of(j, FASTEST)] = 0.0
+        else:
+            look_for_speeds(in_rows(tried, 1))
         return work.step[ERROR]
     if work.whole != 0:
         work.counts[EVALUATIONS] += END
