@@ -58,7 +58,11 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
 
     NaN where no events were kept, where the crank is free, and of joints that touch at several points.
     """
-    speed = study.cases.get("drive.speed", study.base.get("drive", {}).get("speed"))
+    speed = study.base.get("drive", {}).get("speed")
+    if "drive.speed" in study.cases:
+        speed = study.cases[
+            "drive.speed"
+        ].to_numpy()  # of a Series numpy asks for attributes, which pandas seeks in ids
     count, contacts = len(study.cases), study.run.layout.contacts
     if joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
         return np.full(count, np.nan)

@@ -222,8 +222,8 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
 
 def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
     """Return the force p99 of a joint over the peak of the ideal one."""
-    ideal = cases[joint.column("force_peak_ideal")]
-    return cases[joint.column("force_p99")] / ideal.where(ideal > 0.0)
+    ideal = cases[joint.column("force_peak_ideal")].to_numpy()  # pandas would look through the ids, and keep them twice
+    return cases[joint.column("force_p99")] / np.where(ideal > 0.0, ideal, np.nan)
 
 
 def _per_hours(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
@@ -248,7 +248,8 @@ def window(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
     before = 2.0 * (asked > 2.0) if before is None else before  # it follows from the revolutions, which vary
     before = pd.Series(before, cases.index, dtype="float64")
     turns = pd.Series(cases.get("revolutions_run", asked), cases.index, dtype="float64") - before
-    return before, turns.where(turns > 0.0)
+    run = turns.to_numpy()
+    return before, pd.Series(np.where(run > 0.0, run, np.nan), turns.index)
 
 
 def joint_of(case: Case, joint: Joint) -> CaseJoint:
