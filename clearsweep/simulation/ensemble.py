@@ -13,10 +13,11 @@ from ..mechanics.attempt import together_of
 from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten, form_number
 from ..mechanics.compiled.rows import Board
 from ..mechanics.observe.along import Attempt
+from ..mechanics.observe.tally import Ledger
 from ..mechanics.solver import loop, plan
 from .heat import has_balance
 from .revolutions import marks_of
-from .run import Form, Lane, Run, attempted, board_of, control_of, start
+from .run import Form, Lane, Run, board_of, control_of, shared, start
 from .scene import Scene, build, signature
 from .trajectory import end_of, judged, own_sampling, simulate, trajectory_of
 
@@ -120,7 +121,7 @@ class _Ensemble:
         self.seen = time.process_time()  # up to where deadlines have been put off by what other cases took
         self.many, self.together = len(waiting) >= MANY, NO_ENTRY
         self.board: Board | None = None
-        self.arrays: Attempt | None = None  # of the board's first lane
+        self.arrays: tuple[Attempt, Ledger] | tuple[()] = ()  # of the board's first lane
 
     def run(self) -> Iterator[Ended]:
         """Yield what the cases come to."""
@@ -165,7 +166,7 @@ class _Ensemble:
         if self.board is None:
             self.board = board_of(scene)
             first = self.board.lane(0)
-            self.arrays = attempted(first)
+            self.arrays = shared(first)
             if self.many:
                 self.together = together_of(scene.value, first["parameters"])
         return self.board
@@ -175,7 +176,7 @@ class _Ensemble:
         runs = [beside.run for beside in self.lanes.values()]
         addresses, status = np.array([run.kept.address for run in runs]), np.zeros(len(runs), dtype=np.int64)
         began, clock = time.process_time(), time.perf_counter()
-        loop.integrate(runs[0].kept, addresses, status, self.together, self.arrays)
+        loop.integrate(runs[0].kept, addresses, status, self.together, *self.arrays)
         now, share = time.process_time(), (time.perf_counter() - clock) / len(runs)
         others = now - self.seen - (now - began) / len(runs)  # what went to other cases is left out of account
         self.seen = now

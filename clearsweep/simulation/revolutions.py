@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,15 +65,15 @@ def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, wanted - SAME)
 
 
-def room_for(marks: Marks, n: int, contacts: int) -> Turns:
-    """Return room for what is taken at the marks of a run with `n` numbers in its state."""
-    count = len(marks.turns)
+def room_for(marks: Marks, n: int, lane: Mapping[str, np.ndarray]) -> Turns:
+    """Return room for what is taken at the marks of a run, in a lane, with `n` numbers in its state."""
+    count, contacts = len(marks.turns), lane["mode"].size
     return Turns(
         marks=np.zeros(count),
         states=np.zeros((count, n)),
         peaks=np.zeros((count, contacts)),
-        step=np.zeros(contacts),
-        since=np.zeros(contacts),
+        highest=lane["highest"],
+        since=lane["since"],
         passed=np.zeros(1, dtype=np.int64),
     )
 

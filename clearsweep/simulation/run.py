@@ -78,24 +78,31 @@ def board_of(scene: Scene) -> Board:
             "mode": ((contacts,), np.int64),
             "latched": ((contacts + len(every_latched(scene.value.joints)),), float),
             "step": ((step_width(contacts, n),), float),
+            "ahead": ((plan.AHEAD,), float),
+            **dict.fromkeys(("clearance", "highest", "since"), ((contacts,), float)),
+            "rubs": ((contacts,), np.int64),
+            "film": ((contacts, 2), float),
+            "whole": ((tallies.WHOLE,), float),
+            "joint": ((contacts, tallies.JOINT), float),
         }
     )
 
 
-def attempted(lane: Lane) -> Attempt:
-    """Return those arrays that a step works on."""
-    arrays: Any = [lane[name] for name in Attempt._fields]
-    return Attempt(*arrays)
+def shared(lane: Lane) -> tuple[Attempt, tallies.Ledger]:
+    """Return those arrays that a step works on, and those by which it is judged and in which it is entered."""
+    tried: Any = [lane[name] for name in Attempt._fields]
+    entered: Any = [lane[name] for name in tallies.Ledger._fields]
+    return Attempt(*tried), tallies.Ledger(*entered)
 
 
-def _tally_of(scene: Scene, contacts: int) -> tallies.Tally:
+def _tally_of(scene: Scene, contacts: int, lane: Lane) -> tallies.Tally:
     """Return room for what is summed up of so many contacts."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
     return tallies.Tally(
-        whole=np.zeros(tallies.WHOLE),
-        joint=np.zeros((contacts, tallies.JOINT)),
+        whole=lane["whole"],
+        joint=lane["joint"],
         time=np.zeros((contacts, histogram.BINS)),
         ramp=np.zeros((contacts, histogram.BINS)),
         course=np.zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
@@ -142,16 +149,16 @@ class Run:
         n, many = scene.start.size, len(contacts)
         self.form = Form.of(scene, times, marks)
         self.parameters = flatten(value)  # compiled code holds its address
-        self.tally = _tally_of(scene, many)
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
         samples = np.zeros((times.size, len(scene.layout.channels)))
         self.record = Record(np.zeros(times.size), samples, along if turned else moment)
         self.lane = lane = lane or board_of(scene).lane(0)
+        self.tally = _tally_of(scene, many, lane)
         rates = attempt_of(value, lane["parameters"])
         self.work = events.Work(
             rates=rates if rates.code else rates_of(value, self.parameters),
-            whole=int(rates.code != 0),
+            takes_steps=int(rates.code != 0),
             sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if self.tally.room.size else NO_ENTRY,
             time=moment,
@@ -160,30 +167,25 @@ class Run:
             reference_rate=0.0,
             sigma=0.0,
             longest=0.0,
-            z=lane["z"],
             f=np.zeros((7, n)),
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
-            clearance=np.zeros(many),
             side=np.zeros(many),
-            film=np.zeros((many, 2)),
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
             began=np.zeros(len(internal)),
             guards=guards_of(value, self.parameters),
-            rubs=np.zeros(many, dtype=np.bool_),
             limit_depth=np.zeros(many),
             counts=np.zeros(events.COUNTS, dtype=np.int64),
             method=np.zeros(3, dtype=np.int64),
             proposals=np.zeros(2 << many),
-            ahead=np.zeros(plan.AHEAD),
             control=np.zeros(len(plan.Control._fields)),
             log=np.empty((loop.LOG, 5)),
             slopes=np.zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n),
             tally=self.tally,
             record=self.record,
-            turns=room_for(marks, n, many),
-            **attempted(lane)._asdict(),
+            turns=room_for(marks, n, lane),
+            **{name: lane[name] for name in lane if name in events.Work._fields},
         )
         self.kept = Kept(self.work)
         self.begin(scene, times, marks)
@@ -234,10 +236,10 @@ class Run:
     def go_on(self) -> None:
         """Integrate, alone, to where this one ends."""
         addresses, status = np.array([self.kept.address]), np.zeros(1, dtype=np.int64)
-        arrays, waits = attempted(self.lane), True
+        arrays, waits = shared(self.lane), True
         while waits:
             began = time.perf_counter()
-            loop.integrate(self.kept, addresses, status, NO_ENTRY, arrays)
+            loop.integrate(self.kept, addresses, status, NO_ENTRY, *arrays)
             self.duration += time.perf_counter() - began
             waits = not self.ended(int(status[0]))
 

@@ -27,7 +27,7 @@ from .life import Ageing
 from .life_block import Log, Rates, Told, longest_block, told_by
 from .outcome import trajectory_of
 from .revolutions import marks_of
-from .run import Run, attempted, call, control_of, integrate, integrated
+from .run import Run, call, control_of, integrate, integrated, shared
 from .scene import Scene, build
 from .telling import Telling, TellingLife
 from .until import Until, longest, marks
@@ -293,7 +293,7 @@ def compile_loop(case: Case) -> None:
     with empty_entries():
         run = Run(scene, np.empty(0))
     with announced():
-        loop.compile_for(run.kept, attempted(run.lane))
+        loop.compile_for(run.kept, shared(run.lane))
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:

@@ -1,8 +1,8 @@
 """What a whole step comes to, worked out of one case or of several side by side: its error, sums, courses, maxima.
 
 It stands in `Work.step`, behind the step's length and error: sums over the stages, each times its weight and dt/dtau;
-how large an observable is at the stages of a step between whose ends it may have a maximum, else -inf; the courses of
-dt/dtau and of every contact's force over the step.
+how large an observable is at the stages of a step between whose ends it may have a maximum, else NO_PEAK; the courses
+of dt/dtau and of every contact's force over the step.
 """
 
 import math
@@ -40,14 +40,18 @@ WHOLE = -1  # in place of a row: all of them, a whole step
     ERROR,
     RISE,
     RUN,
+    STANDS,  # not zero where the step is good and holds no event
+    STIFF,  # not zero where it may be short for what is stiff
+    SEEKS,  # not zero where a maximum may lie between its stages that is above what it is at their ends
     GOES_ON,  # not zero where the next step begins at its end with nothing changed
     SUM_DRIVE,
     SUM_GRAVITY,
     SUM_ACCELERATION,
     HIGHEST_ACCELERATION,
     HIGHEST_TORQUE,
+    HIGHEST_ERROR,
     SUMS,
-) = range(11)
+) = range(15)
 (
     SUM_STORED,
     SUM_LOST,
@@ -57,8 +61,10 @@ WHOLE = -1  # in place of a row: all of them, a whole step
     FASTEST,  # m per unit of tau, the largest speed of the journal at stages but the last
     HIGHEST_FORCE,
     HIGHEST_DEPTH,
+    HIGHEST_LOAD,
     SUMS_OF_CONTACT,
-) = range(9)
+) = range(10)
+NO_PEAK = -math.inf  # HIGHEST of an observable that has no maximum between the ends of the step
 
 
 class Attempt(NamedTuple):
@@ -85,7 +91,7 @@ def step_width(contacts, n):
 
 @inlined
 def sum_of(contact, which):
-    """Return where a sum of a contact stands: SUM_STORED to HIGHEST_DEPTH."""
+    """Return where a sum of a contact stands: SUM_STORED to HIGHEST_LOAD."""
     return SUMS + SUMS_OF_CONTACT * contact + which
 
 
@@ -191,7 +197,7 @@ def look_for_peaks(tried):
 
 @inlined
 def highest_inside(o, column, sign):
-    """Return the largest value of an observable, times `sign`, at the distinct stages; -inf where it has no peak there.
+    """Return the largest value of an observable, times `sign`, at the distinct stages; NO_PEAK where it has none there.
 
     A peak: it rises at the start of the step and falls at its end, or nearly so, by slopes of the parabolas through
     three stages at either end, a tenth of the step outside, so that one close to an end counts in both steps there.
@@ -201,7 +207,7 @@ def highest_inside(o, column, sign):
     highest = sign * o[0, column]
     for m in range(1, NODES.size):
         highest = max(highest, sign * o[NODES[m], column])
-    return where(sign * rise > 0.0, where(sign * fall < 0.0, highest, -math.inf), -math.inf)
+    return where((sign * rise > 0.0) & (sign * fall < 0.0), highest, NO_PEAK)
 
 
 def _slope(nodes, point):

@@ -1,11 +1,8 @@
 """Where between the stages of a step an observable is largest."""
 
-from typing import NamedTuple
-
 from ..compiled.family import kernel
 from ..solver.dop853 import SCRATCH
 from ..solver.event import evaluate_dense
-from ..solver.step import finish_dense
 from .observables import NODES, SHARES, put_load
 
 
@@ -56,25 +53,7 @@ def refined_peak(at, column, sign, node):
     return best
 
 
-class Peak(NamedTuple):
-    """What is looked for between the ends of a step."""
-
-    column: int  # of the observables
-    sign: float  # by which it is multiplied
-    least: float  # below which it is of no account
-    highest: float  # at the stages, -inf where it has no peak in the step, see `along.highest_inside`
-
-
 @kernel
-def located(at, h, peak, best, dense):
-    """Return the largest value of an observable in the step, and whether the dense output is made now.
-
-    `best` is the larger of the values at the ends, times the sign of the Peak; what lies between is located unless it
-    stays below its least.
-    """
-    if peak.highest > peak.least:
-        node = highest_node(at[0].o, peak.column, peak.sign)
-        if not dense:
-            finish_dense(at, h)
-        return max(best, refined_peak(at, peak.column, peak.sign, node)), True
-    return best, dense
+def highest_between(at, column, sign):
+    """Return the largest value of the observable, times `sign`, near its highest stage, from the dense output."""
+    return refined_peak(at, column, sign, highest_node(at[0].o, column, sign))

@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import kernel
+from ..compiled.rows import lies_in_lanes
 from ..solver.dop853 import END, SCRATCH, dense_state
 from ..solver.event import evaluate_dense
-from ..solver.step import finish_dense
+from ..solver.step import with_dense
 from .observables import NORMAL, column_of
 from .peaks import observable_at
 from .record import share_at
@@ -21,9 +22,12 @@ class Turns(NamedTuple):
     marks: np.ndarray  # (marks,) s, or rad of a free crank, increasing: where
     states: np.ndarray  # (marks, n) the state there
     peaks: np.ndarray  # (marks, contacts) N, largest normal force since the mark before
-    step: np.ndarray  # (contacts,) N, largest normal force of the step in hand, 0 where none acts
-    since: np.ndarray  # (contacts,) N, of the steps since the last mark
+    highest: np.ndarray  # (contacts,) N, largest normal force of the step in hand, 0 where none acts
+    since: np.ndarray  # (contacts,) N, of the steps before it since the last mark
     passed: np.ndarray  # (1,) int64, how many marks are behind
+
+
+lies_in_lanes(Turns, {"highest", "since"})
 
 
 @kernel
@@ -46,7 +50,7 @@ def take_peaks(at, i, x):
         evaluate_dense(at, x)
         row = SCRATCH
     for j in range(work.mode.size):
-        column, highest = column_of(j, NORMAL), turns.step[j]
+        column, highest = column_of(j, NORMAL), turns.highest[j]
         here = work.o[row, column] if highest > 0.0 else 0.0
         after = max(here, work.o[END, column]) if highest > 0.0 else 0.0
         before = here
@@ -56,7 +60,7 @@ def take_peaks(at, i, x):
             if x < 1.0:
                 evaluate_dense(at, x)
         turns.peaks[i, j] = max(turns.since[j], before)
-        turns.since[j], turns.step[j] = 0.0, after
+        turns.since[j], turns.highest[j] = 0.0, after
 
 
 @kernel
@@ -68,9 +72,7 @@ def note_turns(at, h, dense):
     while i < turns.marks.size and turns.marks[i] <= work.end[work.along]:
         x = 1.0
         if turns.marks[i] < work.end[work.along]:
-            if not dense:
-                finish_dense(at, h)
-                dense = True
+            dense = with_dense(at, h, dense)
             x = share_at(at, work.along, turns.marks[i])
         take_peaks(at, i, x)
         if x < 1.0:
@@ -79,6 +81,4 @@ def note_turns(at, h, dense):
             turns.states[i, c] = work.z[c] if x < 1.0 else work.end[c]
         i += 1
     turns.passed[0] = i
-    for j in range(work.mode.size):
-        turns.since[j] = max(turns.since[j], turns.step[j])
     return dense

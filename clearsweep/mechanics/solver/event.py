@@ -14,6 +14,7 @@ from ..compiled.rows import lies_in_lanes
 from ..joint.contract import meets, touches
 from ..observe.along import FASTEST, Attempt, sum_of
 from ..observe.observables import KAPPA, observed
+from ..observe.tally import Ledger
 from .dop853 import END, SCRATCH, dense_component, dense_state
 
 NOTHING, ONSET, SEPARATION, STOP, GUARD = range(5)  # kinds of events; GUARD and beyond: the guards of joints
@@ -34,7 +35,7 @@ class Work(NamedTuple):
     """
 
     rates: Entry  # the right-hand side
-    whole: int  # 1 if it takes whole steps of the explicit method, too, see `attempt`; 0: it does not
+    takes_steps: int  # 1 if it takes whole steps of the explicit method, too, see `attempt`; 0: it does not
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
@@ -44,7 +45,7 @@ class Work(NamedTuple):
     sigma: float  # m^0.5, Scene.sigma
     longest: float  # s, a step spans no more
 
-    y: np.ndarray  # (n,) state at the start of the step; from here to `step` in a lane of a `rows.Board`
+    y: np.ndarray  # (n,) state at the start of the step; from here to `ahead` in a lane of a `rows.Board`
     end: np.ndarray  # (n,) state at its end
     z: np.ndarray  # (n,) state of a stage or on the dense output
     k: np.ndarray  # (16, n) rates
@@ -53,21 +54,21 @@ class Work(NamedTuple):
     mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
     latched: np.ndarray  # (c + l,) what changes at events alone: closing rate (m/s) of each onset, floored; of laws
     step: np.ndarray  # (step_width,) the length of a step that is tried and what it comes to, see observe.along
+    clearance: np.ndarray  # (c,) m
+    rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
+    film: np.ndarray  # (c, 2) m, depth beyond which a film bears not alone, and its formula is held; inf: never
+    ahead: np.ndarray  # (AHEAD,) what the loop goes on with, see plan
     f: np.ndarray  # (7, n) dense output
     apart: np.ndarray  # (c,) int64, the mode to which a separation leads
     pressed: np.ndarray  # (c,) int64, the mode to which an onset leads
-    clearance: np.ndarray  # (c,) m
     side: np.ndarray  # (c,) Joint.side
-    rubs: np.ndarray  # (c,) bool, whether there is friction
     limit_depth: np.ndarray  # (c,) m, penetration up to which the elastic law is meant to hold; inf: any
-    film: np.ndarray  # (c, 2) m, depth beyond which a film bears not alone, and its formula is held; inf: never
     ended_by: np.ndarray  # (m,) int64, the contact whose separation ends a number of internal state; -1: it is kept
     began: np.ndarray  # (m,) where the number begins
     counts: np.ndarray  # (COUNTS,) int64
     method: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
     slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion turns out to be stiff
     proposals: np.ndarray  # (2^(1+c),) step length by method and contacts that touch, 0: none yet
-    ahead: np.ndarray  # (AHEAD,) what the loop goes on with, see plan
     control: np.ndarray  # (len(Control),) what ends the motion, see plan.Control
     log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see passing.Event
     guards: tuple  # joint.guards.Guards
@@ -77,7 +78,7 @@ class Work(NamedTuple):
     turns: tuple  # turns.Turns
 
 
-lies_in_lanes(Work, {*Attempt._fields, "z"})
+lies_in_lanes(Work, {*Attempt._fields, *Ledger._fields, "z"})
 
 
 @kernel
@@ -120,6 +121,14 @@ def attempt_to(at, end):
     """Return the Attempt of a case whose state at the end is `end`."""
     work = at[0]
     return Attempt(work.y, work.mode, work.latched, work.scale, work.k, work.o, end, work.step)
+
+
+@inlined
+def ledger_of(at):
+    """Return the Ledger of a case."""
+    work, tally, turns = at[0], at[0].tally, at[0].turns
+    given = (work.y, work.mode, work.k, work.o, work.end, work.step, work.ahead, work.clearance, work.film, work.rubs)
+    return Ledger(*given, tally.whole, tally.joint, turns.highest, turns.since)
 
 
 @kernel

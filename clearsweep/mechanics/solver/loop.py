@@ -5,17 +5,14 @@ import math
 import numpy as np
 from numba import config, njit, typeof
 
-from ..compiled.family import NO_ENTRY, WIDTH, invoke, kernel
+from ..compiled.family import NO_ENTRY, WIDTH, inlined, invoke, kernel
 from ..compiled.kept import found
 from ..compiled.rows import in_rows
-from ..observe.along import ERROR, GOES_ON, LENGTH, WHOLE, advance, sum_up
+from ..observe.along import ERROR, GOES_ON, LENGTH, STANDS, STIFF, WHOLE, advance, sum_up
+from ..observe.noting import note_step, open_window
 from ..observe.observables import KAPPA, KINETIC
 from ..observe.record import write_sample
-from ..observe.tally import (
-    KINETIC_START,
-    note_step,
-    open_window,
-)
+from ..observe.tally import KINETIC_START, enter
 from ..observe.turns import take_start
 from .choice import choose_method
 from .dop853 import END
@@ -29,11 +26,14 @@ from .event import (
     STEPS,
     STOP,
     attempt_to,
+    ledger_of,
+    pass_guards,
 )
 from .newton import AFTER, RENEWED
 from .newton import LENGTH as PAST_LENGTH
 from .passing import pass_events
 from .plan import (
+    ALONE,
     ANGLE,
     AUTO,
     BEFORE,
@@ -71,9 +71,9 @@ from .plan import (
     WINDOW,
     WINDOWED,
 )
-from .prospect import travel_ratio
-from .step import begin_step, finish_ends, land, meet, take_step
-from .step_control import GROW, MOST_TRIES, change_of_length, first_length, next_length, proposal_of, shrinking
+from .prospect import judge
+from .step import begin_step, land, meet, take_step
+from .step_control import GROW, MOST_TRIES, first_length, next_length, proposal_of, shrinking
 
 BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
 HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
@@ -85,6 +85,35 @@ WORTH = 3  # cases: fewer take their steps one after the other, as that is faste
 def advance_alone(at):
     """Go on from the end of a step where nothing has changed."""
     advance(in_rows(attempt_to(at, at[0].end), 1))
+
+
+@kernel
+def enter_alone(at):
+    """Enter the step, which stands."""
+    at[0].step[STANDS] = 1.0
+    enter(in_rows(ledger_of(at), 1), at[0].time)
+
+
+@kernel
+def settle_alone(at):
+    """Judge a step that was not judged beside others, and enter it if it stands; one to an event is not judged."""
+    work = at[0]
+    if work.ahead[LANDING] != 0.0:
+        return
+    work.ahead[ALONE] = 0.0
+    judge(in_rows(ledger_of(at), 1), work.along, work.time)
+    if work.step[STANDS] != 0.0:
+        if pass_guards(at):
+            work.step[STANDS] = 0.0
+        else:
+            enter_alone(at)
+
+
+@inlined
+def settle_beside(ledger, along, time):
+    """Judge the steps of all cases that lie side by side, but those that go ALONE, and enter those that stand."""
+    judge(ledger, along, time)
+    enter(ledger, time)
 
 
 @kernel
@@ -108,7 +137,7 @@ def begin(at):
     ahead[WINDOWED] = 1.0 if control[WINDOW] <= here else 0.0
     ahead[STOP_AT] = next_stop(at, here)
     begin_step(at)  # after a pause the same again, unless the state was put elsewhere
-    ahead[SPENT], ahead[REST] = work.counts[EVALUATIONS], work.counts[STEPS] + control[STRETCH]
+    ahead[REST] = work.counts[STEPS] + control[STRETCH]
     if ahead[NEXT] > 0.0:
         return
     ahead[FARTHEST], ahead[ANGLE], ahead[SINCE] = here, here, moment
@@ -119,15 +148,14 @@ def begin(at):
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[record.along]:
         write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
-    look_ahead(at, first_length(at, work.proposals, proposal_of(at)), 0.0)
+    begin_anew(at)
 
 
 @kernel
-def look_ahead(at, length, expected):
-    """Note the length of the next step and the error that is expected of it."""
+def begin_anew(at):
+    """Note the length of the first step after something has changed; nothing is known of its error."""
     ahead = at[0].ahead
-    ahead[NEXT], ahead[GROWTH], ahead[EXPECTED] = length, GROW, expected
-    ahead[SPENT] = at[0].counts[EVALUATIONS]
+    ahead[NEXT], ahead[GROWTH], ahead[EXPECTED] = first_length(at, at[0].proposals, proposal_of(at)), GROW, 0.0
 
 
 @kernel
@@ -179,18 +207,21 @@ def ready(at):
         return GOING
     if work.counts[STEPS] + work.counts[REJECTED] >= work.control[MOST_STEPS]:
         return STEP_BUDGET
-    reason = interruption(at) if ahead[TRIES] == 0.0 else GOING
+    reason = GOING
+    if ahead[TRIES] == 0.0:
+        reason, ahead[SPENT] = interruption(at), work.counts[EVALUATIONS]
     if reason == GOING:
         ahead[NEXT] = min(ahead[NEXT], work.longest / work.o[0, KAPPA])
         work.step[LENGTH] = ahead[NEXT]
+        ahead[ALONE] = 1.0 if work.method[0] == IMPLICIT or work.guards.contact.size > 0 else 0.0
     return reason
 
 
 @kernel
-def reject(at, h, error):
+def reject(at, h):
     """Shorten a step of length `h` whose error was too large; return GOING, or why that helps no more."""
     work = at[0]
-    ahead = work.ahead
+    ahead, error = work.ahead, work.step[ERROR]
     work.counts[REJECTED] += 1
     ahead[NEXT], ahead[GROWTH], ahead[TRIES] = h * shrinking(error), 1.0, ahead[TRIES] + 1.0
     if ahead[TRIES] > MOST_TRIES:
@@ -207,7 +238,8 @@ def conclude_landing(at, h):
     ahead[LANDING] = 0.0
     land(at, share, (kind, contact, ahead[STOP_AT]), h)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - int(ahead[BEFORE])
-    note_step(at, h, windowed, dense=False)
+    enter_alone(at)
+    note_step(at, h, dense=False)
     if kind == STOP:
         if ahead[STOP_AT] == target_of(at):
             if windowed:
@@ -220,38 +252,38 @@ def conclude_landing(at, h):
         if reason != GOING:
             return reason
     restart(at)
-    look_ahead(at, first_length(at, work.proposals, proposal_of(at)), 0.0)
+    begin_anew(at)
     return GOING
 
 
 @kernel
 def conclude(at):
-    """Take from the step that was tried, see `work.step`, all that is wanted, or reject it; return GOING or the end."""
+    """Take from the step that was tried and judged all that is wanted, or reject it; return GOING or the end."""
     work = at[0]
-    ahead, control, proposals = work.ahead, work.control, work.proposals
-    h, work.step[GOES_ON] = work.step[LENGTH], 0.0
+    ahead, step, proposals, method = work.ahead, work.step, work.proposals, work.method
+    h, step[GOES_ON] = step[LENGTH], 0.0
     if ahead[LANDING] != 0.0:
         return conclude_landing(at, h)
-    error = max(work.step[ERROR], travel_ratio(at, h) ** 8)  # the step control takes the eighth root
-    if not error < 1.0:
-        return reject(at, h, error)
-    ahead[TRIES] = 0.0
-    finish_ends(at)
-    pattern, windowed = proposal_of(at), ahead[WINDOWED] != 0.0
-    if control[METHOD] == AUTO:
+    if not step[ERROR] < 1.0:
+        return reject(at, h)
+    pattern, dense = proposal_of(at), step[STANDS] == 0.0
+    proposals[pattern] = ahead[NEXT]
+    if work.control[METHOD] == AUTO and (step[STIFF] != 0.0 or method[0] == IMPLICIT):
         cost = work.counts[EVALUATIONS] - int(ahead[SPENT])
         choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], cost)
-    change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
-    proposals[pattern] = h * change
-    share, kind, contact, dense = meet(at, h, ahead[STOP_AT])
-    if kind == NOTHING:
-        note_step(at, h, windowed, dense)
+    else:
+        method[1] = 0
+    if dense:
+        share, kind, contact = meet(at, h, ahead[STOP_AT])
+        if kind != NOTHING:
+            ahead[LANDING], ahead[SHARE], ahead[KIND], ahead[CONTACT] = 1.0, share, kind, contact
+            ahead[BEFORE], step[LENGTH], ahead[ALONE] = work.counts[EVALUATIONS], h * share, 1.0
+            return GOING
+        enter_alone(at)
+    note_step(at, h, dense)
+    if method[0] == IMPLICIT:
         work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
-        work.step[GOES_ON] = 1.0
-        look_ahead(at, next_length(at, h, proposals[pattern]), error * change**8)
-        return GOING
-    ahead[LANDING], ahead[SHARE], ahead[KIND], ahead[CONTACT] = 1.0, share, kind, contact
-    ahead[BEFORE], work.step[LENGTH] = work.counts[EVALUATIONS], h * share
+    step[GOES_ON], ahead[NEXT] = 1.0, next_length(at, h, ahead[NEXT])
     return GOING
 
 
@@ -259,11 +291,11 @@ def compile_for(model, lanes):
     """Compile `integrate` for a Kept and arrays of these types, or load it from the cache."""
     cases = np.zeros(0, dtype=np.int64)
     if not config.DISABLE_JIT:
-        integrate.compile(tuple(map(typeof, (model, cases, cases, NO_ENTRY, lanes))))
+        integrate.compile(tuple(map(typeof, (model, cases, cases, NO_ENTRY, *lanes))))
 
 
 @njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
-def integrate(model, addresses, status, together, lanes):
+def integrate(model, addresses, status, together, tried, ledger):
     """Integrate cases from where they stand until one of them is to be looked at.  Never raises.
 
     Parameters
@@ -273,7 +305,7 @@ def integrate(model, addresses, status, together, lanes):
     status : (cases,) int64, filled: GOING, OK or the reason why a case ended early; PAUSED, or TURNS_STIFF, its
         `work.slopes` being needed: call again to go on.
     together : the Entry that takes a step in every lane of the Board, see `attempt`; NO_ENTRY for one after the other.
-    lanes : the arrays of the Board that it works on, those of its first lane.
+    tried, ledger : Attempt and Ledger, the arrays of the Board that it works on, those of its first lane.
 
     Figures are in the `tally` of each Work, samples in its `record`, events in its `log`.  Which cases go side by side
     has no part in what comes out: see `attempt`.
@@ -290,17 +322,20 @@ def integrate(model, addresses, status, together, lanes):
             return
         beside = together.code != 0 and explicit >= WORTH
         if beside:
-            invoke(together.code, together.parameters, lanes, WHOLE)
-            sum_up(in_rows(lanes, WIDTH))
+            invoke(together.code, together.parameters, tried, WHOLE)
+            sum_up(in_rows(tried, WIDTH))
+            settle_beside(in_rows(ledger, WIDTH), at[0].along, at[0].time)
         for c in range(addresses.size):
             at = found(model, addresses[c])
-            if not beside or at[0].method[0] == IMPLICIT:
-                take_step(at, at[0].step[LENGTH])
-            else:
+            if beside and at[0].method[0] != IMPLICIT:
                 at[0].counts[EVALUATIONS] += END
+            else:
+                take_step(at)
+            if not beside or at[0].ahead[ALONE] != 0.0:
+                settle_alone(at)
             status[c] = conclude(at)
             waits = waits or status[c] != GOING
             if not beside:
                 advance_alone(at)
         if beside:
-            advance(in_rows(lanes, WIDTH))
+            advance(in_rows(tried, WIDTH))

@@ -30,5 +30,5 @@ WINDOW, LAST, PARTINGS, MOST_STEPS, MOST_EVENTS, KEEP_EVENTS, METHOD, PAUSE, STR
 # when (s)
 NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE = range(13)
 # then whether a step is being taken again to end at an event; the share of the longer step, what event, of which
-# contact, and evaluations before it
-LANDING, SHARE, KIND, CONTACT, BEFORE, AHEAD = range(13, 19)
+# contact, and evaluations before it; whether the step is judged by itself, not beside others
+LANDING, SHARE, KIND, CONTACT, BEFORE, ALONE, AHEAD = range(13, 20)

@@ -1,39 +1,64 @@
-"""Whether a step can hold an event at all, and whether it is short enough to be searched for one."""
+"""Whether a step is good, whether it can hold an event at all, and how long the next may be: of one case or of several.
 
-from ..compiled.family import kernel
+Free flight is short enough to be searched: a journal may travel so far in a step, see `event.FARTHEST`.
+"""
+
+from ..compiled.choosing import where
+from ..compiled.family import inlined
 from ..joint.contract import meets, touches
-from ..observe.along import FASTEST, sum_of
-from ..observe.observables import observed
+from ..observe.along import ERROR, FASTEST, LENGTH, RISE, RUN, STANDS, STIFF, sum_of
+from ..observe.observables import DEPTH, KAPPA, SLIP, column_of
+from .choice import FAST
 from .dop853 import END
-from .event import FARTHEST, MARGIN, fastest, pass_guards
+from .event import FARTHEST, MARGIN
+from .plan import ALONE, EXPECTED, GROWTH, NEXT, STOP_AT, TRIES
+from .step_control import GROW, change_of_length, eighth_power
 
 
-@kernel
-def may_meet(at, h, stop):
-    """Return whether the step from `work.y` to `work.end` can hold an event; True wherever that is not excluded."""
-    work = at[0]
-    if work.end[work.along] >= stop:
-        return True
-    for j in range(work.mode.size):
-        if meets(work.mode[j]):
-            # a path from one end to the other strays from the farther end by at most half its length
-            reach = max(observed(at, 0, j).depth, observed(at, END, j).depth)
-            reach += 0.5 * MARGIN * h * fastest(at, j)
-            if reach >= 0.0:
-                return True
-        elif touches(work.mode[j]):
-            start, end = work.k[0, work.time + 1 + j], work.k[END, work.time + 1 + j]
-            lowest = min(work.y[work.time + 1 + j], work.end[work.time + 1 + j])
-            if lowest <= 0.0 or (start < 0.0 < end and lowest < 0.25 * h * min(-start, end)):
-                return True
-    return pass_guards(at)
+@inlined
+def judge(ledger, along, time):
+    """Note of the steps that were tried whether they stand as they are, and of good ones how long the next may be.
+
+    `along`, `time` : places in the state.  Cases that go ALONE are left as they are.
+    """
+    step, ahead = ledger.step, ledger.ahead
+    h = step[LENGTH]
+    error = max(step[ERROR], eighth_power(travel_ratio(ledger)))  # the step control takes the eighth root
+    good = (error < 1.0) & (ahead[ALONE] == 0.0)
+    step[ERROR] = error
+    step[STIFF] = where(good & (h * h * step[RISE] > FAST * FAST * step[RUN]), 1.0, 0.0)
+    step[STANDS] = where(good & holds_no_event(ledger, along, time), 1.0, 0.0)
+    change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
+    ahead[NEXT] = where(good, h * change, ahead[NEXT])
+    ahead[EXPECTED] = where(good, error * eighth_power(change), ahead[EXPECTED])
+    ahead[GROWTH], ahead[TRIES] = where(good, GROW, ahead[GROWTH]), where(good, 0.0, ahead[TRIES])
 
 
-@kernel
-def travel_ratio(at, h):
-    """Return how far journals in free flight go in a step of length `h`, over what they may."""
-    work, farthest = at[0], 0.0
-    for j in range(work.mode.size):
-        if meets(work.mode[j]):
-            farthest = max(farthest, h * work.step[sum_of(j, FASTEST)] / (FARTHEST * work.clearance[j]))
+@inlined
+def holds_no_event(ledger, along, time):
+    """Return whether a step cannot hold an event, the passage of a guard aside; False where that is not excluded."""
+    y, end, k, o, mode, h = ledger.y, ledger.end, ledger.k, ledger.o, ledger.mode, ledger.step[LENGTH]
+    none = end[along] < ledger.ahead[STOP_AT]
+    for j in range(mode.size):
+        # a path from one end to the other strays from the farther end by at most half its length
+        there = column_of(j, DEPTH)
+        fastest = max(ledger.step[sum_of(j, FASTEST)], o[END, column_of(j, SLIP)] * o[END, KAPPA])
+        reach = max(o[0, there], o[END, there]) + 0.5 * MARGIN * h * fastest
+        none = none & (where(meets(mode[j]), reach, -1.0) < 0.0)
+        # a root of penetration that falls and rises dips by at most a quarter of what either slope makes of it
+        root = time + 1 + j
+        lowest, fall, rise = min(y[root], end[root]), k[0, root], k[END, root]
+        dip = where((fall < 0.0) & (rise > 0.0), 0.25 * h * min(-fall, rise), 0.0)
+        none = none & (where(touches(mode[j]), lowest - dip, 1.0) > 0.0)
+    return none
+
+
+@inlined
+def travel_ratio(ledger):
+    """Return how far journals in free flight go in the step, over what they may."""
+    step, mode = ledger.step, ledger.mode
+    farthest = 0.0 * step[LENGTH]
+    for j in range(mode.size):
+        ratio = step[LENGTH] * step[sum_of(j, FASTEST)] / (FARTHEST * ledger.clearance[j])
+        farthest = max(farthest, where(meets(mode[j]), ratio, 0.0))
     return farthest

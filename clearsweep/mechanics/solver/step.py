@@ -22,7 +22,6 @@ from .event import (
     EVALUATIONS,
     IMPLICIT,
     LOCATING,
-    NOTHING,
     ONSET,
     SEPARATION,
     STOP,
@@ -33,7 +32,6 @@ from .event import (
     looked_at,
 )
 from .newton import FAILED, fall_back, implicit_step
-from .prospect import may_meet
 from .radau import STAGE_WEIGHTS
 
 
@@ -94,32 +92,11 @@ def finish_dense(at, h):
 
 
 @kernel
-def take_step(at, h):
-    """Take a step of length `h`: its end into `work.end`, what is seen there into row END, its sums into `work.step`.
-
-    Return its error over the allowed one.
-    """
-    work = at[0]
-    work.step[LENGTH] = h
-    tried = attempt_to(at, work.end)
-    if work.method[0] == IMPLICIT:
-        work.step[ERROR] = implicit_step(at, h)
-        if work.step[ERROR] == FAILED:  # what is seen at its stages is that of some step before
-            for j in range(work.mode.size):
-                work.step[sum_of(j, FASTEST)] = 0.0
-        else:
-            look_for_speeds(in_rows(tried, 1))
-        return work.step[ERROR]
-    if work.whole != 0:
-        work.counts[EVALUATIONS] += END
-        invoke(work.rates.code, work.rates.parameters, tried, WHOLE)
-    else:
-        run_stages(at, h, 1, END)
-        stage_state(END, h, work.y, work.k, work.end)
-        keep_last_stage(tried, work.z)
-        evaluate(at, work.end, END)
-    sum_up(in_rows(tried, 1))
-    return work.step[ERROR]
+def with_dense(at, h, dense):
+    """Make the dense output unless it is there; return that it is."""
+    if not dense:
+        finish_dense(at, h)
+    return True
 
 
 @kernel
@@ -135,6 +112,32 @@ def finish_ends(at):
 
 
 @kernel
+def take_step(at):
+    """Take the step whose length stands in `work.step`: fill `work.end`, row END and what the step comes to."""
+    work, h = at[0], at[0].step[LENGTH]
+    tried = attempt_to(at, work.end)
+    if work.method[0] == IMPLICIT:
+        work.step[ERROR] = implicit_step(at, h)
+        if work.step[ERROR] == FAILED:  # what is seen at its stages is that of some step before
+            for j in range(work.mode.size):
+                work.step[sum_of(j, FASTEST)] = 0.0
+        else:
+            look_for_speeds(in_rows(tried, 1))
+        if work.step[ERROR] < 1.0:
+            finish_ends(at)
+        return
+    if work.takes_steps != 0:
+        work.counts[EVALUATIONS] += END
+        invoke(work.rates.code, work.rates.parameters, tried, WHOLE)
+    else:
+        run_stages(at, h, 1, END)
+        stage_state(END, h, work.y, work.k, work.end)
+        keep_last_stage(tried, work.z)
+        evaluate(at, work.end, END)
+    sum_up(in_rows(tried, 1))
+
+
+@kernel
 def land(at, share, event, h):
     """Finish a step of length `h` that was taken again, with a `share` of its length, to end at an event.
 
@@ -144,7 +147,8 @@ def land(at, share, event, h):
     kind, contact, stop = event
     if work.step[ERROR] == FAILED:  # the interpolant of the longer step has to do
         fall_back(at, share)
-    finish_ends(at)
+    if not work.step[ERROR] < 1.0:
+        finish_ends(at)
     miss, slope = 0.0, 0.0
     if kind == ONSET:
         seen = observed(at, END, contact)
@@ -164,14 +168,11 @@ def land(at, share, event, h):
 def meet(at, h, stop):
     """Look for events in the step just taken; `stop` is where along the run to stop.
 
-    Return the share of the step at which the first was met, what it was, by which contact, and whether the dense output
-    is made.
+    Return the share of the step at which the first was met, what it was, and by which contact.
     """
     work = at[0]
-    if not may_meet(at, h, stop):
-        return 2.0, NOTHING, 0, False
     before = work.counts[EVALUATIONS]
     finish_dense(at, h)
     share, kind, contact = first_event(at, h, stop)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
-    return share, kind, contact, True
+    return share, kind, contact

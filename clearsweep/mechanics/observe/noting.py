@@ -1,0 +1,258 @@
+"""What is taken from a step of a case beyond what `tally.enter` adds up: it costs a search, or only some cases ask."""
+
+import math
+
+from ..compiled.family import invoke, kernel
+from ..joint.contract import acts, touches
+from ..solver.dop853 import END, WEIGHTS
+from ..solver.event import IMPLICIT, SAMPLES, STEPS
+from ..solver.plan import WINDOWED
+from ..solver.radau import STAGE_WEIGHTS
+from ..solver.step import with_dense
+from .along import (
+    HIGHEST_ACCELERATION,
+    HIGHEST_DEPTH,
+    HIGHEST_ERROR,
+    HIGHEST_FORCE,
+    HIGHEST_LOAD,
+    HIGHEST_TORQUE,
+    NO_PEAK,
+    SEEKS,
+    SUM_LOST,
+    SUM_RUBBED,
+    course_of,
+    highest_inside,
+    integral_of,
+    sum_of,
+)
+from .between import look_between
+from .histogram import (
+    DEPTH_COURSE,
+    FORCE,
+    KAPPA_COURSE,
+    PARTS,
+    RUBBED_COURSE,
+    SLIP_COURSE,
+    fill_ramp,
+    follow,
+    share_beyond,
+)
+from .observables import (
+    ACCELERATION,
+    DEPTH,
+    DRAINED,
+    DRY,
+    DRY_RUBBED,
+    ERROR,
+    LOAD,
+    NODES,
+    NORMAL,
+    PRESSURE,
+    RUBBED,
+    SLIP,
+    SPEED,
+    TORQUE,
+    column_of,
+    film_column,
+    put_rubbed,
+)
+from .peaks import highest_between, refined_peak
+from .record import write_samples
+from .tally import (
+    ACCELERATION_MAX,
+    BEYOND_TIME,
+    DEPTH_MAX,
+    DRAINED_ENERGY,
+    DRY_MAX,
+    DRY_TIME,
+    ERROR_MAX,
+    FILM_TIME,
+    FORCE_MAX,
+    HEAT,
+    HELD_TIME,
+    LOAD_MAX,
+    OPENED,
+    PEAK,
+    PRESSURE_MAX,
+    RESIDUAL,
+    SPEED_MAX,
+    SPEED_MIN,
+    SPEED_MOST,
+    TORQUE_MAX,
+    WHOLE,
+)
+from .turns import note_turns
+
+
+@kernel
+def add_course(at, j, duration):
+    """Enter the course of contact `j`'s force over a step that lasts `duration` (s) into its histogram."""
+    work = at[0]
+    tally = work.tally
+    course, step = tally.course[j], work.step
+    force, kappa = course_of(work.mode.size, j), course_of(work.mode.size, -1)
+    limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
+    if worn or limited or film:
+        for i in range(PARTS + 1):
+            course[FORCE, i], course[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
+        follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
+    if worn:
+        follow(work.o, column_of(j, SLIP), course, SLIP_COURSE)
+        for m in range(NODES.size):
+            put_rubbed(work.o, NODES[m], j)
+        follow(work.o, column_of(j, RUBBED), course, RUBBED_COURSE)
+    total = 0.0
+    for i in range(PARTS):
+        total += max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)
+    for i in range(PARTS):
+        begin, end = step[force + i], step[force + i + 1]
+        lasting = (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)) * (duration / total)
+        if film and begin * end < 0.0:  # the force of a film is negative for a part of the time, not merely close to 0
+            positive = max(begin, end) / abs(end - begin)
+            tally.time[j, 0] += (1.0 - positive) * lasting
+            begin, end, lasting = 0.0, max(begin, end), positive * lasting
+        fill_ramp(tally.time[j], tally.ramp[j], begin, end, lasting)
+    if limited:
+        tally.joint[j, BEYOND_TIME] += share_beyond(course, work.limit_depth[j]) * duration
+    if film:
+        dry = 1.0 if touches(work.mode[j]) else 0.0
+        if work.film[j, 0] != 0.0:
+            dry = share_beyond(course, work.film[j, 0])
+        tally.joint[j, DRY_TIME] += dry * duration
+        tally.joint[j, FILM_TIME] += (1.0 - dry) * duration
+        tally.joint[j, HELD_TIME] += share_beyond(course, work.film[j, 1]) * duration
+        if worn:
+            follow(work.o, film_column(work.mode.size, j, DRY), course, FORCE)  # the film wears nothing off
+            follow(work.o, film_column(work.mode.size, j, DRY_RUBBED), course, RUBBED_COURSE)
+
+
+@kernel
+def note_film(at, h, j, dense):
+    """Add up the heat of contact `j`, which has a film, and update its largest dry force and pressure.
+
+    Return whether the dense output is made now.
+    """
+    work = at[0]
+    o, step, row, contacts = work.o, work.step, work.tally.joint[j], work.mode.size
+    weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
+    row[HEAT] += h * (step[sum_of(j, SUM_LOST)] + step[sum_of(j, SUM_RUBBED)])
+    row[DRAINED_ENERGY] += h * integral_of(o, film_column(contacts, j, DRAINED), weights)
+    dry = film_column(contacts, j, DRY)
+    best = max(o[0, dry], o[END, dry])
+    if highest_inside(o, dry, 1.0) > 0.9 * row[DRY_MAX]:
+        dense = with_dense(at, h, dense)
+        best = max(best, highest_between(at, dry, 1.0))
+    row[DRY_MAX] = max(row[DRY_MAX], best)
+    pressure = film_column(contacts, j, PRESSURE)
+    best = max(o[0, pressure], o[END, pressure])
+    if best > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step it is known on the interpolant alone
+        dense = with_dense(at, h, dense)
+        best = max(best, refined_peak(at, pressure, 1.0, NODES.size // 2))
+    row[PRESSURE_MAX] = max(row[PRESSURE_MAX], best)
+    row[SPEED_MOST] = max(row[SPEED_MOST], o[END, film_column(contacts, j, SPEED)])
+    return dense
+
+
+@kernel
+def seek_maxima(at):
+    """Raise the maxima that may lie between the stages, see `ledger.enter`, to what they are on the dense output."""
+    work = at[0]
+    whole, step, turns, counted = work.tally.whole, work.step, work.turns, work.ahead[WINDOWED] != 0.0
+    for j in range(work.mode.size):
+        row = work.tally.joint[j]
+        if step[sum_of(j, HIGHEST_FORCE)] > NO_PEAK:
+            best = highest_between(at, column_of(j, NORMAL), 1.0)
+            row[PEAK], turns.highest[j] = max(row[PEAK], best), max(turns.highest[j], best)
+            if counted:
+                row[FORCE_MAX] = max(row[FORCE_MAX], best)
+        if step[sum_of(j, HIGHEST_DEPTH)] > NO_PEAK:
+            row[DEPTH_MAX] = max(row[DEPTH_MAX], highest_between(at, column_of(j, DEPTH), 1.0))
+        if work.rubs[j] != 0 and step[sum_of(j, HIGHEST_LOAD)] > NO_PEAK:
+            row[LOAD_MAX] = max(row[LOAD_MAX], highest_between(at, column_of(j, LOAD), 1.0))
+    for column, place, within in (
+        (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
+        (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
+    ):
+        if step[within] > NO_PEAK:
+            best = highest_between(at, column, math.copysign(1.0, work.o[END, column]))
+            whole[place] = max(whole[place], best)
+    if step[HIGHEST_ERROR] > NO_PEAK:
+        sign = math.copysign(1.0, work.o[END, ERROR])
+        whole[ERROR_MAX] = max(whole[ERROR_MAX], refined_peak(at, ERROR, sign, NODES.size // 2))
+
+
+@kernel
+def note_speed(at, h):
+    """Update the least and the largest speed of a free crank: of the cubic through the ends of the step."""
+    work = at[0]
+    whole, place = work.tally.whole, work.along + work.time // 2
+    begin, end = work.y[place], work.end[place]
+    first, last = h * work.k[0, place], h * work.k[END, place]
+    lean, bend = 3.0 * (end - begin) - 2.0 * first - last, first + last - 2.0 * (end - begin)
+    low, high = min(begin, end), max(begin, end)
+    root = lean * lean - 3.0 * bend * first
+    if root >= 0.0:
+        away = lean + math.copysign(math.sqrt(root), lean)  # both turning points without cancellation
+        for u in (-away / (3.0 * bend) if bend != 0.0 else 2.0, -first / away if away != 0.0 else 2.0):
+            if 0.0 < u < 1.0:
+                value = begin + u * (first + u * (lean + u * bend))
+                low, high = min(low, value), max(high, value)
+    whole[SPEED_MIN], whole[SPEED_MAX] = min(whole[SPEED_MIN], low), max(whole[SPEED_MAX], high)
+
+
+@kernel
+def note_wear(at, h):
+    """Enter the wear of the step of length `h`."""
+    work = at[0]
+    tally = work.tally
+    tally.length[0] = h
+    look_between(at, h, tally.between)
+    step = (work.y, work.end, tally.between, work.mode, tally.course, tally.length, tally.room)
+    invoke(
+        work.wear.code,
+        work.wear.parameters,
+        (*step, tally.wear, tally.account),
+        tally.wear.size // (2 * work.mode.size),
+    )
+
+
+@kernel
+def note_step(at, h, dense):
+    """Take all that is wanted beyond from a step of length `h` that was entered; `dense`: its dense output is made."""
+    work = at[0]
+    record, time, counted = work.record, work.time, work.ahead[WINDOWED] != 0.0
+    work.counts[STEPS] += 1
+    if work.step[SEEKS] != 0.0:
+        dense = with_dense(at, h, dense)
+        seek_maxima(at)
+    if counted:
+        touching = False
+        for j in range(work.mode.size):
+            touching = touching or touches(work.mode[j])
+            if acts(work.mode[j]):
+                if work.film[j, 1] < math.inf:
+                    dense = note_film(at, h, j, dense)
+                add_course(at, j, work.end[time] - work.y[time])
+        if work.along != time:
+            note_speed(at, h)
+        if work.wear.code != 0 and touching:
+            note_wear(at, h)
+    dense = note_turns(at, h, dense)
+    i = work.counts[SAMPLES]
+    if i < record.times.size and record.times[i] <= work.end[record.along]:
+        with_dense(at, h, dense)
+        write_samples(at)
+
+
+@kernel
+def open_window(at):
+    """Begin the figures anew; energies and the present contacts go on."""
+    tally = at[0].tally
+    for column in range(RESIDUAL + 1, WHOLE):
+        tally.whole[column] = 0.0
+    for j in range(tally.joint.shape[0]):
+        for column in range(PEAK):
+            tally.joint[j, column] = 0.0
+        tally.joint[j, DEPTH_MAX] = -math.inf
+    tally.whole[OPENED] = at[0].end[at[0].time] if at[0].counts[STEPS] else at[0].y[at[0].time]
+    tally.whole[SPEED_MIN], tally.whole[SPEED_MAX] = math.inf, -math.inf
