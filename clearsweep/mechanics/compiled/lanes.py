@@ -236,6 +236,7 @@ _teach(operator.ne, WholesType, _compared("icmp_signed", "!="), MaskType)
 for _function, _name in ((operator.and_, "and_"), (operator.or_, "or_")):
     _teach(_function, MaskType, _plainly(_name))
     _teach(_function, WholesType, _plainly(_name))
+_teach(operator.rshift, WholesType, _plainly("ashr"))
 
 
 def _extreme(comparison):

@@ -129,6 +129,8 @@ class Guard(NamedTuple):
     at_start: bool = False  # passed, too, where it is above zero when a motion begins anew
     of_state: bool = False  # a function of root and internal state alone, so that no forces are evaluated to locate it
     counted: bool = False  # in the figure `force_clips`
+    observable: int = -1  # of the contact, see `observables`, that is its value, so that nothing is evaluated; -1: none
+    sign: float = 1.0  # by which that is multiplied
 
 
 # ---------------------------------------------------------------------------------------------- of a joint

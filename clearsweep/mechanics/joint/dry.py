@@ -14,6 +14,7 @@ from ..compiled import calculus as math
 from ..compiled.choosing import either, where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel
+from ..observe.observables import RAW
 from .contract import (
     CLIPPED,
     FREE,
@@ -25,7 +26,6 @@ from .contract import (
     Load,
     Part,
     contact_modes,
-    guard_values,
     guards,
     load,
     parts,
@@ -65,12 +65,8 @@ class Clip(NamedTuple):
 
 @guards.member(Clip)
 def _clip_guards(clip):
-    return Guard((PRESSED, STUCK), CLIPPED, at_stages=True, counted=True), Guard((CLIPPED,), PRESSED)
-
-
-@guard_values.member(Clip)
-def _force_beyond_the_least(clip, start, contact, root):
-    return -contact.raw, contact.raw
+    pulls = Guard((PRESSED, STUCK), CLIPPED, at_stages=True, counted=True, observable=RAW, sign=-1.0)
+    return pulls, Guard((CLIPPED,), PRESSED, observable=RAW)
 
 
 @contact_modes.member(Joint)

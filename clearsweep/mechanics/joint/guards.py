@@ -9,8 +9,8 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, form_number, in_lane, kernel, map_joints, shaped
-from ..observe.observables import observed_in
+from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, form_number, in_lane, inlined, kernel, map_joints, shaped
+from ..observe.observables import column_of, observed_in
 from ..solver.dop853 import END, ROWS
 from .contract import every_guard, every_part, guard_values, guards, latched, parts
 from .impact_mass import joints_at_event
@@ -23,17 +23,31 @@ from .places import (
     first_place,
     form_of,
     observed_columns,
-    room_of_part,
     where_internal,
 )
 
 EARLIEST = 5  # of the rows of stages that guards are looked for at: before, they are inaccurate and close to the start
 
 
+@inlined
+def is_looked_at(guards, g, mode):
+    """Return whether guard `g` is looked at while its contact is in this mode."""
+    return guards.modes[g] >> mode & 1 != 0
+
+
+@inlined
+def highest_seen(o, column, sign, staged):
+    """Return the value, at the end of a step, of a guard that is an observable; the largest, if `staged`, of stages."""
+    highest = sign * o[END, column]
+    for row in range(EARLIEST if staged else END, END):
+        highest = max(highest, sign * o[row, column])
+    return highest
+
+
 class Guards(NamedTuple):
     """The guards of all joints of a scene, g of them, in the order of their parts; see `contract.Guard`."""
 
-    evaluate: Entry  # puts the values of all guards into `value`; NO_ENTRY where there is none
+    evaluate: Entry  # puts the values of guards that laws give into `value`; NO_ENTRY where there is none
     latch: Entry  # lets laws latch what they keep of an event; NO_ENTRY where none keeps anything
     contact: np.ndarray  # (g,) int64, at which it acts
     modes: np.ndarray  # (g,) int64, bit m: it is looked at in mode m
@@ -42,6 +56,8 @@ class Guards(NamedTuple):
     at_start: np.ndarray
     of_state: np.ndarray
     counted: np.ndarray
+    column: np.ndarray  # (g,) int64, that of the observable that it is, -1 where its law gives the value
+    sign: np.ndarray  # (g,) by which that is multiplied
     value: np.ndarray  # (2, g) values of the guards; the largest at the stages and the end of a step
     passed: np.ndarray  # (g,) bool, whether the step in hand can hold the event
     event: np.ndarray  # (2,) int64, what `latch` is called for: the contact and ENTERED, LEFT or the number of a guard
@@ -77,8 +93,8 @@ _put_each, _raise_each = map_joints(_put, after_number), map_joints(_raise, afte
 
 
 def at_stages(law):
-    """Return, for every guard of the law, whether it is looked for at the stages of a step."""
-    return tuple(guard.at_stages for guard in guards(law))
+    """Return, for every guard of which the law gives the value, whether it is looked for at the stages of a step."""
+    return tuple(guard.at_stages for guard in guards(law)) if type(law) in guard_values.members else ()
 
 
 @overload(at_stages, strict=False, jit_options=dict(OPTIONS))
@@ -100,7 +116,8 @@ def _evaluate_part(part, _, place, shared):
 
 @overload(_evaluate_part, strict=False, jit_options=dict(OPTIONS))
 def _evaluate_part_compiled(part, _, place, shared):
-    return _evaluate_part if room_of_part(part).guard else lambda part, _, place, shared: None
+    given = form_of(part.types[0]) in guard_values.members
+    return _evaluate_part if given else lambda part, _, place, shared: None
 
 
 _evaluate_parts = map_joints(_evaluate_part, after_part)
@@ -216,7 +233,7 @@ def guards_of(scene, parameters) -> Guards:
     listed, latching = _LISTED[key]
     count = listed["contact"].size
     return Guards(
-        evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if count else NO_ENTRY,
+        evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if -1 in listed["column"] else NO_ENTRY,
         latch=entry(latch_entry, scene, (number, number, number, types.int64), parameters) if latching else NO_ENTRY,
         value=np.zeros((2, count)),
         passed=np.zeros(count, dtype=np.bool_),
@@ -238,5 +255,9 @@ def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
         "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),
         "leads_to": np.array([guard.leads_to for guard in each], dtype=np.int64),
     }
+    arrays["column"] = np.array(
+        [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in listed], np.int64
+    )
+    arrays["sign"] = np.array([guard.sign for guard in each], dtype=np.float64)
     arrays |= {name: np.array([getattr(guard, name) for guard in each], dtype=np.bool_) for name in flags}
     return arrays, any(type(law) in latched.members for _, law in every_part(joints))

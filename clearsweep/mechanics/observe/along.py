@@ -104,26 +104,24 @@ def course_of(contacts, contact):
 @inlined
 def sum_along(o, contacts, step, weights):
     """Put the sums of powers and squares over the stages, which have `weights`, into `step`."""
-    zero = as_type_of(0.0, o[0, KAPPA])
-    step[SUM_DRIVE] = step[SUM_GRAVITY] = step[SUM_ACCELERATION] = zero
-    for c in range(contacts):
-        for place in range(SUM_STORED, SUM_FORCE_SQUARE + 1):
-            step[SUMS + SUMS_OF_CONTACT * c + place] = zero
+    drive = gravity = square = as_type_of(0.0, o[0, KAPPA])
     for row in range(weights.size):
-        if weights[row] == 0.0:
-            continue
-        share = weights[row] * o[row, KAPPA]
-        step[SUM_DRIVE] = step[SUM_DRIVE] + share * o[row, DRIVE]
-        step[SUM_GRAVITY] = step[SUM_GRAVITY] + share * o[row, GRAVITY]
-        step[SUM_ACCELERATION] = step[SUM_ACCELERATION] + share * (o[row, ACCELERATION] * o[row, ACCELERATION])
-        for c in range(contacts):
-            block, first = CONTACTS + CONTACT_WIDTH * c, SUMS + SUMS_OF_CONTACT * c
-            force, rubbed = o[row, block + NORMAL], o[row, block + TANGENTIAL] * o[row, block + SLIP]
-            step[first + SUM_STORED] = step[first + SUM_STORED] + share * o[row, block + STORED]
-            step[first + SUM_LOST] = step[first + SUM_LOST] + share * o[row, block + LOST]
-            step[first + SUM_RUBBED] = step[first + SUM_RUBBED] - share * rubbed
-            step[first + SUM_FORCE] = step[first + SUM_FORCE] + share * force
-            step[first + SUM_FORCE_SQUARE] = step[first + SUM_FORCE_SQUARE] + share * (force * force)
+        if weights[row] != 0.0:
+            share = weights[row] * o[row, KAPPA]
+            drive, gravity = drive + share * o[row, DRIVE], gravity + share * o[row, GRAVITY]
+            square = square + share * (o[row, ACCELERATION] * o[row, ACCELERATION])
+    step[SUM_DRIVE], step[SUM_GRAVITY], step[SUM_ACCELERATION] = drive, gravity, square
+    for c in range(contacts):
+        block, first = CONTACTS + CONTACT_WIDTH * c, SUMS + SUMS_OF_CONTACT * c
+        stored = lost = rubbed = total = square = as_type_of(0.0, o[0, KAPPA])
+        for row in range(weights.size):
+            if weights[row] != 0.0:
+                share, force = weights[row] * o[row, KAPPA], o[row, block + NORMAL]
+                stored, lost = stored + share * o[row, block + STORED], lost + share * o[row, block + LOST]
+                rubbed = rubbed - share * (o[row, block + TANGENTIAL] * o[row, block + SLIP])
+                total, square = total + share * force, square + share * (force * force)
+        step[first + SUM_STORED], step[first + SUM_LOST], step[first + SUM_RUBBED] = stored, lost, rubbed
+        step[first + SUM_FORCE], step[first + SUM_FORCE_SQUARE] = total, square
 
 
 @inlined

@@ -12,6 +12,7 @@ import numpy as np
 from ..compiled.family import Entry, inlined, invoke, kernel
 from ..compiled.rows import lies_in_lanes
 from ..joint.contract import meets, touches
+from ..joint.guards import highest_seen, is_looked_at
 from ..observe.along import FASTEST, Attempt, sum_of
 from ..observe.observables import KAPPA, observed
 from ..observe.tally import Ledger
@@ -85,14 +86,20 @@ lies_in_lanes(Work, {*Attempt._fields, *Ledger._fields, "z"})
 def evaluate_guards(at, y, row):
     """Put the values of all guards at the state `y`, whose observables are in row `row`, into `work.guards.value`."""
     work, guards = at[0], at[0].guards
-    invoke(guards.evaluate.code, guards.evaluate.parameters, (y, work.latched, work.o, guards.value), row)
+    for g in range(guards.contact.size):
+        if guards.column[g] >= 0:
+            guards.value[0, g] = guards.value[1, g] = guards.sign[g] * work.o[row, guards.column[g]]
+            if row == END and guards.at_stages[g]:
+                guards.value[1, g] = highest_seen(work.o, guards.column[g], guards.sign[g], staged=True)
+    if guards.evaluate.code != 0:
+        invoke(guards.evaluate.code, guards.evaluate.parameters, (y, work.latched, work.o, guards.value), row)
 
 
 @kernel
 def looked_at(at, g):
     """Return whether guard `g` is looked at in the mode in which its contact is."""
-    work, guards = at[0], at[0].guards
-    return guards.modes[g] >> work.mode[guards.contact[g]] & 1 != 0
+    guards = at[0].guards
+    return is_looked_at(guards, g, at[0].mode[guards.contact[g]])
 
 
 @kernel

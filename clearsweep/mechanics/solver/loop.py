@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import config, njit, typeof
 
-from ..compiled.family import NO_ENTRY, WIDTH, inlined, invoke, kernel
+from ..compiled.family import NO_ENTRY, WIDTH, invoke, kernel
 from ..compiled.kept import found
 from ..compiled.rows import in_rows
 from ..observe.along import ERROR, GOES_ON, LENGTH, STANDS, STIFF, WHOLE, advance, sum_up
@@ -95,25 +95,30 @@ def enter_alone(at):
 
 
 @kernel
+def judge_beside(ledger, at):
+    """Judge the steps of all cases that lie side by side with this one, the first of them having that `ledger`."""
+    judge(in_rows(ledger, WIDTH), at[0].guards, at[0].along, at[0].time)
+
+
+@kernel
+def ask_laws(at):
+    """Let a step not stand in which a guard may be passed whose value a law gives."""
+    work = at[0]
+    if work.guards.evaluate.code != 0 and work.step[STANDS] != 0.0 and pass_guards(at):
+        work.step[STANDS] = 0.0
+
+
+@kernel
 def settle_alone(at):
-    """Judge a step that was not judged beside others, and enter it if it stands; one to an event is not judged."""
+    """Judge a step by itself, and enter it if it stands; one to an event is not judged."""
     work = at[0]
     if work.ahead[LANDING] != 0.0:
         return
     work.ahead[ALONE] = 0.0
-    judge(in_rows(ledger_of(at), 1), work.along, work.time)
+    judge(in_rows(ledger_of(at), 1), work.guards, work.along, work.time)
+    ask_laws(at)
     if work.step[STANDS] != 0.0:
-        if pass_guards(at):
-            work.step[STANDS] = 0.0
-        else:
-            enter_alone(at)
-
-
-@inlined
-def settle_beside(ledger, along, time):
-    """Judge the steps of all cases that lie side by side, but those that go ALONE, and enter those that stand."""
-    judge(ledger, along, time)
-    enter(ledger, time)
+        enter_alone(at)
 
 
 @kernel
@@ -213,7 +218,7 @@ def ready(at):
     if reason == GOING:
         ahead[NEXT] = min(ahead[NEXT], work.longest / work.o[0, KAPPA])
         work.step[LENGTH] = ahead[NEXT]
-        ahead[ALONE] = 1.0 if work.method[0] == IMPLICIT or work.guards.contact.size > 0 else 0.0
+        ahead[ALONE] = 1.0 if work.method[0] == IMPLICIT else 0.0
     return reason
 
 
@@ -324,7 +329,10 @@ def integrate(model, addresses, status, together, tried, ledger):
         if beside:
             invoke(together.code, together.parameters, tried, WHOLE)
             sum_up(in_rows(tried, WIDTH))
-            settle_beside(in_rows(ledger, WIDTH), at[0].along, at[0].time)
+            judge_beside(ledger, at)
+            for c in range(addresses.size):
+                ask_laws(found(model, addresses[c]))
+            enter(in_rows(ledger, WIDTH), at[0].time)
         for c in range(addresses.size):
             at = found(model, addresses[c])
             if beside and at[0].method[0] != IMPLICIT:

@@ -6,6 +6,7 @@ Free flight is short enough to be searched: a journal may travel so far in a ste
 from ..compiled.choosing import where
 from ..compiled.family import inlined
 from ..joint.contract import meets, touches
+from ..joint.guards import highest_seen, is_looked_at
 from ..observe.along import ERROR, FASTEST, LENGTH, RISE, RUN, STANDS, STIFF, sum_of
 from ..observe.observables import DEPTH, KAPPA, SLIP, column_of
 from .choice import FAST
@@ -16,10 +17,11 @@ from .step_control import GROW, change_of_length, eighth_power
 
 
 @inlined
-def judge(ledger, along, time):
+def judge(ledger, guards, along, time):
     """Note of the steps that were tried whether they stand as they are, and of good ones how long the next may be.
 
-    `along`, `time` : places in the state.  Cases that go ALONE are left as they are.
+    guards : Guards, of the one case or, but for their values, of all; `along`, `time` : places in the state.  Cases
+    that go ALONE are left as they are.
     """
     step, ahead = ledger.step, ledger.ahead
     h = step[LENGTH]
@@ -27,7 +29,7 @@ def judge(ledger, along, time):
     good = (error < 1.0) & (ahead[ALONE] == 0.0)
     step[ERROR] = error
     step[STIFF] = where(good & (h * h * step[RISE] > FAST * FAST * step[RUN]), 1.0, 0.0)
-    step[STANDS] = where(good & holds_no_event(ledger, along, time), 1.0, 0.0)
+    step[STANDS] = where(good & holds_no_event(ledger, guards, along, time), 1.0, 0.0)
     change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
     ahead[NEXT] = where(good, h * change, ahead[NEXT])
     ahead[EXPECTED] = where(good, error * eighth_power(change), ahead[EXPECTED])
@@ -35,8 +37,8 @@ def judge(ledger, along, time):
 
 
 @inlined
-def holds_no_event(ledger, along, time):
-    """Return whether a step cannot hold an event, the passage of a guard aside; False where that is not excluded."""
+def holds_no_event(ledger, guards, along, time):
+    """Return whether a step holds no event for certain; guards whose values laws give are left out."""
     y, end, k, o, mode, h = ledger.y, ledger.end, ledger.k, ledger.o, ledger.mode, ledger.step[LENGTH]
     none = end[along] < ledger.ahead[STOP_AT]
     for j in range(mode.size):
@@ -50,6 +52,10 @@ def holds_no_event(ledger, along, time):
         lowest, fall, rise = min(y[root], end[root]), k[0, root], k[END, root]
         dip = where((fall < 0.0) & (rise > 0.0), 0.25 * h * min(-fall, rise), 0.0)
         none = none & (where(touches(mode[j]), lowest - dip, 1.0) > 0.0)
+    for g in range(guards.contact.size):
+        if guards.column[g] >= 0:
+            highest = highest_seen(o, guards.column[g], guards.sign[g], guards.at_stages[g])
+            none = none & (where(is_looked_at(guards, g, mode[guards.contact[g]]), highest, -1.0) <= 0.0)
     return none
 
 
