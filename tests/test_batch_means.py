@@ -55,8 +55,8 @@ class Made:
         self.tally.whole[tallies.ACCELERATION_SQUARE] += self.random.uniform(0.5, 1.5)
         self.tally.wear += self.random.uniform(0.0, 1.0, self.tally.wear.size) * np.arange(32)
         share = self.random.uniform(0.02, 0.06)
-        histogram.fill_ramp(self.tally.time[1], self.tally.ramp[1], *FORCES, share * TURN)
-        histogram.fill_ramp(self.tally.time[1], self.tally.ramp[1], 0.0, 0.0, (1.0 - share) * TURN)
+        histogram.fill(self.tally.time[1], self.tally.ramp[1], histogram.ramp_of(*FORCES, share * TURN))
+        histogram.fill(self.tally.time[1], self.tally.ramp[1], histogram.ramp_of(0.0, 0.0, (1.0 - share) * TURN))
         self.taken.append(self.sums())
 
 
@@ -135,7 +135,7 @@ def test_the_force_exceeded_for_a_hundredth_of_the_time_is_that_of_the_ramps():
 @pytest.mark.parametrize("force", [120.0, 121.3, 200.0, 299.0])
 def test_the_time_above_a_force_is_that_of_the_ramp(force):
     time, ramp = np.zeros(histogram.BINS), np.zeros(histogram.BINS)
-    histogram.fill_ramp(time, ramp, *FORCES, 1.0)
+    histogram.fill(time, ramp, histogram.ramp_of(*FORCES, 1.0))
     assert sums._time_above(force, time, ramp) == pytest.approx((300.0 - force) / 200.0, abs=1e-9)
 
 

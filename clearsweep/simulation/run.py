@@ -84,6 +84,8 @@ def board_of(scene: Scene) -> Board:
             "film": ((contacts, 2), float),
             "whole": ((tallies.WHOLE,), float),
             "joint": ((contacts, tallies.JOINT), float),
+            "bins": ((contacts, 2 * histogram.PARTS), np.int64),
+            "spent": ((contacts, tallies.BELOW + 1), float),
         }
     )
 
@@ -103,6 +105,8 @@ def _tally_of(scene: Scene, contacts: int, lane: Lane) -> tallies.Tally:
     return tallies.Tally(
         whole=lane["whole"],
         joint=lane["joint"],
+        bins=lane["bins"],
+        spent=lane["spent"],
         time=np.zeros((contacts, histogram.BINS)),
         ramp=np.zeros((contacts, histogram.BINS)),
         course=np.zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),

@@ -236,7 +236,13 @@ _teach(operator.ne, WholesType, _compared("icmp_signed", "!="), MaskType)
 for _function, _name in ((operator.and_, "and_"), (operator.or_, "or_")):
     _teach(_function, MaskType, _plainly(_name))
     _teach(_function, WholesType, _plainly(_name))
-_teach(operator.rshift, WholesType, _plainly("ashr"))
+for _function, _name in (
+    (operator.rshift, "ashr"),
+    (operator.lshift, "shl"),
+    (operator.add, "add"),
+    (operator.sub, "sub"),
+):
+    _teach(_function, WholesType, _plainly(_name))
 
 
 def _extreme(comparison):
@@ -248,8 +254,19 @@ def _extreme(comparison):
     return emit
 
 
+def _whole_extreme(comparison):
+    """Return what takes the larger or the smaller of two whole numbers."""
+
+    def emit(context, builder, kind, a, b):
+        return builder.select(builder.icmp_signed(comparison, b, a), b, a)
+
+    return emit
+
+
 _teach(builtins.max, LanesType, _extreme(">"))
 _teach(builtins.min, LanesType, _extreme("<"))
+_teach(builtins.max, WholesType, _whole_extreme(">"))
+_teach(builtins.min, WholesType, _whole_extreme("<"))
 
 
 @intrinsic
@@ -270,6 +287,11 @@ def bits_of(number):
     return np.float64(number).view(np.int64)
 
 
+def number_of(bits):
+    """Return the number that has these bits."""
+    return np.int64(bits).view(np.float64)
+
+
 def looked_up(table, place, column):
     """Return the number in row `place` of a column of a table (rows, columns)."""
     return table[place, column]
@@ -284,6 +306,17 @@ def _bits(typing_context, number):
         return builder.bitcast(values[0], vector_of(result))
 
     return result(number), emit
+
+
+@intrinsic
+def _number(typing_context, bits):
+    """Emit the number of every lane."""
+    result = LanesType(bits.width)
+
+    def emit(context, builder, signature, values):
+        return builder.bitcast(values[0], vector_of(result))
+
+    return result(bits), emit
 
 
 @intrinsic
@@ -304,6 +337,11 @@ def _fetched(typing_context, table, place, column):
 @overload(bits_of, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _bits_of(number):
     return (lambda number: _bits(number)) if isinstance(number, LanesType) else bits_of  # noqa: PLW0108
+
+
+@overload(number_of, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _number_of(bits):
+    return (lambda bits: _number(bits)) if isinstance(bits, WholesType) else number_of  # noqa: PLW0108
 
 
 @overload(looked_up, strict=False, jit_options=dict(OPTIONS, forceinline=True))

@@ -1,9 +1,13 @@
 """How long a force is how large: the course of an observable over a step, and its histogram over time."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
-from ..compiled.family import kernel
+from ..compiled.choosing import where
+from ..compiled.family import inlined, kernel
+from ..compiled.lanes import bits_of, number_of
 from .observables import NODES, SHARES
 
 # Histogram of the normal force over time: bins of equal ratio within a factor of two of being so, from the bits of the
@@ -32,30 +36,48 @@ def _lagrange(nodes, points):
 COURSE = np.ascontiguousarray(_lagrange(SHARES, np.arange(PARTS + 1) / PARTS).T)  # (stages, places)
 
 
-@kernel
+class Ramp(NamedTuple):
+    """How the time of a force that goes from one value to another at an even rate is divided among bins."""
+
+    first: int
+    last: int
+    begun: float  # s, in the first bin
+    ended: float  # s, in the last, if that is another
+    density: float  # s/N, in whole bins between them
+
+
+@inlined
 def force_bin(force):
     """Return the histogram bin of `force` (N): the leading bits of its exponent and mantissa, from LOWEST on."""
-    place = (np.float64(force).view(np.int64) >> (52 - BIN_BITS)) - FIRST_BIN
-    return min(max(place, 0), BINS - 1)
+    return min(max((bits_of(force) >> (52 - BIN_BITS)) - FIRST_BIN, 0), BINS - 1)
 
 
-@kernel
+@inlined
 def bin_edge(place):
     """Return the lower edge (N) of the histogram bin `place`."""
-    return np.int64((place + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)
+    return number_of((place + FIRST_BIN) << (52 - BIN_BITS))
+
+
+@inlined
+def ramp_of(a, b, duration):
+    """Return the Ramp of a force that goes from `a` to `b` (N), not negative, during `duration` (s)."""
+    low, high = min(a, b), max(a, b)
+    first, last = force_bin(low), force_bin(high)
+    one = first == last
+    density = duration / where(one, 1.0, high - low)
+    begun = where(one, duration, density * (bin_edge(first + 1) - low))
+    ended = where(one, 0.0, density * (high - bin_edge(last)))
+    # where there is no whole bin a huge density would come and go, and leave its rounding
+    return Ramp(first, last, begun, ended, where(last > first + 1, density, 0.0))
 
 
 @kernel
-def fill_ramp(time, ramp, a, b, duration):
-    """Enter a force that goes from `a` to `b` (N) at an even rate during `duration` (s)."""
-    low, high = max(min(a, b), 0.0), max(a, b, 0.0)
-    i, k = force_bin(low), force_bin(high)
-    density = duration / (high - low if i != k else 1.0)
-    time[i] += density * (bin_edge(i + 1) - low) if i != k else duration
-    time[k] += density * (high - bin_edge(k)) if i != k else 0.0
-    between = density if k > i + 1 else 0.0  # no whole bins: a huge density would come and go, and leave its rounding
-    ramp[min(i + 1, k)] += between
-    ramp[k] -= between
+def fill(time, ramp, part):
+    """Enter a Ramp into the histogram."""
+    time[part.first] += part.begun
+    time[part.last] += part.ended
+    ramp[min(part.first + 1, part.last)] += part.density
+    ramp[part.last] -= part.density
 
 
 @njit(error_model="numpy", cache=True)

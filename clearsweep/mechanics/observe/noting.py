@@ -33,7 +33,8 @@ from .histogram import (
     PARTS,
     RUBBED_COURSE,
     SLIP_COURSE,
-    fill_ramp,
+    Ramp,
+    fill,
     follow,
     share_beyond,
 )
@@ -60,6 +61,7 @@ from .peaks import highest_between, refined_peak
 from .record import write_samples
 from .tally import (
     ACCELERATION_MAX,
+    BELOW,
     BEYOND_TIME,
     DEPTH_MAX,
     DRAINED_ENERGY,
@@ -86,13 +88,17 @@ from .turns import note_turns
 
 @kernel
 def add_course(at, j, duration):
-    """Enter the course of contact `j`'s force over a step that lasts `duration` (s) into its histogram."""
+    """Enter the course of contact `j` over a step that lasts `duration` (s) into its histogram and all that needs it."""
     work = at[0]
     tally = work.tally
-    course, step = tally.course[j], work.step
-    force, kappa = course_of(work.mode.size, j), course_of(work.mode.size, -1)
+    course, step, bins, spent = tally.course[j], work.step, tally.bins[j], tally.spent[j]
+    for i in range(PARTS):
+        parts = Ramp(bins[2 * i], bins[2 * i + 1], spent[3 * i], spent[3 * i + 1], spent[3 * i + 2])
+        fill(tally.time[j], tally.ramp[j], parts)
+    tally.time[j, 0] += spent[BELOW]
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
     if worn or limited or film:
+        force, kappa = course_of(work.mode.size, j), course_of(work.mode.size, -1)
         for i in range(PARTS + 1):
             course[FORCE, i], course[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
         follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
@@ -101,17 +107,6 @@ def add_course(at, j, duration):
         for m in range(NODES.size):
             put_rubbed(work.o, NODES[m], j)
         follow(work.o, column_of(j, RUBBED), course, RUBBED_COURSE)
-    total = 0.0
-    for i in range(PARTS):
-        total += max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)
-    for i in range(PARTS):
-        begin, end = step[force + i], step[force + i + 1]
-        lasting = (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)) * (duration / total)
-        if film and begin * end < 0.0:  # the force of a film is negative for a part of the time, not merely close to 0
-            positive = max(begin, end) / abs(end - begin)
-            tally.time[j, 0] += (1.0 - positive) * lasting
-            begin, end, lasting = 0.0, max(begin, end), positive * lasting
-        fill_ramp(tally.time[j], tally.ramp[j], begin, end, lasting)
     if limited:
         tally.joint[j, BEYOND_TIME] += share_beyond(course, work.limit_depth[j]) * duration
     if film:

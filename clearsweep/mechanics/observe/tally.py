@@ -34,9 +34,11 @@ from .along import (
     SUM_LOST,
     SUM_RUBBED,
     SUM_STORED,
+    course_of,
     highest_inside,
     sum_of,
 )
+from .histogram import PARTS, ramp_of
 from .observables import (
     ACCELERATION,
     DEPTH,
@@ -84,6 +86,9 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
 ) = range(23)
 
 
+BELOW = 3 * PARTS  # in Tally.spent
+
+
 class Tally(NamedTuple):
     """Sums and maxima of one integration."""
 
@@ -92,6 +97,8 @@ class Tally(NamedTuple):
     time: np.ndarray  # (contacts, BINS) s, time at a force within each bin, from the ends of ramps
     ramp: np.ndarray  # (contacts, BINS) s/N, changes of the time per force, from ramps that cross a whole bin
     course: np.ndarray  # (contacts, COURSES, PARTS + 1) see histogram, at even places of the step
+    bins: np.ndarray  # (contacts, 2 PARTS) int64, the first and the last bin of the Ramp of each part of the step
+    spent: np.ndarray  # (contacts, BELOW + 1) the times and the density of each; s, for how long a film pulls
     length: np.ndarray  # (1,) its length
     between: np.ndarray  # (BETWEEN, 2 coordinates + 1) the state within the step, where there is wear
     room: np.ndarray  # for the wear of a step, see joint.wear.step
@@ -99,7 +106,7 @@ class Tally(NamedTuple):
     account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
 
 
-lies_in_lanes(Tally, {"whole", "joint"})
+lies_in_lanes(Tally, {"whole", "joint", "bins", "spent"})
 
 
 class Ledger(NamedTuple):
@@ -117,6 +124,8 @@ class Ledger(NamedTuple):
     rubs: tuple
     whole: tuple
     joint: tuple
+    bins: tuple
+    spent: tuple
     highest: tuple
     since: tuple
 
@@ -198,6 +207,7 @@ def enter_contact(ledger, j, stands, counted, duration):
     least = 0.98 * joint[j, DEPTH_MAX] - where(ledger.film[j, 1] < math.inf, 0.02 * ledger.clearance[j], 0.0)
     seek_above(step, sum_of(j, HIGHEST_DEPTH), counted & acting, least)
     raise_to(joint, (j, DEPTH_MAX), counted, max(where(acting, o[0, depth], o[END, depth]), o[END, depth]))
+    enter_course(ledger, j, duration)
     if nowhere(rubs):
         return
     for row in range(END + 1):
@@ -205,6 +215,27 @@ def enter_contact(ledger, j, stands, counted, duration):
     step[sum_of(j, HIGHEST_LOAD)] = highest_inside(o, load, as_type_of(1.0, duration))
     seek_above(step, sum_of(j, HIGHEST_LOAD), counted & acting & rubs, 0.96 * joint[j, LOAD_MAX])
     raise_to(joint, (j, LOAD_MAX), counted & acting & rubs, max(o[0, load], o[END, load]))
+
+
+@inlined
+def enter_course(ledger, j, duration):
+    """Divide the step's time among bins by the course of contact `j`'s force."""
+    step, contacts, spent = ledger.step, ledger.mode.size, ledger.spent
+    force, kappa, film = course_of(contacts, j), course_of(contacts, -1), ledger.film[j, 1] < math.inf
+    total = below = as_type_of(0.0, duration)
+    for i in range(PARTS):
+        total = total + (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0))
+    for i in range(PARTS):
+        begin, end = step[force + i], step[force + i + 1]
+        lasting = (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)) * (duration / total)
+        # the force of a film is negative for a part of the time, that of a contact merely close to 0
+        pulls = film & (begin * end < 0.0)
+        pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
+        below = below + (lasting - pushing)
+        part = ramp_of(max(begin, 0.0), max(end, 0.0), pushing)
+        ledger.bins[j, 2 * i], ledger.bins[j, 2 * i + 1] = part.first, part.last
+        spent[j, 3 * i], spent[j, 3 * i + 1], spent[j, 3 * i + 2] = part.begun, part.ended, part.density
+    spent[j, BELOW] = below
 
 
 @inlined

@@ -135,7 +135,7 @@ def ledger_of(at):
     """Return the Ledger of a case."""
     work, tally, turns = at[0], at[0].tally, at[0].turns
     given = (work.y, work.mode, work.k, work.o, work.end, work.step, work.ahead, work.clearance, work.film, work.rubs)
-    return Ledger(*given, tally.whole, tally.joint, turns.highest, turns.since)
+    return Ledger(*given, tally.whole, tally.joint, tally.bins, tally.spent, turns.highest, turns.since)
 
 
 @kernel
