@@ -88,7 +88,7 @@ from .turns import note_turns
 
 @kernel
 def add_course(at, j, duration):
-    """Enter the course of contact `j` over a step that lasts `duration` (s) into its histogram and all that needs it."""
+    """Enter the course of contact `j` over a step that lasts `duration` (s) into its histogram, wear and film."""
     work = at[0]
     tally = work.tally
     course, step, bins, spent = tally.course[j], work.step, tally.bins[j], tally.spent[j]
