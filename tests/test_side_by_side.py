@@ -79,9 +79,9 @@ def test_a_case_is_the_same_alone_beside_others_and_in_any_order(together):
 def test_steps_are_taken_side_by_side_where_that_is_possible(together, monkeypatch):
     asked = []
 
-    def watched(model, addresses, status, entry, arrays):
+    def watched(model, addresses, status, entry, *arrays):
         asked.append((len(addresses), entry.code != 0))
-        return integrate(model, addresses, status, entry, arrays)
+        return integrate(model, addresses, status, entry, *arrays)
 
     integrate = loop.integrate
     monkeypatch.setattr(ensemble.loop, "integrate", watched)
@@ -170,7 +170,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
         with empty_entries():
             one = run.Run(simulation.build(cases(*joints, count=1)[0]), np.empty(0))
-        forms.add((typeof(one.work), typeof(run.attempted(one.lane))))
+        forms.add((typeof(one.work), typeof(run.shared(one.lane))))
     assert len(forms) == 1
 
 

@@ -4,6 +4,8 @@ Number i of a case stands WIDTH numbers before its number i + 1, and between the
 register holds it of all of them, and a case alone is an array like any other, with larger strides.
 """
 
+import itertools
+import math
 import operator
 from collections.abc import Mapping
 
@@ -27,22 +29,20 @@ from .lanes import WHOLE, LanesType, WholesType, vector_of
 
 
 class Board:
-    """Arrays of WIDTH cases, zeros: name -> (shape of the array of one case, type of its items)."""
+    """Arrays of WIDTH cases, zeros: name -> (shape of the array of one case, type of its items of eight bytes)."""
 
     def __init__(self, forms: Mapping[str, tuple[tuple[int, ...], type]]):
-        self.arrays = {name: _zeros((*shape, WIDTH), dtype) for name, (shape, dtype) in forms.items()}
+        counts = [math.prod(shape) * WIDTH for shape, _ in forms.values()]
+        room = np.zeros(sum(counts) + WIDTH, np.int64)  # at once, as each array takes microseconds to make
+        places = itertools.accumulate(counts, initial=-room.ctypes.data // 8 % WIDTH)  # where a register is loaded from
+        self.arrays = {
+            name: room[place : place + count].view(dtype).reshape(*shape, WIDTH)
+            for (name, (shape, dtype)), place, count in zip(forms.items(), places, counts, strict=False)
+        }
 
     def lane(self, place: int) -> dict[str, np.ndarray]:
         """Return the arrays of one of the cases by name."""
         return {name: array[..., place] for name, array in self.arrays.items()}
-
-
-def _zeros(shape, dtype):
-    """Return zeros of eight bytes each that begin where a register is loaded from at once."""
-    count = int(np.prod(shape))
-    room = np.zeros(count + WIDTH, dtype)
-    first = -room.ctypes.data // 8 % WIDTH
-    return room[first : first + count].reshape(shape)
 
 
 def lies_in_lanes(form, names):
