@@ -178,7 +178,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
 
 #: Fields of a Work that the type of a scene decides, and those that are written before they are read.
 OF_TYPE = {"apart", "pressed", "ended_by", "contact", "modes", "leads_to", "at_stages", "at_start", "of_state"}
-OF_TYPE |= {"counted"}
+OF_TYPE |= {"counted", "column", "sign"}
 SCRATCH = {"end", "z", "k", "o", "f", "step", "log", "control"}
 WORN = {
     "joints.rod-slider.length": 0.02,

@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import where
+from ..compiled.choosing import nowhere, where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined
 from ..compiled.rows import lies_in_lanes
+from ..joint.contract import acts, meets
 from ..solver.dop853 import END, WEIGHTS, error_norm
 from .histogram import COURSE, PARTS
 from .observables import (
@@ -102,8 +103,9 @@ def course_of(contacts, contact):
 
 
 @inlined
-def sum_along(o, contacts, step, weights):
-    """Put the sums of powers and squares over the stages, which have `weights`, into `step`."""
+def sum_along(tried, weights):
+    """Put the sums of powers and squares over the stages, which have `weights`, into `step`; of contacts that act."""
+    o, step = tried.o, tried.step
     drive = gravity = square = as_type_of(0.0, o[0, KAPPA])
     for row in range(weights.size):
         if weights[row] != 0.0:
@@ -111,7 +113,9 @@ def sum_along(o, contacts, step, weights):
             drive, gravity = drive + share * o[row, DRIVE], gravity + share * o[row, GRAVITY]
             square = square + share * (o[row, ACCELERATION] * o[row, ACCELERATION])
     step[SUM_DRIVE], step[SUM_GRAVITY], step[SUM_ACCELERATION] = drive, gravity, square
-    for c in range(contacts):
+    for c in range(tried.mode.size):
+        if nowhere(acts(tried.mode[c])):
+            continue
         block, first = CONTACTS + CONTACT_WIDTH * c, SUMS + SUMS_OF_CONTACT * c
         stored = lost = rubbed = total = square = as_type_of(0.0, o[0, KAPPA])
         for row in range(weights.size):
@@ -134,16 +138,23 @@ def integral_of(o, column, weights):
 
 
 @inlined
-def follow_along(o, contacts, step):
-    """Put the courses of dt/dtau and of the contacts' forces into `step`: polynomials through the stages."""
-    first = SUMS + SUMS_OF_CONTACT * contacts
-    for c in range(contacts + 1):
-        column = KAPPA if c == 0 else CONTACTS + CONTACT_WIDTH * (c - 1) + NORMAL
-        for i in range(PARTS + 1):
-            total = as_type_of(0.0, o[0, KAPPA])
-            for m in range(NODES.size):
-                total = total + COURSE[m, i] * o[NODES[m], column]
-            step[first + (PARTS + 1) * c + i] = total
+def follow_along(tried):
+    """Put the courses of dt/dtau and of the forces of contacts that act into `step`: polynomials through the stages."""
+    contacts = tried.mode.size
+    follow_column(tried, KAPPA, course_of(contacts, -1))
+    for c in range(contacts):
+        if not nowhere(acts(tried.mode[c])):
+            follow_column(tried, column_of(c, NORMAL), course_of(contacts, c))
+
+
+@inlined
+def follow_column(tried, column, first):
+    """Put the course of an observable into `step`, from `first` on."""
+    for i in range(PARTS + 1):
+        total = as_type_of(0.0, tried.o[0, column])
+        for m in range(NODES.size):
+            total = total + COURSE[m, i] * tried.o[NODES[m], column]
+        tried.step[first + i] = total
 
 
 @inlined
@@ -156,7 +167,7 @@ def keep_last_stage(tried, state):
 @inlined
 def sum_up(tried):
     """Put into `step` what a step comes to whose rows 0 to END are filled."""
-    k, end, step, contacts = tried.k, tried.end, tried.step, tried.mode.size
+    k, end, step = tried.k, tried.end, tried.step
     rise = run = as_type_of(0.0, step[LENGTH])
     for i in range(end.size):
         inverse = 1.0 / tried.scale[i]
@@ -164,17 +175,19 @@ def sum_up(tried):
         rise, run = rise + steeper * steeper, run + farther * farther
     step[RISE], step[RUN] = rise, run
     step[ERROR] = error_norm(step[LENGTH], k, tried.scale)
-    sum_along(tried.o, contacts, step, WEIGHTS)
-    follow_along(tried.o, contacts, step)
+    sum_along(tried, WEIGHTS)
+    follow_along(tried)
     look_for_speeds(tried)
     look_for_peaks(tried)
 
 
 @inlined
 def look_for_speeds(tried):
-    """Put into `step` how fast the journals are at the stages but the last."""
+    """Put into `step` how fast the journals in free flight are at the stages but the last."""
     o, step = tried.o, tried.step
     for c in range(tried.mode.size):
+        if nowhere(meets(tried.mode[c])):
+            continue
         fastest = as_type_of(0.0, step[LENGTH])
         for row in range(END):
             fastest = max(fastest, o[row, column_of(c, SLIP)] * o[row, KAPPA])
@@ -183,11 +196,13 @@ def look_for_speeds(tried):
 
 @inlined
 def look_for_peaks(tried):
-    """Put into `step` how high observables of the mechanism and of contacts are where they may have a peak."""
+    """Put into `step` how high observables are where they may have a peak; those of contacts that act alone."""
     o, step = tried.o, tried.step
     step[HIGHEST_ACCELERATION] = highest_inside(o, ACCELERATION, math.copysign(1.0, o[END, ACCELERATION]))
     step[HIGHEST_TORQUE] = highest_inside(o, TORQUE, math.copysign(1.0, o[END, TORQUE]))
     for c in range(tried.mode.size):
+        if nowhere(acts(tried.mode[c])):
+            continue
         upwards = as_type_of(1.0, step[LENGTH])
         step[sum_of(c, HIGHEST_FORCE)] = highest_inside(o, column_of(c, NORMAL), upwards)
         step[sum_of(c, HIGHEST_DEPTH)] = highest_inside(o, column_of(c, DEPTH), upwards)

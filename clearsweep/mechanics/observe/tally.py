@@ -207,6 +207,9 @@ def enter_contact(ledger, j, stands, counted, duration):
     least = 0.98 * joint[j, DEPTH_MAX] - where(ledger.film[j, 1] < math.inf, 0.02 * ledger.clearance[j], 0.0)
     seek_above(step, sum_of(j, HIGHEST_DEPTH), counted & acting, least)
     raise_to(joint, (j, DEPTH_MAX), counted, max(where(acting, o[0, depth], o[END, depth]), o[END, depth]))
+    step[sum_of(j, HIGHEST_LOAD)] = as_type_of(NO_PEAK, duration)
+    if nowhere(counted & acting):
+        return
     enter_course(ledger, j, duration)
     if nowhere(rubs):
         return

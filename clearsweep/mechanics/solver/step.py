@@ -106,8 +106,8 @@ def finish_ends(at):
     if work.method[0] == IMPLICIT:
         evaluate(at, work.end, END)
         tried = in_rows(attempt_to(at, work.end), 1)
-        sum_along(tried.o, work.mode.size, tried.step, STAGE_WEIGHTS)
-        follow_along(tried.o, work.mode.size, tried.step)
+        sum_along(tried, STAGE_WEIGHTS)
+        follow_along(tried)
         look_for_peaks(tried)
 
 
