@@ -35,13 +35,13 @@ IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
-EVENTS = "mechanics/solver/event.py"
+EVENTS, PROSPECT = "mechanics/solver/event.py", "mechanics/solver/prospect.py"
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
 SCENES = "tests/test_plain.py"
 TALLY, RAMPS = "mechanics/observe/tally.py", "tests/test_tally.py"
-HISTOGRAM, PEAKS = "mechanics/observe/histogram.py", "mechanics/observe/peaks.py"
+HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/observe/along.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
 PATTERN, IDENTITY = "grid/pattern.py", "tests/test_grid.py -k 'id or demo or frame'"
@@ -102,30 +102,23 @@ MUTATIONS = (
     Mutation(EVENTS, "if da < 0.0 <= db:", "if da < 0.0 <= -db:", SEARCH),
     Mutation(EVENTS, "peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb", "peaks = False", SEARCH),
     Mutation(EVENTS, "/ (sb - sa) >= 0.0:", "/ (sb - sa) >= 1e9:", SEARCH),
-    Mutation(
-        EVENTS,
-        "reach = max(observed(at, 0, j).depth, observed(at, END, j).depth)",
-        "reach = min(observed(at, 0, j).depth, observed(at, END, j).depth)",
-        SEEN,
-    ),
+    Mutation(PROSPECT, "reach = max(o[0, there], o[END, there])", "reach = min(o[0, there], o[END, there])", SEEN),
     Mutation(EVENTS, "return crossing(at, (SEPARATION, j, 0.0), xa, xb)", "return xb", ENDS),
-    Mutation(EVENTS, "if lowest <= 0.0 or", "if lowest <= -1.0 or", SCENES),
+    Mutation(PROSPECT, "lowest - dip, 1.0) > 0.0", "lowest - dip, 1.0) > -1.0", SCENES),
     Mutation(EVENTS, "if x < best:", "if x > best:", SCENES),
     # the histogram and the sums
     Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", RAMPS),
-    Mutation(HISTOGRAM, "density * (bin_edge(i + 1) - low)", "density * (high - bin_edge(i + 1))", RAMPS),
-    Mutation(
-        HISTOGRAM, "time[k] += density * (high - bin_edge(k))", "time[k] += density * (bin_edge(k + 1) - high)", RAMPS
-    ),
-    Mutation(HISTOGRAM, "ramp[k] -= density", "ramp[k + 1] -= density", RAMPS),
-    Mutation(HISTOGRAM, "if k > i + 1:", "if k > i + 2:", RAMPS),
-    Mutation(HISTOGRAM, "EDGES[edge] + (above[place] - duration)", "EDGES[edge] - (above[place] - duration)", RAMPS),
-    Mutation(HISTOGRAM, "if above[-1] >= duration:", "if above[-1] >= 2.0 * duration:", RAMPS),
-    Mutation(TALLY, "seen.normal**2", "seen.normal", WINDOW),
+    Mutation(HISTOGRAM, "density * (bin_edge(first + 1) - low)", "density * (high - bin_edge(first + 1))", RAMPS),
+    Mutation(HISTOGRAM, "density * (high - bin_edge(last))", "density * (bin_edge(last + 1) - high)", RAMPS),
+    Mutation(HISTOGRAM, "ramp[part.last] -= part.density", "ramp[part.last + 1] -= part.density", RAMPS),
+    Mutation(HISTOGRAM, "where(last > first + 1,", "where(last > first + 2,", RAMPS),
+    Mutation(HISTOGRAM, "EDGES[place] + (above - duration)", "EDGES[place] - (above - duration)", RAMPS),
+    Mutation(HISTOGRAM, "if above >= duration:", "if above >= 2.0 * duration:", RAMPS),
+    Mutation(ALONG, "square + share * (force * force)", "square + share * force", WINDOW),
     Mutation(
         TALLY,
-        "fill_ramp(tally.time[j], tally.ramp[j], course[FORCE, i], course[FORCE, i + 1], part * duration)",
-        "fill_ramp(tally.time[j], tally.ramp[j], course[FORCE, i], course[FORCE, i], part * duration)",
+        "begin, end = step[force + i], step[force + i + 1]",
+        "begin, end = step[force + i], step[force + i]",
         WINDOW,
     ),
     Mutation(
@@ -135,8 +128,8 @@ MUTATIONS = (
         LIMIT,
     ),
     Mutation(HISTOGRAM, "return beyond / total", "return beyond", LIMIT),
-    Mutation(PEAKS, "sign * rise > 0.0 and sign * fall < 0.0", "sign * rise > 0.0 and sign * fall > 0.0", WINDOW),
-    Mutation(TALLY, "+= share * seen.lost", "+= 1.001 * share * seen.lost", IMPACT),
+    Mutation(ALONG, "& (sign * fall < 0.0)", "& (sign * fall > 0.0)", WINDOW),
+    Mutation(ALONG, "lost + share * o", "lost + 1.001 * share * o", IMPACT),
     # what is stored
     Mutation("store/directory.py", "np.argsort([-batch.written", "np.argsort([batch.written", STORE),
     Mutation("store/directory.py", 'rows["failed"], rows["id"]))]', 'rows["id"]))]', STORE),
