@@ -18,6 +18,7 @@ from clearsweep.mechanics.mechanism.slider_crank.pose import SliderCrank
 from clearsweep.mechanics.solver import loop
 from clearsweep.simulation import ensemble, run
 from clearsweep.simulation.revolutions import marks_of
+from clearsweep.simulation.start import start_of
 
 CASES = 11  # no multiple of what a register holds
 TIMED = {"run_time"}
@@ -214,7 +215,7 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
         used, new = (run.Run(scene, times, marks=marks) for scene in (first, second))
         for name, array in arrays_in(used.work):
             array[...] = array if name in OF_TYPE else 7
-        used.begin(second, times, marks)
+        used.begin(start_of(second, times, marks))
     pairs = zip(arrays_in(used.work), arrays_in(new.work), strict=True)
     differing = [name for (name, was), (_, is_new) in pairs if name not in SCRATCH and not np.array_equal(was, is_new)]
     assert not differing

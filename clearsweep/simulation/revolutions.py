@@ -82,14 +82,19 @@ def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
     return tuple(Spread(*quantiles(peaks, (0.5, 0.95))) for peaks in peaks_of(scene, marks, turns).T)
 
 
+def reached(places: np.ndarray, turns: Any) -> np.ndarray:
+    """Return those of some places of marks that a run has come to."""
+    passed = turns.passed.item()
+    return places if passed == len(turns.marks) else places[places < passed]
+
+
 def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
     """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints).
 
     Of a joint with several contacts it is that of the one that bears most, as its largest force is; of a joint in space
     that of its walls together.
     """
-    passed = int(turns.passed[0])
-    window = marks.window[marks.window < passed]
+    window = reached(marks.window, turns)
     if len(window) < 2:
         return np.zeros((0, len(scene.layout.joints)))
     first, last = int(window[0]) + 1, int(window[-1]) + 1
@@ -103,7 +108,7 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
 
 def period_in(scene: Scene, marks: Marks, turns: Any) -> int | None:
     """Return after how many revolutions the window's motion repeats itself, None where it was not seen to."""
-    rows = marks.window[marks.window < turns.passed[0]][-LONGEST_PERIOD * (REPEATS + 1) :]
+    rows = reached(marks.window, turns)[-LONGEST_PERIOD * (REPEATS + 1) :]
     if len(rows) <= REPEATS:
         return None
     half, unit = len(scene.value.coordinates), unit_of(scene)
