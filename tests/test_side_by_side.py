@@ -166,6 +166,24 @@ def test_time_that_went_to_other_cases_does_not_count(together, monkeypatch):
     assert statuses == ["ok"] * ensemble.WIDTH
 
 
+def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(together, monkeypatch):
+    began = []
+
+    def slow(*given):
+        began.append(1)
+        integrate(*given)
+
+    integrate, listed = loop.integrate, cases()
+    monkeypatch.setattr(ensemble.loop, "integrate", slow)
+    monkeypatch.setattr(ensemble.time, "process_time", lambda: float(len(began)))
+    found = simulation.solve_each(listed)
+    place, first = next(found)
+    early = len(began)
+    assert same(simulation.solve(listed[place]), first)
+    assert len(list(found)) == CASES - 1
+    assert early < len(began) / 2
+
+
 def test_one_contact_and_several_are_of_one_form_to_the_loop():
     forms = set()
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from .. import MODEL_VERSION
-from .resolve import Fixed
+from .resolve import Shared
 
 Value = Any  # of a key: a number in SI, a word, True for a flag
 
@@ -155,13 +155,9 @@ class Pattern:
         own = [Slot(path, path, _same) for path in varied if path in self.values]
         others = [slot for slot in following(flat) if slot.source in varied and slot.path not in present]
         self.slots = tuple(slot for slot in (*own, *others) if slot.path in self.values)
-        self._tree = _fixed(_tree(self.values))
-        self._changing = _sections_above(
-            (
-                *(slot.path for slot in self.slots),
-                *(pair for pair in pairs if any(path.startswith(f"{pair}.") for path in self.values)),
-            )
-        )
+        self._tree = _shared(_tree(self.values))
+        listed = [pair for pair in pairs if any(path.startswith(f"{pair}.") for path in self.values)]
+        self._changing = _sections_above([*(slot.path for slot in self.slots), *listed])
         self._places = [(slot.path.split("."), slot.source, slot.follow) for slot in self.slots]
 
     def case(self, point: Mapping[str, Value]) -> dict[str, Any]:
@@ -189,9 +185,9 @@ class Pattern:
         return text
 
 
-def _fixed(tree: dict[str, Any]) -> Fixed:
+def _shared(tree: dict[str, Any]) -> Shared:
     """Return nested sections as such that cases share."""
-    return Fixed({key: _fixed(value) if isinstance(value, dict) else value for key, value in tree.items()})
+    return Shared({key: _shared(value) if isinstance(value, dict) else value for key, value in tree.items()})
 
 
 def _sections_above(paths: Iterable[str]) -> list[list[str]]:

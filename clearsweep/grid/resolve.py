@@ -31,7 +31,7 @@ from .key_table import DIMENSIONLESS
 Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section
 
 
-class Fixed(dict):
+class Shared(dict):
     """A section that many cases share: what is made of it is made once and kept with it."""
 
     form: Any = None
@@ -39,7 +39,7 @@ class Fixed(dict):
 
 def _formed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
     """Return what is made of a section."""
-    if not isinstance(section, Fixed):
+    if not isinstance(section, Shared):
         return make(section, *more)
     if section.form is None:
         section.form = make(section, *more)

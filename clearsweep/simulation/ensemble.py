@@ -11,15 +11,14 @@ from ..contracts.case import Case
 from ..contracts.results import Trajectory
 from ..mechanics.attempt import together_of
 from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten, form_number
-from ..mechanics.compiled.rows import Board
 from ..mechanics.observe.along import Attempt
 from ..mechanics.solver import loop, plan
 from .heat import has_balance
-from .outcome import Taken, taken, told
+from .outcome import Outcome, outcome_of, to_trajectory
 from .run import Run, attempted, board_of, start, wants_events
 from .scene import Scene, build
 from .start import Start, control_of, start_of
-from .trajectory import Asked, asked_of, judged, simulate
+from .trajectory import Extent, extent_of, judged, simulate
 
 MANY = WIDTH  # cases of one type of scene for which it is worth looking up their step side by side
 OFTEN = 0.05  # s of processor time after which the cases that have ended meanwhile are told, all at once
@@ -31,7 +30,7 @@ class Prepared(NamedTuple):
     """A case that waits, or is under way."""
 
     place: int  # among the cases
-    asked: Asked
+    extent: Extent
     start: Start
     control: plan.Control
 
@@ -66,9 +65,9 @@ def is_plain(scene: Scene) -> bool:
 
 def prepared(place: int, scene: Scene) -> Prepared:
     """Return a plain scene made ready."""
-    asked = asked_of(scene)
-    control = control_of(scene, asked.end, keep_events=wants_events(scene, asked.times))
-    return Prepared(place, asked, start_of(scene, asked.times, asked.marks), control)
+    extent = extent_of(scene)
+    control = control_of(scene, extent.end, keep_events=wants_events(scene, extent.times))
+    return Prepared(place, extent, start_of(scene, extent.times, extent.marks), control)
 
 
 def compile_together(case: Case) -> None:
@@ -78,26 +77,44 @@ def compile_together(case: Case) -> None:
         together_of(scene.value, flatten(scene.value))
 
 
+class _Room:
+    """Arrays for WIDTH cases of one type of scene, and the runs that work on them, used again and again."""
+
+    def __init__(self, scene: Scene):
+        board = board_of(scene)
+        self.lanes = [board.lane(place) for place in range(WIDTH)]
+        self.arrays: Attempt = attempted(self.lanes[0])
+        self.runs: dict[int, Run] = {}  # by lane
+
+    def run(self, lane: int, case: Prepared) -> Run:
+        """Return the run in a lane, at the start of a case: the one that is there where it can be used."""
+        run = self.runs.pop(lane, None)  # one that goes wrong is gone
+        if run and run.form == case.start.form:
+            run.begin(case.start)
+        else:
+            run = Run(case.start.scene, case.extent.times, marks=case.extent.marks, lane=self.lanes[lane])
+        self.runs[lane] = run
+        return run
+
+
 class _Ensemble:
     """Cases of one type of scene: those that wait, up to WIDTH of them under way, and what others have come to."""
 
     def __init__(self, waiting: deque[Prepared]):
         self.waiting, self.lanes = waiting, dict[int, Prepared]()  # by lane
-        self.runs: dict[int, Run] = {}  # the latest of each lane
-        self.ended: list[tuple[int, Taken | Exception]] = []  # not told yet
+        self.free = list(range(WIDTH))  # lanes
+        self.room: _Room | None = None
+        self.ended: list[tuple[int, Outcome | Exception]] = []  # not told yet
         self.seen = self.told = time.process_time()  # s, the latest, and when the latest cases were told
         self.shared = self.others = 0.0  # s, shares so far: of a case in integrating, and of others in all time
         self.durations, self.deadlines = dict[int, float](), dict[int, float]()  # by lane: s, less those shares
         self.many, self.together = len(waiting) >= MANY, NO_ENTRY
-        self.board: Board | None = None
-        self.arrays: Attempt | None = None  # of the board's first lane
 
     def run(self) -> Iterator[Ended]:
         """Yield what the cases come to."""
         while self.waiting or self.lanes:
-            for lane in (lane for lane in range(WIDTH) if lane not in self.lanes):
-                while self.waiting and lane not in self.lanes:
-                    self._begin(lane, self.waiting.popleft())
+            while self.waiting and self.free:
+                self._begin(self.free[-1], self.waiting.popleft())
             if self.lanes:
                 self._integrate()
             if self.seen - self.told > OFTEN:
@@ -107,37 +124,30 @@ class _Ensemble:
     def _begin(self, lane: int, case: Prepared) -> None:
         """Put a case into a free lane."""
         try:
-            self.runs[lane] = run = self._run(lane, case)
+            run = self._run(lane, case)
         except Exception as error:
             self.ended.append((case.place, error))
             return
         start(run, case.control)
+        self.free.pop()
         self.lanes[lane], self.durations[lane] = case, self.shared
         self.deadlines[lane] = self.seen + case.start.scene.case.simulate.time_budget - self.others
 
     def _run(self, lane: int, case: Prepared) -> Run:
-        """Return a run in a lane that stands at the start of a case: the one that was there where it can be used."""
-        run = self.runs.pop(lane, None)
-        if run and run.form == case.start.form:
-            run.begin(case.start)
-            return run
-        return Run(case.start.scene, case.asked.times, marks=case.asked.marks, lane=self._board(case).lane(lane))
-
-    def _board(self, case: Prepared) -> Board:
-        if self.board is None:
-            self.board = board_of(case.start.scene)
-            first = self.board.lane(0)
-            self.arrays = attempted(first)
+        """Return the run in a lane, at the start of a case."""
+        if self.room is None:
+            self.room = _Room(case.start.scene)
             if self.many:
-                self.together = together_of(case.start.scene.value, first["parameters"])
-        return self.board
+                self.together = together_of(case.start.scene.value, self.room.lanes[0]["parameters"])
+        return self.room.run(lane, case)
 
     def _integrate(self) -> None:
         """Integrate all cases under way up to where one of them or more are to be looked at; take those that ended."""
-        runs = [self.runs[lane] for lane in self.lanes]
+        assert self.room is not None  # the first case under way made it
+        runs = [self.room.runs[lane] for lane in self.lanes]
         addresses, status = np.array([run.kept.address for run in runs]), np.zeros(len(runs), dtype=np.int64)
         clock = time.perf_counter()
-        loop.integrate(runs[0].kept, addresses, status, self.together, self.arrays)
+        loop.integrate(runs[0].kept, addresses, status, self.together, self.room.arrays)
         self.shared += (time.perf_counter() - clock) / len(runs)
         before, self.seen = self.seen, time.process_time()
         self.others += (self.seen - before) * (1.0 - 1.0 / len(runs))
@@ -153,10 +163,11 @@ class _Ensemble:
                 return
             run.duration = self.shared - self.durations[lane]
             run.conclude(np.concatenate(run.logs))
-            ended: Taken | Exception = taken(case.start.scene, run, case.asked.end)
+            ended: Outcome | Exception = outcome_of(case.start.scene, run, case.extent.end)
         except Exception as error:
             ended = error
         del self.lanes[lane]
+        self.free.append(lane)
         self.ended.append((case.place, ended))
 
     def _tell(self) -> Iterator[Ended]:
@@ -164,7 +175,7 @@ class _Ensemble:
         ended, self.ended = self.ended, []
         for place, came in ended:
             try:
-                result = came if isinstance(came, Exception) else judged(came.scene, told(came))
+                result = came if isinstance(came, Exception) else judged(came.scene, to_trajectory(came))
             except Exception as error:
                 result = error
             yield place, result

@@ -77,7 +77,7 @@ def _ended(scene: Scene, run: Run) -> tuple[str, str]:
     return _STATUS[run.status]
 
 
-class Taken(NamedTuple):
+class Outcome(NamedTuple):
     """What an integration came to, taken from a run before another one may begin in its place."""
 
     scene: Scene
@@ -101,13 +101,13 @@ class Taken(NamedTuple):
     sections: dict[str, np.ndarray]
 
 
-def taken(scene: Scene, run: Run, end: float) -> Taken:
+def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     """Return what an integration up to `end` (s; rad where the crank is free) came to."""
     turns: Any = run.work.turns  # mypy takes it for a tuple of anything
     failed, duration = run.status != plan.OK, _duration(scene, run, end)
     tally, rarely = by_joint(run.tally, scene.layout), RARELY * duration
     status, message = _failure_of(scene, run, end) if failed else _STATUS[plan.OK]
-    return Taken(
+    return Outcome(
         scene=scene,
         status=status,
         message=message,
@@ -130,21 +130,21 @@ def taken(scene: Scene, run: Run, end: float) -> Taken:
     )
 
 
-def told(taken: Taken) -> Trajectory:
+def to_trajectory(outcome: Outcome) -> Trajectory:
     """Return the trajectory that an integration came to."""
-    scene, window = taken.scene, window_of(taken)
-    units, failed = shared_by(scene.layout).units.copy(), taken.message != ""
+    scene, window = outcome.scene, window_of(outcome)
+    units, failed = shared_by(scene.layout).units.copy(), outcome.status != "ok"
     summary = figures_of(window, failed=failed)
     if failed:
-        return Trajectory(taken.status, taken.message, summary, units=units)
-    summary |= taken.figures
-    message, log = message_of(*remarks(scene, window, summary)), _events_of(scene.layout, taken.log)
-    return Trajectory(taken.status, message, summary, taken.channels, log, window.wear, taken.sections, units)
+        return Trajectory(outcome.status, outcome.message, summary, units=units)
+    summary |= outcome.figures
+    message, log = message_of(*remarks(scene, window, summary)), _events_of(scene.layout, outcome.log)
+    return Trajectory(outcome.status, message, summary, outcome.channels, log, window.wear, outcome.sections, units)
 
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration up to `end` (s; rad where the crank is free) came to."""
-    return told(taken(scene, run, end))
+    return to_trajectory(outcome_of(scene, run, end))
 
 
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
@@ -200,27 +200,27 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     return found
 
 
-def window_of(taken: Taken) -> Window:
+def window_of(outcome: Outcome) -> Window:
     """Return what figures are functions of."""
-    scene, settings = taken.scene, taken.scene.case.simulate
-    tally = Summed(taken.whole, taken.joint, taken.wear, taken.account)
+    scene, settings = outcome.scene, outcome.scene.case.simulate
+    tally = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account)
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,
         layout=scene.layout,
         joints=scene.value.joints,
         tally=tally,
-        exceeded=taken.exceeded,
-        ideal=ideal_peaks(scene.case) if scene.mechanism.turns and not taken.message else {},
+        exceeded=outcome.exceeded,
+        ideal=ideal_peaks(scene.case) if scene.mechanism.turns and outcome.status == "ok" else {},
         wear=wear_of(scene.layout, tally),
-        counts=taken.counts,
-        events=taken.events,
-        seconds=taken.seconds,
-        duration=taken.duration,
+        counts=outcome.counts,
+        events=outcome.events,
+        seconds=outcome.seconds,
+        duration=outcome.duration,
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
-        spreads=spreads_of(scene, taken.marks, taken.turns),
-        period=period_in(scene, taken.marks, taken.turns),
-        onset=taken.onset,
+        spreads=spreads_of(scene, outcome.marks, outcome.turns),
+        period=period_in(scene, outcome.marks, outcome.turns),
+        onset=outcome.onset,
     )
 
 

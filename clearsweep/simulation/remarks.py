@@ -13,12 +13,13 @@ from .window import Window
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case, '' for each that there is no reason for."""
-    shares = [(joint, summary[f"{joint.column}_law_limit_fraction"]) for joint in scene.case.joints]
+    parts = list(zip(scene.layout.joints, scene.case.joints, strict=True))
+    shares = [(joint, summary[f"{part.name}_law_limit_fraction"]) for part, joint in parts]
     limits = past_limits(
-        (joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share
+        [(joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share]
     )
-    lasting = kept_onsets(_lasting(scene, window))
-    return limits, lasting, *films(_lubricated(scene, summary)), *_nonsense(scene, window, summary)
+    oiled = films(_lubricated(scene, summary)) if any(part.film for part, _ in parts) else ()
+    return limits, kept_onsets(_lasting(scene, window)), *oiled, *_nonsense(scene, window, summary)
 
 
 def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
@@ -48,12 +49,12 @@ def _nonsense(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple
     joints = [
         Reached(
             joint.name,
-            summary[f"{joint.column}_penetration_max"] if joint.is_dry else 0.0,
-            summary.get(f"{joint.column}_wear_depth_max") or 0.0,
+            summary[f"{part.name}_penetration_max"] if joint.is_dry else 0.0,
+            summary[f"{part.name}_wear_depth_max"] if part.wear_bins else 0.0,
             joint.clearance,
             joint.bearing_radius,
         )
-        for joint in scene.case.joints
+        for part, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
     ]
     count = 0.5 * window.events + max(scene.case.simulate.revolutions, 1.0)
     balance = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)

@@ -79,7 +79,7 @@ def room_for(marks: Marks, n: int, contacts: int) -> Turns:
 
 def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
     """Return how the force peaks of each joint spread over the window's revolutions."""
-    return tuple(Spread(*quantiles(peaks, (0.5, 0.95))) for peaks in peaks_of(scene, marks, turns).T)
+    return tuple([Spread(*quantiles(peaks, (0.5, 0.95))) for peaks in peaks_of(scene, marks, turns).T])
 
 
 def reached(places: np.ndarray, turns: Any) -> np.ndarray:

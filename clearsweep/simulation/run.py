@@ -1,4 +1,4 @@
-"""One integration of a scene: its buffers, how accurate it is to be, and the compiled calls that do it."""
+"""One integration of a scene: its buffers, and the compiled calls that do it."""
 
 import functools
 import itertools
@@ -22,7 +22,7 @@ from ..mechanics.joint.contract import (
 )
 from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
-from ..mechanics.joint.places import after_joint, as_it_is, first_place, observed_columns
+from ..mechanics.joint.places import Place, after_joint, as_it_is, first_place, observed_columns
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram
@@ -107,9 +107,8 @@ class Zeroed(NamedTuple):
 
 def in_one_piece(value: Any) -> tuple[np.ndarray, Any]:
     """Return numbers, all zero, and nested tuples like `value` whose arrays are parts of them, one behind the other."""
-    arrays = list(_arrays_in(value))
-    ends = itertools.accumulate([-(-array.nbytes // 8) for array in arrays], initial=0)
-    room = np.zeros(sum(-(-array.nbytes // 8) for array in arrays))
+    sizes = [-(-array.nbytes // 8) for array in _arrays_in(value)]
+    ends, room = itertools.accumulate(sizes, initial=0), np.zeros(sum(sizes))
 
     def moved(part: Any) -> Any:
         if not isinstance(part, np.ndarray):
@@ -230,6 +229,12 @@ class Run:
         self.counts = work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
 
+    @functools.cached_property
+    def places(self) -> list[Place]:
+        """Return where the numbers of each joint begin, which the types of its laws decide."""
+        joints = self.value.joints
+        return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
+
     def go(self, control: plan.Control) -> tuple[int, np.ndarray]:
         """Return the status and the events of an integration from where this one stands to where `control` ends it."""
         self.heed(control)
@@ -294,8 +299,7 @@ def _law_in(run: Run, place: int) -> Any:
     law: Any = joints[place].law  # mypy takes it for a tuple of anything
     if not law._field_defaults:
         return law
-    begins = functools.reduce(after_joint, joints[:place], first_place(joints, work.time + 1))
-    return as_it_is(law, work.end, work.latched, begins)
+    return as_it_is(law, work.end, work.latched, run.places[place])
 
 
 def _phases(scene: Scene) -> list[int]:

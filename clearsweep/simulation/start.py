@@ -79,11 +79,11 @@ class Start(NamedTuple):
 def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     """Return what the integration of a scene that is reported at `times` and has `marks` begins with."""
     joints, contacts = scene.value.joints, every_contact(scene.value.joints)
-    whole = scene.start.size == 2 * len(scene.value.coordinates) + 1 + len(contacts)  # as good as always
-    internal = [] if whole else every_internal_state(joints)
+    plain = scene.start.size == 2 * len(scene.value.coordinates) + 1 + len(contacts)
+    internal = [] if plain else every_internal_state(joints)
     described = [case for case, joint in zip(scene.case.joints, joints, strict=True) for _ in contact_modes(joint)]
     knots = knots_of(scene.machine)
-    given = [
+    given = [  # in the order of Given
         *map(scene.turning.at, marks.turns.tolist()),
         *knots,
         *[began for _, _, began in internal],

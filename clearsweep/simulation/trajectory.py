@@ -108,8 +108,8 @@ def end_of(scene: Scene) -> float:
     return end
 
 
-class Asked(NamedTuple):
-    """What is asked of the integration of a scene whose length is given."""
+class Extent(NamedTuple):
+    """How far an integration of known length goes, and what is taken on its way."""
 
     end: float  # s; rad where the crank is free
     times: np.ndarray  # where to report
@@ -117,8 +117,8 @@ class Asked(NamedTuple):
     marks: Marks
 
 
-def asked_of(scene: Scene, times: ArrayLike | None = None) -> Asked:
-    """Return what is asked of a scene, reported at `times` (s) or where its case has it."""
+def extent_of(scene: Scene, times: ArrayLike | None = None) -> Extent:
+    """Return how far a scene goes, which is reported at `times` (s) or where its case has it."""
     end, free = end_of(scene), scene.turning.free
     if times is not None:
         reported = checked_times(times, math.inf if free else end)
@@ -130,12 +130,12 @@ def asked_of(scene: Scene, times: ArrayLike | None = None) -> Asked:
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
         reported = sampling_times(scene.case, scene.turning.at)
-    return Asked(end, reported, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
+    return Extent(end, reported, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
     """Return the trajectory of a scene whose length is given."""
-    end, reported, turned, marked = asked_of(scene, times)
+    end, reported, turned, marked = extent_of(scene, times)
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.turning.free and times is not None and run.status == plan.OK:
         finish_samples(scene, run)
