@@ -18,7 +18,8 @@ from clearsweep.mechanics.observe.tally import FORCE_MAX
 from clearsweep.mechanics.solver import plan
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import Told, read, written
-from clearsweep.simulation.run import Run, control_of
+from clearsweep.simulation.run import Run
+from clearsweep.simulation.start import control_of
 from clearsweep.simulation.watch import go_to, moment_of
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}

@@ -15,7 +15,8 @@ import pytest
 import clearsweep
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.solver import plan
-from clearsweep.simulation.run import Run, control_of
+from clearsweep.simulation.run import Run
+from clearsweep.simulation.start import control_of
 
 HELD = json.loads((resources.files("clearsweep.verify") / "references" / "machines.json").read_text(encoding="utf-8"))
 PROBLEMS = HELD["problems"]

@@ -26,7 +26,8 @@ from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses,
 from clearsweep.mechanics.observe.observables import Observed, observed_in
 from clearsweep.mechanics.solver import plan
 from clearsweep.simulation import scene as scenes
-from clearsweep.simulation.run import Run, control_of, onset_rates, period
+from clearsweep.simulation.run import Run, onset_rates
+from clearsweep.simulation.start import control_of, period
 from clearsweep.simulation.trajectory import simulate
 
 ROOT = Path(__file__).parent.parent

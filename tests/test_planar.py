@@ -391,7 +391,8 @@ def test_a_slider_crank_in_these_words_moves_as_the_one_that_is_built_in():
     from mechanism_cases import slider_crank as grid_of
 
     import clearsweep
-    from clearsweep.simulation.run import integrated, period
+    from clearsweep.simulation.run import integrated
+    from clearsweep.simulation.start import period
 
     scene = clearsweep.load_case(grid_of("rod-slider", changes=CHANGES))
     machine, opened = slider_crank(Constant(scene.built.rate), gravity=0.0), {"rod-slider": scene.value.joints[0]}

@@ -18,6 +18,7 @@ from clearsweep.mechanics.mechanism.slider_crank.pose import SliderCrank
 from clearsweep.mechanics.solver import loop
 from clearsweep.simulation import ensemble, run
 from clearsweep.simulation.revolutions import marks_of
+from clearsweep.simulation.start import start_of
 
 CASES = 11  # no multiple of what a register holds
 TIMED = {"run_time"}
@@ -165,6 +166,24 @@ def test_time_that_went_to_other_cases_does_not_count(together, monkeypatch):
     assert statuses == ["ok"] * ensemble.WIDTH
 
 
+def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(together, monkeypatch):
+    began = []
+
+    def slow(*given):
+        began.append(1)
+        integrate(*given)
+
+    integrate, listed = loop.integrate, cases()
+    monkeypatch.setattr(ensemble.loop, "integrate", slow)
+    monkeypatch.setattr(ensemble.time, "process_time", lambda: float(len(began)))
+    found = simulation.solve_each(listed)
+    place, first = next(found)
+    early = len(began)
+    assert same(simulation.solve(listed[place]), first)
+    assert len(list(found)) == CASES - 1
+    assert early < len(began) / 2
+
+
 def test_one_contact_and_several_are_of_one_form_to_the_loop():
     forms = set()
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
@@ -179,7 +198,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
 #: Fields of a Work that the type of a scene decides, and those that are written before they are read.
 OF_TYPE = {"apart", "pressed", "ended_by", "contact", "modes", "leads_to", "at_stages", "at_start", "of_state"}
 OF_TYPE |= {"counted", "column", "sign"}
-SCRATCH = {"end", "z", "k", "o", "f", "step", "log", "control"}
+SCRATCH = {"end", "z", "k", "o", "f", "step", "bins", "spent", "log", "control"}
 WORN = {
     "joints.rod-slider.length": 0.02,
     "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "bins": 36},
@@ -214,7 +233,7 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
         used, new = (run.Run(scene, times, marks=marks) for scene in (first, second))
         for name, array in arrays_in(used.work):
             array[...] = array if name in OF_TYPE else 7
-        used.begin(second, times, marks)
+        used.begin(start_of(second, times, marks))
     pairs = zip(arrays_in(used.work), arrays_in(new.work), strict=True)
     differing = [name for (name, was), (_, is_new) in pairs if name not in SCRATCH and not np.array_equal(was, is_new)]
     assert not differing

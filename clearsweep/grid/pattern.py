@@ -2,11 +2,12 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
 from .. import MODEL_VERSION
+from .resolve import Shared
 
 Value = Any  # of a key: a number in SI, a word, True for a flag
 
@@ -154,12 +155,19 @@ class Pattern:
         own = [Slot(path, path, _same) for path in varied if path in self.values]
         others = [slot for slot in following(flat) if slot.source in varied and slot.path not in present]
         self.slots = tuple(slot for slot in (*own, *others) if slot.path in self.values)
-        self._tree = _tree(self.values)
+        self._tree = _shared(_tree(self.values))
+        listed = [pair for pair in pairs if any(path.startswith(f"{pair}.") for path in self.values)]
+        self._changing = _sections_above([*(slot.path for slot in self.slots), *listed])
         self._places = [(slot.path.split("."), slot.source, slot.follow) for slot in self.slots]
 
     def case(self, point: Mapping[str, Value]) -> dict[str, Any]:
         """Return the case at a point, swept path -> value, in the shape of a grid file."""
-        tree = _copied(self._tree)
+        tree = dict(self._tree)
+        for *above, key in self._changing:
+            inside = tree
+            for part in above:
+                inside = inside[part]
+            inside[key] = dict(inside[key])
         for (*above, key), source, follow in self._places:
             inside = tree
             for part in above:
@@ -177,5 +185,13 @@ class Pattern:
         return text
 
 
-def _copied(tree: dict[str, Any]) -> dict[str, Any]:
-    return {key: _copied(value) if isinstance(value, dict) else value for key, value in tree.items()}
+def _shared(tree: dict[str, Any]) -> Shared:
+    """Return nested sections as such that cases share."""
+    return Shared({key: _shared(value) if isinstance(value, dict) else value for key, value in tree.items()})
+
+
+def _sections_above(paths: Iterable[str]) -> list[list[str]]:
+    """Return the sections in which something stands at one of the paths, outer ones first."""
+    parts = [path.split(".") for path in paths]
+    above = dict.fromkeys(tuple(each[:depth]) for each in parts for depth in range(1, len(each)))
+    return sorted(map(list, above), key=len)

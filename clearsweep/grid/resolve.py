@@ -1,6 +1,6 @@
 """From a resolved case in the shape of a grid file to its typed form: the last place where a case is a dict."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ..contracts.case import (
@@ -25,28 +25,57 @@ from ..contracts.case import (
     Until,
     Wear,
 )
-from ..contracts.outline import Outline
+from ..contracts.outline import LoadOutline, Outline
 from .key_table import DIMENSIONLESS
 
 Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section
 
 
+class Shared(dict):
+    """A section that many cases share: what is made of it is made once and kept with it."""
+
+    form: Any = None
+
+
+def _formed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
+    """Return what is made of a section."""
+    if not isinstance(section, Shared):
+        return make(section, *more)
+    if section.form is None:
+        section.form = make(section, *more)
+    return section.form
+
+
 def case_of(tree: Tree, outline: Outline) -> Case:
     """Return the typed form of a case: nested sections, SI, defaults filled in, only keys in use."""
-    kind, bodies = _taken(tree["mechanism"], "type")
-    simulate = tree["simulate"]
-    if "until" in simulate:
-        simulate = dict(simulate) | {"until": Until(**simulate["until"])}
     return Case(
-        mechanism=Mechanism(kind, dict(leaves(bodies))),
-        joints=tuple(_joint(name, section) for name, section in tree["joints"].items()),
-        simulate=Simulate(**simulate),
-        save=Save(**tree["save"]),
-        drive=_drive(tree["drive"]) if "drive" in tree else None,
-        loads=tuple(_load(load.name, load.form, tree["loads"][load.name]) for load in outline.loads),
+        mechanism=_formed(_mechanism, tree["mechanism"]),
+        joints=tuple([_formed(_joint, section, name) for name, section in tree["joints"].items()]),
+        simulate=_formed(_simulate, tree["simulate"]),
+        save=_formed(_save, tree["save"]),
+        drive=_formed(_drive, tree["drive"]) if "drive" in tree else None,
+        loads=tuple([_formed(_load, tree["loads"][load.name], load) for load in outline.loads]),
         outline=outline,
-        life=Life(**tree["life"]) if "life" in tree else None,
+        life=_formed(_life, tree["life"]) if "life" in tree else None,
     )
+
+
+def _mechanism(section: Tree) -> Mechanism:
+    kind, bodies = _taken(section, "type")
+    return Mechanism(kind, dict(leaves(bodies)))
+
+
+def _simulate(section: Tree) -> Simulate:
+    until = {"until": Until(**section["until"])} if "until" in section else {}
+    return Simulate(**{**section, **until})
+
+
+def _save(section: Tree) -> Save:
+    return Save(**section)
+
+
+def _life(section: Tree) -> Life:
+    return Life(**section)
 
 
 def _drive(section: Tree) -> Drive:
@@ -58,32 +87,27 @@ def _drive(section: Tree) -> Drive:
     return Drive(**values) if speed is None else Drive(speed=speed, **values)
 
 
-def _load(name: str, form: str, section: Tree) -> Load:
+def _load(section: Tree, load: LoadOutline) -> Load:
     table, friction, rest = _taken(section, "table", "friction")
-    rubbing = Friction(*_taken(friction, "law")) if friction else None
-    return Load(name, form, dict(leaves(rest)), _table(table) if table else None, rubbing)
+    rubbing = _friction(friction) if friction else None
+    return Load(load.name, load.form, dict(leaves(rest)), _table(table) if table else None, rubbing)
 
 
 def _table(columns: Tree) -> Table:
     return {name: tuple(values) for name, values in columns.items()}
 
 
-def _joint(name: str, section: Tree) -> Joint:
-    sections: dict[str, Any] = {"contact": _contact(section["contact"]) if "contact" in section else NO_CONTACT}
-    if "roughness" in section:
-        sections["roughness"] = _roughness(section["roughness"])
-    if "axial" in section:
-        sections["axial"] = _contact(section["axial"])
-    for listed in ("tilt", "offset"):
-        if listed in section:
-            sections[listed] = tuple(section[listed])
-    if "friction" in section:
-        sections["friction"] = Friction(*_taken(section["friction"], "law"))
-    if "wear" in section:
-        sections["wear"] = _wear(section["wear"])
-    if "film" in section:
-        sections["film"] = _film(section["film"])
-    return Joint(name=name, **(_taken(section, "type")[1] | sections))
+def _joint(section: Tree, name: str) -> Joint:
+    values: dict[str, Any] = {"contact": NO_CONTACT, **section}
+    values.pop("type", None)
+    for key, make in _OF_JOINT:
+        if key in section:
+            values[key] = _formed(make, section[key])
+    return Joint(name=name, **values)
+
+
+def _friction(section: Tree) -> Friction:
+    return Friction(*_taken(section, "law"))
 
 
 def _wear(section: Tree) -> Wear:
@@ -118,6 +142,18 @@ def _roughness(section: Tree) -> Roughness:
     law, values = _taken(section, "law")
     tables = {key: _table(value) for key, value in values.items() if isinstance(value, dict)}
     return Roughness(law, {key: value for key, value in values.items() if key not in tables}, tables)
+
+
+_OF_JOINT: tuple[tuple[str, Callable[[Any], Any]], ...] = (
+    ("contact", _contact),
+    ("roughness", _roughness),
+    ("axial", _contact),
+    ("tilt", tuple),
+    ("offset", tuple),
+    ("friction", _friction),
+    ("wear", _wear),
+    ("film", _film),
+)
 
 
 def _materials(section: Tree) -> Materials:

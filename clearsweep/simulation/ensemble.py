@@ -11,49 +11,48 @@ from ..contracts.case import Case
 from ..contracts.results import Trajectory
 from ..mechanics.attempt import together_of
 from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten, form_number
-from ..mechanics.compiled.rows import Board
-from ..mechanics.observe.along import Attempt
-from ..mechanics.observe.tally import Ledger
 from ..mechanics.solver import loop, plan
 from .heat import has_balance
-from .revolutions import marks_of
-from .run import Form, Lane, Run, board_of, control_of, shared, start
-from .scene import Scene, build, signature
-from .trajectory import end_of, judged, own_sampling, simulate, trajectory_of
+from .outcome import Outcome, outcome_of, to_trajectory
+from .run import Run, board_of, shared, start, wants_events
+from .scene import Scene, build
+from .start import Start, control_of, start_of
+from .trajectory import Extent, extent_of, judged, simulate
 
-AT_ONCE = 64  # scenes built before the first of them is integrated
 MANY = WIDTH  # cases of one type of scene for which it is worth looking up their step side by side
-
-
-class Beside(NamedTuple):
-    """A case under way."""
-
-    place: int  # among the cases
-    scene: Scene
-    run: Run
-
+OFTEN = 0.05  # s of processor time after which the cases that have ended meanwhile are told, all at once
 
 Ended = tuple[int, Trajectory | Exception]
 
 
+class Prepared(NamedTuple):
+    """A case that waits, or is under way."""
+
+    place: int  # among the cases
+    extent: Extent
+    start: Start
+    control: plan.Control
+
+
 def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
-    """Yield the place of each case and its result, or what went wrong, as they end; each is that of the case alone."""
-    kinds: dict[tuple, deque[tuple[int, Case]]] = {}
+    """Yield the place of each case and its result, or what went wrong; each is that of the case alone.
+
+    What Python does is done for many cases at a time, which takes half as long as between two cases' integrations:
+    all are prepared at first, those of each type of scene are integrated, and what has ended is told now and then.
+    """
+    kinds: dict[int, deque[Prepared]] = {}
     for place, case in enumerate(cases):
         try:
-            kinds.setdefault(signature(case), deque()).append((place, case))
+            scene = build(case)
+            if is_plain(scene):
+                kinds.setdefault(form_number(scene.value), deque()).append(prepared(place, scene))
+                continue
+            ended: Trajectory | Exception = simulate(scene)
         except Exception as error:
-            yield place, error
+            ended = error
+        yield place, ended
     for waiting in kinds.values():
-        yield from _type_by_type(waiting)
-
-
-def _type_by_type(waiting: deque[tuple[int, Case]]) -> Iterator[Ended]:
-    """Yield the same of cases that mostly share their type: values that are zero can make a machine another one."""
-    while waiting:
-        ensemble = _Ensemble(waiting)
-        yield from ensemble.run()
-        waiting = ensemble.others
+        yield from _Ensemble(waiting).run()
 
 
 def is_plain(scene: Scene) -> bool:
@@ -63,27 +62,11 @@ def is_plain(scene: Scene) -> bool:
     return turns and single
 
 
-def prepared(scene: Scene, lane: Lane, run: Run | None = None) -> Run:
-    """Return the integration, in a lane, of a plain scene; `simulate` makes the same one.
-
-    run : the one that was in this lane before, which is used again where it can.
-    """
-    settings, save, end = scene.case.simulate, scene.case.save, end_of(scene)
-    times, marks = own_sampling(scene), marks_of(scene, settings.revolutions)
-    if run and run.form == Form.of(scene, times, marks):
-        run.begin(scene, times, marks)
-    else:
-        run = Run(scene, times, marks=marks, lane=lane)
-    run.deadline = time.process_time() + settings.time_budget
-    start(run, control_of(scene, end, keep_events=save.orbits != "none"))
-    return run
-
-
-def finished(scene: Scene, run: Run) -> Trajectory:
-    """Return what the integration that was `prepared` came to."""
-    run.events = np.concatenate(run.logs)
-    run.counts += run.work.counts
-    return judged(scene, trajectory_of(scene, run, end_of(scene)))
+def prepared(place: int, scene: Scene) -> Prepared:
+    """Return a plain scene made ready."""
+    extent = extent_of(scene)
+    control = control_of(scene, extent.end, keep_events=wants_events(scene, extent.times))
+    return Prepared(place, extent, start_of(scene, extent.times, extent.marks), control)
 
 
 def compile_together(case: Case) -> None:
@@ -93,103 +76,106 @@ def compile_together(case: Case) -> None:
         together_of(scene.value, flatten(scene.value))
 
 
-def _built(waiting: deque[tuple[int, Case]]) -> Iterator[tuple[int, Case, Scene | Exception]]:
-    """Yield cases and their scenes, or what is wrong with them.
+class _Room:
+    """Arrays for WIDTH cases of one type of scene, and the runs that work on them, used again and again."""
 
-    Some are built at once, in half the time of one after each run.
-    """
+    def __init__(self, scene: Scene):
+        board = board_of(scene)
+        self.lanes = [board.lane(place) for place in range(WIDTH)]
+        self.arrays = shared(self.lanes[0])
+        self.runs: dict[int, Run] = {}  # by lane
 
-    def made(case: Case) -> Scene | Exception:
-        try:
-            return build(case)
-        except Exception as error:
-            return error
-
-    while waiting:
-        some = [waiting.popleft() for _ in range(min(AT_ONCE, len(waiting)))]
-        yield from [(place, case, made(case)) for place, case in some]
+    def run(self, lane: int, case: Prepared) -> Run:
+        """Return the run in a lane, at the start of a case: the one that is there where it can be used."""
+        run = self.runs.pop(lane, None)  # one that goes wrong is gone
+        if run and run.form == case.start.form:
+            run.begin(case.start)
+        else:
+            run = Run(case.start.scene, case.extent.times, marks=case.extent.marks, lane=self.lanes[lane])
+        self.runs[lane] = run
+        return run
 
 
 class _Ensemble:
-    """Cases of one type of scene: those that wait, and up to WIDTH of them under way."""
+    """Cases of one type of scene: those that wait, up to WIDTH of them under way, and what others have come to."""
 
-    def __init__(self, waiting: deque[tuple[int, Case]]):
-        self.waiting, self.lanes = waiting, dict[int, Beside]()  # by lane
-        self.others = deque[tuple[int, Case]]()  # whose scenes turned out to be of another type
-        self.number: int | None = None  # of the form of the scenes
-        self.runs: dict[int, Run] = {}  # the latest of each lane
-        self.seen = time.process_time()  # up to where deadlines have been put off by what other cases took
+    def __init__(self, waiting: deque[Prepared]):
+        self.waiting, self.lanes = waiting, dict[int, Prepared]()  # by lane
+        self.free = list(range(WIDTH))  # lanes
+        self.room: _Room | None = None
+        self.ended: list[tuple[int, Outcome | Exception]] = []  # not told yet
+        self.seen = self.told = time.process_time()  # s, the latest, and when the latest cases were told
+        self.shared = self.others = 0.0  # s, shares so far: of a case in integrating, and of others in all time
+        self.durations, self.deadlines = dict[int, float](), dict[int, float]()  # by lane: s, less those shares
         self.many, self.together = len(waiting) >= MANY, NO_ENTRY
-        self.board: Board | None = None
-        self.arrays: tuple[Attempt, Ledger] | tuple[()] = ()  # of the board's first lane
 
     def run(self) -> Iterator[Ended]:
         """Yield what the cases come to."""
-        scenes = _built(self.waiting)
-        while True:
-            for lane in (lane for lane in range(WIDTH) if lane not in self.lanes):
-                for place, case, scene in scenes:
-                    if self._is_other(scene):
-                        self.others.append((place, case))
-                        continue
-                    ended = self._begin(lane, place, scene)
-                    if ended is None:
-                        break
-                    yield place, ended
-            if not self.lanes:
-                return
-            yield from self._integrate()
+        while self.waiting or self.lanes:
+            while self.waiting and self.free:
+                self._begin(self.free[-1], self.waiting.popleft())
+            if self.lanes:
+                self._integrate()
+            if self.seen - self.told > OFTEN:
+                yield from self._tell()
+        yield from self._tell()
 
-    def _is_other(self, scene: Scene | Exception) -> bool:
-        """Return whether a scene is of another type than those before."""
-        if isinstance(scene, Exception):
-            return False
-        number: int = form_number(scene.value)
-        self.number = number if self.number is None else self.number
-        return number != self.number
-
-    def _begin(self, lane: int, place: int, scene: Scene | Exception) -> Trajectory | Exception | None:
-        """Put a case into a free lane and return None; return what it came to if that is known at once."""
-        if isinstance(scene, Exception):
-            return scene
+    def _begin(self, lane: int, case: Prepared) -> None:
+        """Put a case into a free lane."""
         try:
-            if not is_plain(scene):
-                return simulate(scene)
-            board = self._board(scene)
-            self.runs[lane] = run = prepared(scene, board.lane(lane), self.runs.pop(lane, None))
-            self.lanes[lane] = Beside(place, scene, run)
+            run = self._run(lane, case)
         except Exception as error:
-            return error
-        return None
+            self.ended.append((case.place, error))
+            return
+        start(run, case.control)
+        self.free.pop()
+        self.lanes[lane], self.durations[lane] = case, self.shared
+        self.deadlines[lane] = self.seen + case.start.scene.case.simulate.time_budget - self.others
 
-    def _board(self, scene: Scene) -> Board:
-        if self.board is None:
-            self.board = board_of(scene)
-            first = self.board.lane(0)
-            self.arrays = shared(first)
+    def _run(self, lane: int, case: Prepared) -> Run:
+        """Return the run in a lane, at the start of a case."""
+        if self.room is None:
+            self.room = _Room(case.start.scene)
             if self.many:
-                self.together = together_of(scene.value, first["parameters"])
-        return self.board
+                self.together = together_of(case.start.scene.value, self.room.lanes[0]["parameters"])
+        return self.room.run(lane, case)
 
-    def _integrate(self) -> Iterator[Ended]:
-        """Integrate all cases under way up to where one of them or more are to be looked at; yield those that ended."""
-        runs = [beside.run for beside in self.lanes.values()]
+    def _integrate(self) -> None:
+        """Integrate all cases under way up to where one of them or more are to be looked at; take those that ended."""
+        assert self.room is not None  # the first case under way made it
+        runs = [self.room.runs[lane] for lane in self.lanes]
         addresses, status = np.array([run.kept.address for run in runs]), np.zeros(len(runs), dtype=np.int64)
-        began, clock = time.process_time(), time.perf_counter()
-        loop.integrate(runs[0].kept, addresses, status, self.together, *self.arrays)
-        now, share = time.process_time(), (time.perf_counter() - clock) / len(runs)
-        others = now - self.seen - (now - began) / len(runs)  # what went to other cases is left out of account
-        self.seen = now
-        for (lane, beside), state in zip(list(self.lanes.items()), status, strict=True):
-            beside.run.duration += share
-            beside.run.deadline += others
-            if state == plan.GOING:
-                continue
+        clock = time.perf_counter()
+        loop.integrate(runs[0].kept, addresses, status, self.together, *self.room.arrays)
+        self.shared += (time.perf_counter() - clock) / len(runs)
+        before, self.seen = self.seen, time.process_time()
+        self.others += (self.seen - before) * (1.0 - 1.0 / len(runs))
+        for (lane, case), run, state in zip(list(self.lanes.items()), runs, status.tolist(), strict=True):
+            if state != plan.GOING:
+                self._look(lane, case, run, state)
+
+    def _look(self, lane: int, case: Prepared, run: Run, state: int) -> None:
+        """Let a case go on or, where it has ended, take what it came to."""
+        run.deadline = self.deadlines[lane] + self.others
+        try:
+            if not run.ended(state):
+                return
+            run.duration = self.shared - self.durations[lane]
+            run.conclude(np.concatenate(run.logs))
+            ended: Outcome | Exception = outcome_of(case.start.scene, run, case.extent.end)
+        except Exception as error:
+            ended = error
+        del self.lanes[lane]
+        self.free.append(lane)
+        self.ended.append((case.place, ended))
+
+    def _tell(self) -> Iterator[Ended]:
+        """Yield what has ended meanwhile."""
+        ended, self.ended = self.ended, []
+        for place, came in ended:
             try:
-                if not beside.run.ended(int(state)):
-                    continue
-                ended: Trajectory | Exception = finished(beside.scene, beside.run)
+                result = came if isinstance(came, Exception) else judged(came.scene, to_trajectory(came))
             except Exception as error:
-                ended = error
-            del self.lanes[lane]
-            yield beside.place, ended
+                result = error
+            yield place, result
+        self.told = time.process_time()

@@ -70,7 +70,7 @@ JOINT = (
         "N",
         "normal force exceeded during 1 % of the window's time: blind to impacts that last for less of it",
         of="joint",
-        sums=ForceExceeded(0.01),
+        sums=ForceExceeded(),
         shown=(
             Shown("forces", "force p99", 2),
             Shown("sample", "force p99", 1),

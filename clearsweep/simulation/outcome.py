@@ -1,23 +1,27 @@
 """What an integration came to: its trajectory with the figures, the status in words."""
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
+from ..mechanics.observe.histogram import force_exceeded
 from ..mechanics.observe.record import Record, sample_states
 from ..mechanics.observe.tally import OPENED
 from ..mechanics.solver import event as events
 from ..mechanics.solver import plan
 from .figures import figures_of, shared_by
+from .ideal import ideal_peaks
 from .remarks import remarks
-from .revolutions import begun, period_in, spreads_of
-from .run import TIME_BUDGET, Run, control_of, onset_rates
+from .revolutions import Marks, begun, period_in, reached, spreads_of
+from .run import TIME_BUDGET, Run, onset_rates
 from .scene import Scene
-from .window import Window, by_joint, wear_of
+from .start import control_of
+from .window import RARELY, Summed, Window, by_joint, wear_of
 
 _STATUS = {
     plan.OK: ("ok", ""),
@@ -73,18 +77,74 @@ def _ended(scene: Scene, run: Run) -> tuple[str, str]:
     return _STATUS[run.status]
 
 
-def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
+class Outcome(NamedTuple):
+    """What an integration came to, taken from a run before another one may begin in its place."""
+
+    scene: Scene
+    status: str
+    message: str  # why it failed, '' where it did not
+    whole: np.ndarray  # of the Tally by joint, likewise the next three
+    joint: np.ndarray
+    wear: np.ndarray
+    account: np.ndarray
+    exceeded: list[float]  # by joint, see `Window`
+    turns: Any  # Turns
+    marks: Marks
+    onset: list[float]
+    events: int  # met by itself
+    counts: np.ndarray  # of all that was integrated
+    seconds: float  # s, that it took
+    duration: float  # s, of the window
+    figures: Mapping[str, float | None]  # those that were found on the way
+    channels: dict[str, np.ndarray]
+    log: np.ndarray  # (events, 5)
+    sections: dict[str, np.ndarray]
+
+
+def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
+    """Return what an integration up to `end` (s; rad where the crank is free) came to."""
+    turns: Any = run.work.turns  # mypy takes it for a tuple of anything
+    failed, duration = run.status != plan.OK, _duration(scene, run, end)
+    tally, rarely = by_joint(run.tally, scene.layout), RARELY * duration
+    status, message = _failure_of(scene, run, end) if failed else _STATUS[plan.OK]
+    return Outcome(
+        scene=scene,
+        status=status,
+        message=message,
+        whole=tally.whole.copy(),
+        joint=tally.joint.copy(),
+        wear=tally.wear.copy(),
+        account=tally.account.copy(),
+        exceeded=[force_exceeded(*of_joint, rarely) for of_joint in zip(tally.time, tally.ramp, strict=True)],
+        turns=turns._replace(states=turns.states.copy(), peaks=turns.peaks.copy(), passed=turns.passed.copy()),
+        marks=run.marks,
+        onset=onset_rates(run),
+        events=run.work.counts.item(events.EVENTS),
+        counts=run.counts,
+        seconds=run.duration,
+        duration=duration,
+        figures=run.figures,
+        channels={} if failed else _histories_of(scene.layout, run.record),
+        log=run.events,
+        sections={} if failed else sections_of(scene, run),
+    )
+
+
+def to_trajectory(outcome: Outcome) -> Trajectory:
     """Return the trajectory that an integration came to."""
-    window, units = window_of(scene, run, end), shared_by(scene.layout).units.copy()
-    failed = run.status != plan.OK
+    scene, window = outcome.scene, window_of(outcome)
+    units, failed = shared_by(scene.layout).units.copy(), outcome.status != "ok"
     summary = figures_of(window, failed=failed)
     if failed:
-        return Trajectory(*_failure_of(scene, run, end), summary, units=units)
-    summary |= run.figures
-    message = message_of(*remarks(scene, run, window, summary))
-    histories = _histories_of(scene.layout, run.record)
-    logged, sections = _events_of(scene.layout, run.events), sections_of(scene, run)
-    return Trajectory(_STATUS[run.status][0], message, summary, histories, logged, window.wear, sections, units)
+        return Trajectory(outcome.status, outcome.message, summary, units=units)
+    summary |= outcome.figures
+    message, log = message_of(*remarks(scene, window, summary)), _events_of(scene.layout, outcome.log)
+    return Trajectory(outcome.status, message, summary, outcome.channels, log, window.wear, outcome.sections, units)
+
+
+def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
+    """Return the trajectory that an integration up to `end` (s; rad where the crank is free) came to."""
+    return to_trajectory(outcome_of(scene, run, end))
 
 
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
@@ -108,10 +168,10 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
 
 def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     """Return the journals' places and rates at crank angle 0 of every revolution, by channel; {} if not asked for."""
-    turns: Any = run.work.turns  # mypy takes it for a tuple of anything
-    sections = run.marks.sections[run.marks.sections < turns.passed[0]]
     if not len(run.marks.sections) or not run.work.sample.code:
         return {}
+    turns: Any = run.work.turns  # mypy takes it for a tuple of anything
+    sections = reached(run.marks.sections, turns)
     channels = scene.layout.channels
     values = np.zeros((len(sections), len(channels)))
     sample_states(run.work, turns.states[sections], values)
@@ -140,24 +200,27 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     return found
 
 
-def window_of(scene: Scene, run: Run, end: float) -> Window:
-    """Return what an integration up to `end` (s) came to."""
-    settings, turning = scene.case.simulate, scene.mechanism.turns
-    tally = by_joint(run.tally, scene.layout)
+def window_of(outcome: Outcome) -> Window:
+    """Return what figures are functions of."""
+    scene, settings = outcome.scene, outcome.scene.case.simulate
+    tally = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account)
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,
         layout=scene.layout,
         joints=scene.value.joints,
         tally=tally,
+        exceeded=outcome.exceeded,
+        ideal=ideal_peaks(scene.case) if scene.mechanism.turns and outcome.status == "ok" else {},
         wear=wear_of(scene.layout, tally),
-        counts=run.counts,
-        seconds=run.duration,
-        duration=_duration(scene, run, end),
-        turns=settings.revolutions - settings.discard if turning else 1.0,
-        spreads=spreads_of(scene, run.marks, run.work.turns),
-        period=period_in(scene, run.marks, run.work.turns),
-        onset=onset_rates(run),
+        counts=outcome.counts,
+        events=outcome.events,
+        seconds=outcome.seconds,
+        duration=outcome.duration,
+        turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
+        spreads=spreads_of(scene, outcome.marks, outcome.turns),
+        period=period_in(scene, outcome.marks, outcome.turns),
+        onset=outcome.onset,
     )
 
 

@@ -6,13 +6,12 @@ from functools import partial
 
 from ..contracts.catalogue import Figure, Shown
 from ..mechanics.observe import tally as tallies
-from .ideal import ideal_peaks
 from .window import Window
 
 
 def ideal_peak(window: Window, place: int) -> float:
     """Return the largest reaction (N) in the mechanism without clearance."""
-    return ideal_peaks(window.case)[window.case.joints[place].name]
+    return window.ideal[window.case.joints[place].name]
 
 
 def load_peak(window: Window, place: int) -> float:

@@ -7,20 +7,19 @@ from typing import Any
 from ..judging.validity import Lubricated, Reached, films, imbalance, kept_onsets, past_limits, too_deep, worn_through
 from ..mechanics.joint import registry
 from ..mechanics.observe.tally import ONSETS
-from ..mechanics.solver import event as events
-from .run import Run
 from .scene import Scene
 from .window import Window
 
 
-def remarks(scene: Scene, run: Run, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
+def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case, '' for each that there is no reason for."""
-    shares = [(joint, summary[f"{joint.column}_law_limit_fraction"]) for joint in scene.case.joints]
+    parts = list(zip(scene.layout.joints, scene.case.joints, strict=True))
+    shares = [(joint, summary[f"{part.name}_law_limit_fraction"]) for part, joint in parts]
     limits = past_limits(
-        (joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share
+        [(joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share]
     )
-    lasting = kept_onsets(_lasting(scene, window))
-    return limits, lasting, *films(_lubricated(scene, summary)), *_nonsense(scene, run, summary)
+    oiled = films(_lubricated(scene, summary)) if any(part.film for part, _ in parts) else ()
+    return limits, kept_onsets(_lasting(scene, window)), *oiled, *_nonsense(scene, window, summary)
 
 
 def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
@@ -45,19 +44,18 @@ def _lubricated(scene: Scene, summary: Mapping[str, Any]) -> Iterator[Lubricated
             )
 
 
-def _nonsense(scene: Scene, run: Run, summary: Mapping[str, Any]) -> tuple[str, ...]:
+def _nonsense(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return remarks on figures of a finished case that cannot be meant, '' for each that can."""
     joints = [
         Reached(
             joint.name,
-            summary[f"{joint.column}_penetration_max"] if joint.is_dry else 0.0,
-            summary.get(f"{joint.column}_wear_depth_max") or 0.0,
+            summary[f"{part.name}_penetration_max"] if joint.is_dry else 0.0,
+            summary[f"{part.name}_wear_depth_max"] if part.wear_bins else 0.0,
             joint.clearance,
             joint.bearing_radius,
         )
-        for joint in scene.case.joints
+        for part, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
     ]
-    onsets = 0.5 * run.work.counts[events.EVENTS]
-    count = onsets + max(scene.case.simulate.revolutions, 1.0)
+    count = 0.5 * window.events + max(scene.case.simulate.revolutions, 1.0)
     balance = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
     return too_deep(joints), worn_through(joints), balance

@@ -2,7 +2,6 @@
 
 import functools
 import math
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,22 +64,28 @@ def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, wanted - SAME)
 
 
-def room_for(marks: Marks, n: int, lane: Mapping[str, np.ndarray]) -> Turns:
-    """Return room for what is taken at the marks of a run, in a lane, with `n` numbers in its state."""
-    count, contacts = len(marks.turns), lane["mode"].size
+def room_for(marks: Marks, n: int, contacts: int) -> Turns:
+    """Return room for what is taken at the marks of a run, `n` numbers in its state, but for what lies in a lane."""
+    count = len(marks.turns)
     return Turns(
         marks=np.zeros(count),
         states=np.zeros((count, n)),
         peaks=np.zeros((count, contacts)),
-        highest=lane["highest"],
-        since=lane["since"],
+        highest=np.zeros(0),
+        since=np.zeros(0),
         passed=np.zeros(1, dtype=np.int64),
     )
 
 
 def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
     """Return how the force peaks of each joint spread over the window's revolutions."""
-    return tuple(Spread(*quantiles(peaks, (0.5, 0.95))) for peaks in peaks_of(scene, marks, turns).T)
+    return tuple([Spread(*quantiles(peaks, (0.5, 0.95))) for peaks in peaks_of(scene, marks, turns).T])
+
+
+def reached(places: np.ndarray, turns: Any) -> np.ndarray:
+    """Return those of some places of marks that a run has come to."""
+    passed = turns.passed.item()
+    return places if passed == len(turns.marks) else places[places < passed]
 
 
 def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
@@ -89,8 +94,7 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
     Of a joint with several contacts it is that of the one that bears most, as its largest force is; of a joint in space
     that of its walls together.
     """
-    passed = int(turns.passed[0])
-    window = marks.window[marks.window < passed]
+    window = reached(marks.window, turns)
     if len(window) < 2:
         return np.zeros((0, len(scene.layout.joints)))
     first, last = int(window[0]) + 1, int(window[-1]) + 1
@@ -104,7 +108,7 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
 
 def period_in(scene: Scene, marks: Marks, turns: Any) -> int | None:
     """Return after how many revolutions the window's motion repeats itself, None where it was not seen to."""
-    rows = marks.window[marks.window < turns.passed[0]][-LONGEST_PERIOD * (REPEATS + 1) :]
+    rows = reached(marks.window, turns)[-LONGEST_PERIOD * (REPEATS + 1) :]
     if len(rows) <= REPEATS:
         return None
     half, unit = len(scene.value.coordinates), unit_of(scene)

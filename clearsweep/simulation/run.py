@@ -1,21 +1,19 @@
-"""One integration of a scene: its buffers, how accurate it is to be, and the compiled calls that do it."""
+"""One integration of a scene: its buffers, and the compiled calls that do it."""
 
 import functools
+import itertools
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contracts.layout import Layout
 from ..mechanics.attempt import attempt_of
 from ..mechanics.compiled.family import NO_ENTRY, flatten, put_numbers
 from ..mechanics.compiled.kept import Kept
 from ..mechanics.compiled.rows import Board
-from ..mechanics.joint import registry
 from ..mechanics.joint.contract import (
-    ONSET_FLOOR,
     contact_modes,
     every_contact,
     every_internal_state,
@@ -24,8 +22,7 @@ from ..mechanics.joint.contract import (
 )
 from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
-from ..mechanics.joint.lubricated import film_depths
-from ..mechanics.joint.places import after_joint, as_it_is, first_place, observed_columns
+from ..mechanics.joint.places import Place, after_joint, as_it_is, first_place, observed_columns
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram
@@ -33,6 +30,7 @@ from ..mechanics.observe import tally as tallies
 from ..mechanics.observe.along import Attempt, step_width
 from ..mechanics.observe.between import BETWEEN
 from ..mechanics.observe.record import Record
+from ..mechanics.observe.turns import Turns
 from ..mechanics.rates import rates_of, samples_of, slopes_of
 from ..mechanics.solver import dop853, loop, newton, plan
 from ..mechanics.solver import event as events
@@ -40,29 +38,12 @@ from . import watch
 from .lyapunov import Perturbed
 from .revolutions import NO_MARKS, Marks, room_for
 from .scene import Scene, unit_of
-from .turning import PATIENCE, knots_of
+from .start import Start, control_of, given_arrays, period, start_of
 from .watch import Watcher
 
-#: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
-#: crank rate, of the root of penetration in roots of the clearance.  Errors of the coordinates turn the contact force a
-#: little; those of the root of penetration are errors of its size, so they count most.  Chosen on the one-joint
-#: reference trajectories: 15 to 20 % fewer evaluations at equal error than with 1, 1, 1 or a relative tolerance.
-PLACE_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
-OILED = 0.1  # of RATE_WEIGHT where there is a film: a small error of a rate is a large one of its damping force
-LONGEST = 0.02  # turns of the crank a step may span: keeps located maxima and histograms of slow motions sharp
-ROUNDING = 1e-15  # of the mechanism's size and speed: no tolerance below it
-
 TIME_BUDGET = -1  # a status besides those of the loop
-MOST = 2**62  # steps or events that may be counted
 
 Lane = dict[str, np.ndarray]  # arrays of one of the cases that lie side by side, see `board_of`
-
-_METHODS = {"auto": plan.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
-
-
-def period(scene: Scene) -> float:
-    """Return how long (s) the crank takes for a turn."""
-    return 2.0 * math.pi / scene.value.reference_rate
 
 
 def board_of(scene: Scene) -> Board:
@@ -92,21 +73,23 @@ def board_of(scene: Scene) -> Board:
 
 def shared(lane: Lane) -> tuple[Attempt, tallies.Ledger]:
     """Return those arrays that a step works on, and those by which it is judged and in which it is entered."""
-    tried: Any = [lane[name] for name in Attempt._fields]
-    entered: Any = [lane[name] for name in tallies.Ledger._fields]
-    return Attempt(*tried), tallies.Ledger(*entered)
+    tried: Any = _of(Attempt, lane)
+    entered: Any = _of(tallies.Ledger, lane)
+    return Attempt(**tried), tallies.Ledger(**entered)
 
 
-def _tally_of(scene: Scene, contacts: int, lane: Lane) -> tallies.Tally:
-    """Return room for what is summed up of so many contacts."""
+def _of(form: type, lane: Lane) -> Lane:
+    """Return those arrays of a lane that are fields of a NamedTuple."""
+    return {name: lane[name] for name in form.__annotations__ if name in lane}
+
+
+def _tally_of(scene: Scene, contacts: int) -> tallies.Tally:
+    """Return room for what is summed up of so many contacts, but for what lies in a lane."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
     return tallies.Tally(
-        whole=lane["whole"],
-        joint=lane["joint"],
-        bins=lane["bins"],
-        spent=lane["spent"],
+        **dict.fromkeys(tallies.IN_LANES, np.zeros(0)),
         time=np.zeros((contacts, histogram.BINS)),
         ramp=np.zeros((contacts, histogram.BINS)),
         course=np.zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
@@ -118,18 +101,40 @@ def _tally_of(scene: Scene, contacts: int, lane: Lane) -> tallies.Tally:
     )
 
 
-class Form(NamedTuple):
-    """What has to be equal of scenes of one type that one Run can integrate one after the other."""
+class Zeroed(NamedTuple):
+    """What is zero where a motion begins."""
 
-    layout: Layout
-    samples: int
-    marks: int
-    knots: int
+    samples: np.ndarray  # of a Record; then what a Work and its Guards call so
+    counts: np.ndarray
+    method: np.ndarray
+    proposals: np.ndarray
+    slopes: np.ndarray
+    value: np.ndarray
+    passed: np.ndarray
+    event: np.ndarray
+    turns: Turns
+    implicit: newton.Implicit
+    tally: tallies.Tally
 
-    @classmethod
-    def of(cls, scene: Scene, times: np.ndarray, marks: Marks) -> "Form":
-        """Return the form of a run with reports at `times` and with `marks`."""
-        return cls(scene.layout, times.size, marks.turns.size, knots_of(scene.machine).size)
+
+def in_one_piece(value: Any) -> tuple[np.ndarray, Any]:
+    """Return numbers, all zero, and nested tuples like `value` whose arrays are parts of them, one behind the other."""
+    sizes = [-(-array.nbytes // 8) for array in _arrays_in(value)]
+    ends, room = itertools.accumulate(sizes, initial=0), np.zeros(sum(sizes))
+
+    def moved(part: Any) -> Any:
+        if not isinstance(part, np.ndarray):
+            return part._make(map(moved, part))
+        here: np.ndarray = room[next(ends) :][: -(-part.nbytes // 8)]
+        return here.view(part.dtype)[: part.size].reshape(part.shape)
+
+    return room, moved(value)
+
+
+def _arrays_in(value: Any) -> Iterator[np.ndarray]:
+    """Yield the arrays in nested tuples."""
+    for part in value:
+        yield from (part,) if isinstance(part, np.ndarray) else _arrays_in(part)
 
 
 class Run:
@@ -149,16 +154,31 @@ class Run:
         lane : where among cases that lie side by side; None: it is alone.
         """
         value, contacts = scene.value, every_contact(scene.value.joints)
-        internal = every_internal_state(value.joints)
-        n, many = scene.start.size, len(contacts)
-        self.form = Form.of(scene, times, marks)
+        internal, start = every_internal_state(value.joints), start_of(scene, times, marks)
+        n, many, self.form = scene.start.size, len(contacts), start.form
         self.parameters = flatten(value)  # compiled code holds its address
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
-        samples = np.zeros((times.size, len(scene.layout.channels)))
-        self.record = Record(np.zeros(times.size), samples, along if turned else moment)
+        guards, arrays = guards_of(value, self.parameters), given_arrays(start.form, many, len(internal))
+        self.given, given = in_one_piece(arrays)
+        self.zeroed, zeroed = in_one_piece(
+            Zeroed(
+                samples=np.zeros((times.size, len(scene.layout.channels))),
+                counts=np.zeros(events.COUNTS, dtype=np.int64),
+                method=np.zeros(3, dtype=np.int64),
+                proposals=np.zeros(2 << many),
+                slopes=np.zeros(2, dtype=np.int64),
+                value=guards.value,
+                passed=guards.passed,
+                event=guards.event,
+                turns=room_for(marks, n, many),
+                implicit=newton.implicit_of(n),
+                tally=_tally_of(scene, many),
+            )
+        )
         self.lane = lane = lane or board_of(scene).lane(0)
-        self.tally = _tally_of(scene, many, lane)
+        self.tally = zeroed.tally._replace(**_of(tallies.Tally, lane))
+        self.record = Record(given.times, zeroed.samples, along if turned else moment)
         rates = attempt_of(value, lane["parameters"])
         self.work = events.Work(
             rates=rates if rates.code else rates_of(value, self.parameters),
@@ -167,69 +187,61 @@ class Run:
             wear=wear_of(value, self.parameters) if self.tally.room.size else NO_ENTRY,
             time=moment,
             along=along,
-            knots=np.zeros(self.form.knots),
+            knots=given.knots,
             reference_rate=0.0,
             sigma=0.0,
             longest=0.0,
             f=np.zeros((7, n)),
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
-            side=np.zeros(many),
+            side=given.side,
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
-            began=np.zeros(len(internal)),
-            guards=guards_of(value, self.parameters),
-            limit_depth=np.zeros(many),
-            counts=np.zeros(events.COUNTS, dtype=np.int64),
-            method=np.zeros(3, dtype=np.int64),
-            proposals=np.zeros(2 << many),
+            began=given.began,
+            guards=guards._replace(value=zeroed.value, passed=zeroed.passed, event=zeroed.event),
+            limit_depth=given.limit_depth,
+            counts=zeroed.counts,
+            method=zeroed.method,
+            proposals=zeroed.proposals,
             control=np.zeros(len(plan.Control._fields)),
             log=np.empty((loop.LOG, 5)),
-            slopes=np.zeros(2, dtype=np.int64),
-            implicit=newton.implicit_of(n),
+            slopes=zeroed.slopes,
+            implicit=zeroed.implicit,
             tally=self.tally,
             record=self.record,
-            turns=room_for(marks, n, lane),
-            **{name: lane[name] for name in lane if name in events.Work._fields},
+            turns=zeroed.turns._replace(marks=given.marks, **_of(Turns, lane)),
+            **_of(events.Work, lane),
         )
         self.kept = Kept(self.work)
-        self.begin(scene, times, marks)
+        self.begin(start)
 
-    def begin(self, scene: Scene, times: np.ndarray, marks: Marks) -> None:
+    def begin(self, start: Start) -> None:
         """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
-        lane, value, joints, guards = self.lane, scene.value, scene.value.joints, work.guards
-        contacts = every_contact(joints)
-        internal = every_internal_state(joints) if work.began.size else []
-        described = [case for case, joint in zip(scene.case.joints, joints, strict=True) for _ in contact_modes(joint)]
-        for array in (*self.tally, *work.implicit, guards.value, guards.passed, guards.event, *work.turns[1:]):
-            array.fill(0)
-        for array in (self.record.samples, work.counts, work.method, work.proposals, work.ahead, work.slopes):
-            array.fill(0)
+        lane, scene, value = self.lane, start.scene, start.scene.value
+        self.zeroed.fill(0.0)
+        for name in ("ahead", "whole", "joint", "highest", "since"):
+            lane[name].fill(0.0)
+        self.given[:] = start.given
         put_numbers(value, self.parameters)
         lane["parameters"][:], lane["y"][:] = self.parameters, scene.start
-        lane["scale"][:] = _scale(scene, len(contacts), [state.scale for _, state, _ in internal])
+        lane["scale"][:], lane["latched"][:] = start.scale, start.latched
         lane["mode"][:] = work.pressed if scene.in_contact else work.apart
-        lane["latched"][: len(contacts)] = ONSET_FLOOR
-        lane["latched"][len(contacts) :] = [began for _, began in every_latched(joints)]
-        self.kept.put(
-            reference_rate=value.reference_rate,
-            sigma=value.sigma,
-            longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
-        )
-        self.work, work.knots[:] = self.kept.value, knots_of(scene.machine)
-        work.clearance[:], work.side[:] = zip(*[(joint.clearance, joint.side) for joint, _ in contacts], strict=True)
-        work.film[:] = [film_depths(joint) for joint, _ in contacts]
-        work.began[:] = [began for _, _, began in internal]
-        work.rubs[:] = [joint.friction is not None or joint.film is not None for joint in described]
-        work.limit_depth[:] = [registry.penetration_limit(joint) for joint in described]
-        for row, joint in enumerate(described if scene.worn else ()):
-            self.tally.account[row, SLID] = scene.worn[joint.name].slid if joint.name in scene.worn else 0.0
-        self.record.times[:], work.turns.marks[:] = times, [scene.turning.at(turns) for turns in marks.turns.tolist()]
-        self.value, self.deadline, self.marks = value, scene.deadline, marks
+        lane["clearance"][:], lane["film"][:], lane["rubs"][:] = start.clearance, start.film, start.rubs
+        if start.slid:
+            self.tally.account[:, SLID] = start.slid
+        self.kept.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)
+        self.work = self.kept.value
+        self.value, self.deadline, self.marks = value, scene.deadline, start.marks
         self.status, self.events, self.duration = plan.OK, np.empty((0, 5)), 0.0
         self.logs: list[np.ndarray] = []  # of events, as they were taken away
         self.counts = work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
+
+    @functools.cached_property
+    def places(self) -> list[Place]:
+        """Return where the numbers of each joint begin, which the types of its laws decide."""
+        joints = self.value.joints
+        return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
 
     def go(self, control: plan.Control) -> tuple[int, np.ndarray]:
         """Return the status and the events of an integration from where this one stands to where `control` ends it."""
@@ -267,19 +279,24 @@ class Run:
             return True
         return status != plan.PAUSED or bool(work.y[work.along] >= work.control[plan.PAUSE])
 
+    def conclude(self, log: np.ndarray) -> None:
+        """Note all events, and what the integration took."""
+        self.events = log
+        self.counts += self.work.counts
+
     def spent(self, other: "Run") -> None:
         """Add what a run beside this one took."""
         self.counts += other.counts
         self.duration += other.duration
 
 
-def onset_rates(run: Run) -> np.ndarray:
+def onset_rates(run: Run) -> list[float]:
     """Return the onset rate (m/s) that the law of each joint goes by where its integration stands, nan where none."""
     joints, work = run.value.joints, run.work
-    rates, contact = np.full(len(joints), math.nan), 0
+    rates, contact = [math.nan] * len(joints), 0
     for j, joint in enumerate(joints):
         if touches(work.mode.item(contact)) and keeps_onset(_law_in(run, j)):
-            rates[j] = work.latched[contact]
+            rates[j] = work.latched.item(contact)
         contact += len(contact_modes(joint))
     return rates
 
@@ -290,8 +307,7 @@ def _law_in(run: Run, place: int) -> Any:
     law: Any = joints[place].law  # mypy takes it for a tuple of anything
     if not law._field_defaults:
         return law
-    begins = functools.reduce(after_joint, joints[:place], first_place(joints, work.time + 1))
-    return as_it_is(law, work.end, work.latched, begins)
+    return as_it_is(law, work.end, work.latched, run.places[place])
 
 
 def _phases(scene: Scene) -> list[int]:
@@ -299,21 +315,6 @@ def _phases(scene: Scene) -> list[int]:
     joints = scene.value.joints
     listed = enumerate(every_latched(joints), start=len(every_contact(joints)))
     return [place for place, (law, _) in listed if type(law) in awaits_mass.members]
-
-
-def _scale(scene: Scene, contacts: int, internal: list[float]) -> np.ndarray:
-    """Return the error (n,) that one step may make in each component of the state; `internal`: scales of its laws."""
-    value, tolerance = scene.value, scene.case.simulate.tolerance
-    clearance, size, lengths = min(joint.clearance for joint in value.joints), scene.built.size, scene.built.lengths
-    oiled = any(joint.film for joint in scene.layout.joints)
-    weight = OILED * RATE_WEIGHT if oiled else RATE_WEIGHT
-    place = max(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size)
-    rate = max(weight * tolerance * clearance, ROUNDING * size) * value.reference_rate
-    moment = max(PLACE_WEIGHT * tolerance, ROUNDING) / value.reference_rate
-    root = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
-    return np.concatenate(
-        [place / lengths, rate / lengths, [moment, *[root] * contacts, *(tolerance * scale for scale in internal)]]
-    )
 
 
 def integrated(
@@ -327,9 +328,13 @@ def integrated(
 ) -> Run:
     """Return the integration of a scene up to `end` (s; rad where the crank is free), reported at `times` as Run is."""
     run = Run(scene, times, turned=turned, marks=marks)
-    keep_events = scene.case.save.orbits != "none" or times.size > 0
-    integrate(scene, run, end, keep_events=keep_events, watchers=watchers)
+    integrate(scene, run, end, keep_events=wants_events(scene, times), watchers=watchers)
     return run
+
+
+def wants_events(scene: Scene, times: np.ndarray) -> bool:
+    """Return whether the events of a run that is reported at `times` are kept."""
+    return scene.case.save.orbits != "none" or times.size > 0
 
 
 def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers: Sequence[Watcher] = ()) -> None:
@@ -346,25 +351,6 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
     run.spent(beside)
 
 
-def control_of(scene: Scene, end: float, *, keep_events: bool) -> plan.Control:
-    """Return how to integrate a scene up to `end` (s; rad where the crank is free)."""
-    settings = scene.case.simulate
-    turning, free = scene.mechanism.turns, scene.turning.free
-    window = scene.turning.at(settings.discard) if turning else 0.0
-    units = max(settings.revolutions, 1.0) if turning else settings.impacts
-    return plan.Control(
-        window=window,
-        end=end,
-        separations=0 if turning else int(settings.impacts),
-        step_budget=min(int(settings.step_budget * units), MOST),
-        event_budget=min(int(settings.event_budget * units), MOST),
-        method=_METHODS[settings.method],
-        keep_events=keep_events,
-        limit=settings.time_limit if free else math.inf,
-        patience=PATIENCE * period(scene) if free else math.inf,
-    )
-
-
 def start(run: Run, control: plan.Control) -> None:
     """Let a run go by `control`, by the method that this asks for from the beginning."""
     if control.method == events.IMPLICIT and run.work.ahead[plan.NEXT] == 0.0:
@@ -376,7 +362,7 @@ def call(run: Run, control: plan.Control, scene: Scene, watchers: Sequence[Watch
     """Integrate, at one go unless somebody watches."""
     start(run, control)
     if watchers:
-        run.status, run.events = watch.drive(control, run, scene.case.simulate.discard, scene.turning.at, watchers)
+        run.status, log = watch.drive(control, run, scene.case.simulate.discard, scene.turning.at, watchers)
     else:
-        run.status, run.events = run.go(control)
-    run.counts += run.work.counts
+        run.status, log = run.go(control)
+    run.conclude(log)

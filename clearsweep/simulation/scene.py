@@ -91,13 +91,13 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         for joint in case.joints
     }
     terms: tuple[Any, ...] = tuple(joints.values())
-    offsets, roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms)))
+    offsets, roots, pressed = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms))), False
     if case.simulate.start == "seated":
         ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
         assert ideal is not None  # the grid knows `start` for mechanisms that have one
         offsets, roots = _seated(ideal.reactions, joints)
+        pressed = bool(roots.any())
     built, seated = _built(case, mechanism, machine, joints, offsets), offsets
-    pressed = bool(roots.any())
     for _ in range(SEATINGS if pressed and any(worn_in(term) for term in terms) else 0):
         offsets = dict(seated)
         for place, angles in enumerate(body_angles(built.value, built.start)):

@@ -36,7 +36,7 @@ def quantiles(values: np.ndarray, shares: tuple[float, ...]) -> tuple[Quantile, 
         return (Quantile(None, None, None),) * len(shares)
     ordered = sorted(values.tolist())
     independent = max(round(len(values) / dependence(values)), 1)
-    return tuple(_quantile(ordered, independent, share) for share in shares)
+    return tuple([_quantile(ordered, independent, share) for share in shares])
 
 
 def _quantile(ordered: list[float], independent: int, share: float) -> Quantile:

@@ -15,7 +15,7 @@ import numpy as np
 from ..mechanics.observe import histogram
 from ..mechanics.observe.tally import Tally
 from .spread import CONFIDENCE, dependence
-from .window import Window
+from .window import RARELY, Summed, Window
 
 
 def half_width(values: np.ndarray) -> float:
@@ -33,7 +33,7 @@ def half_width(values: np.ndarray) -> float:
     return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
 
 
-def _sum(tally: Tally, place: int | None, column: int) -> Any:
+def _sum(tally: Tally | Summed, place: int | None, column: int) -> Any:
     return tally.whole[column] if place is None else tally.joint[place, column]
 
 
@@ -47,7 +47,7 @@ class Mean(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally: Tally, place: int | None) -> Any:
+    def take(self, tally: Tally | Summed, place: int | None) -> Any:
         """Return the integral."""
         return _sum(tally, place, self.column)
 
@@ -65,7 +65,7 @@ class RootMean(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally: Tally, place: int | None) -> Any:
+    def take(self, tally: Tally | Summed, place: int | None) -> Any:
         """Return the integral of the square."""
         return _sum(tally, place, self.column)
 
@@ -85,7 +85,7 @@ class PerRevolution(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally: Tally, place: int | None) -> Any:
+    def take(self, tally: Tally | Summed, place: int | None) -> Any:
         """Return the count."""
         return _sum(tally, place, self.column)
 
@@ -101,7 +101,7 @@ class PerRevolution(NamedTuple):
 class DepthRate(NamedTuple):
     """How fast the deepest wear bin of a joint, of either body, wears (m/s)."""
 
-    def take(self, tally: Tally, place: int | None) -> Any:
+    def take(self, tally: Tally | Summed, place: int | None) -> Any:
         """Return the depths (m) of all bins of both bodies."""
         return tally.wear.reshape(len(tally.joint), -1)[place].copy()
 
@@ -116,21 +116,18 @@ class DepthRate(NamedTuple):
 
 
 class ForceExceeded(NamedTuple):
-    """The normal force (N) of a joint that is exceeded during some share of the time."""
-
-    share: float
+    """The normal force (N) of a joint that is exceeded during RARELY of the time."""
 
     def take(self, tally: Tally, place: int | None) -> Any:
         """Return the joint's histogram of the force over time."""
         return tally.time[place].copy(), tally.ramp[place].copy()
 
-    def value(self, window: Window, place: int | None) -> Any:
-        """Return the force that is exceeded during the share of the window's time."""
-        tally = window.tally
-        return histogram.force_exceeded(tally.time[place], tally.ramp[place], self.share * window.duration)
+    def value(self, window: Window, place: int) -> Any:
+        """Return the force over the window."""
+        return window.exceeded[place]
 
     def over_blocks(self, times: np.ndarray, histograms: Sequence[Any], revolutions: int) -> tuple[float, float]:
-        """Return the force that is exceeded during the share of the time.
+        """Return the force and its half-width.
 
         Its interval is that of the share of time above it, block by block, read as forces (Woodruff 1952).
         """
@@ -140,10 +137,10 @@ class ForceExceeded(NamedTuple):
         def force(share: float) -> float:
             return float(histogram.force_exceeded(time, ramp, min(max(share, 0.0), 1.0) * duration))
 
-        value = force(self.share)
+        value = force(RARELY)
         above = np.array([_time_above(value, time, ramp) for time, ramp in histograms])
         width = half_width(np.diff(above) / np.diff(times))
-        return value, 0.5 * (force(self.share - width) - force(self.share + width))
+        return value, 0.5 * (force(RARELY - width) - force(RARELY + width))
 
 
 def _time_above(force: float, time: np.ndarray, ramp: np.ndarray) -> float:

@@ -4,7 +4,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,9 +26,10 @@ from .heat import Balance, balanced, has_balance
 from .life import Ageing
 from .life_block import Log, Rates, Told, longest_block, told_by
 from .outcome import trajectory_of
-from .revolutions import marks_of
-from .run import Run, call, control_of, integrate, integrated, shared
+from .revolutions import Marks, marks_of
+from .run import Run, call, integrate, integrated, shared
 from .scene import Scene, build
+from .start import NOWHERE, control_of
 from .telling import Telling, TellingLife
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
@@ -107,32 +108,38 @@ def end_of(scene: Scene) -> float:
     return end
 
 
-def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
-    """Return the trajectory of a scene whose length is given."""
-    turning, end = scene.mechanism.turns, end_of(scene)
-    turned = scene.turning.free and times is None
+class Extent(NamedTuple):
+    """How far an integration of known length goes, and what is taken on its way."""
+
+    end: float  # s; rad where the crank is free
+    times: np.ndarray  # where to report
+    turned: bool  # `times` are angles (rad) of a free crank
+    marks: Marks
+
+
+def extent_of(scene: Scene, times: ArrayLike | None = None) -> Extent:
+    """Return how far a scene goes, which is reported at `times` (s) or where its case has it."""
+    end, free = end_of(scene), scene.turning.free
     if times is not None:
-        reported = checked_times(times, math.inf if scene.turning.free else end)
+        reported = checked_times(times, math.inf if free else end)
     elif scene.case.save.orbits == "none":
-        reported = np.empty(0)
-    elif not turning:  # its duration is known afterwards
-        last = integrated(scene, np.empty(0), end)
+        reported = NOWHERE
+    elif not scene.mechanism.turns:  # its duration is known afterwards
+        last = integrated(scene, NOWHERE, end)
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
-        reported = own_sampling(scene)
-    marked = marks_of(scene, scene.case.simulate.revolutions)
+        check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
+        reported = sampling_times(scene.case, scene.turning.at)
+    return Extent(end, reported, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
+
+
+def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
+    """Return the trajectory of a scene whose length is given."""
+    end, reported, turned, marked = extent_of(scene, times)
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.turning.free and times is not None and run.status == plan.OK:
         finish_samples(scene, run)
     return trajectory_of(scene, run, end)
-
-
-def own_sampling(scene: Scene) -> np.ndarray:
-    """Return where a case whose duration is known is to be sampled by its own account."""
-    if scene.case.save.orbits == "none":
-        return np.empty(0)
-    check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
-    return sampling_times(scene.case, scene.turning.at)
 
 
 def finish_samples(scene: Scene, run: Run) -> None:
@@ -162,7 +169,7 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
     watch = Until(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
     integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
-    run.record = Record(np.empty(0), np.empty(0), run.record.along)
+    run.record = Record(NOWHERE, NOWHERE, run.record.along)
     if run.status != plan.OK:
         return trajectory_of(whole, run, end)
     trajectory = _settled(scene, run, watch, times)
@@ -230,7 +237,7 @@ def _block(scene: Scene, watchers: Sequence[Watcher]) -> tuple[Scene, Run, Rates
     """Return a scene, a block of revolutions of it that was run, and what watched it."""
     most = longest_block(scene.case)
     whole = _changed(scene, revolutions=most)
-    run, watch = Run(whole, np.empty(0), marks=marks_of(whole, most)), Rates(scene)
+    run, watch = Run(whole, NOWHERE, marks=marks_of(whole, most)), Rates(scene)
     keep_events = scene.case.save.orbits != "none"
     integrate(whole, run, scene.turning.at(most), keep_events=keep_events, watchers=(watch, *watchers))
     return scene, run, watch
@@ -262,7 +269,7 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter["revolutions"] = trajectory.summary["revolutions_run"]
-    other = _simulate(_changed(scene, **tighter), np.empty(0))
+    other = _simulate(_changed(scene, **tighter), NOWHERE)
     _differ(trajectory.summary, other.summary)
     if other.status == "ok":
         return trajectory
@@ -284,14 +291,14 @@ def compile_for(case: Case) -> None:
     scene = build(case)
     bare = case.save.orbits == "none" and not scene.layout.until
     with announced():
-        Run(scene, np.empty(0) if bare else np.array([0.0]))
+        Run(scene, NOWHERE if bare else np.array([0.0]))
 
 
 def compile_loop(case: Case) -> None:
     """Compile the integration loop, which is the same for all cases, or load it from the cache."""
     scene = build(case)
     with empty_entries():
-        run = Run(scene, np.empty(0))
+        run = Run(scene, NOWHERE)
     with announced():
         loop.compile_for(run.kept, shared(run.lane))
 
@@ -317,7 +324,7 @@ def sampling_times(case: Case, at: Callable[[float], float]) -> np.ndarray:
 
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return what integrating a slider-crank takes: steps, rejected ones, evaluations, those that locate events."""
-    counts = integrated(scene, np.empty(0), scene.turning.at(scene.case.simulate.revolutions)).work.counts
+    counts = integrated(scene, NOWHERE, scene.turning.at(scene.case.simulate.revolutions)).work.counts
     places = {
         "steps": events.STEPS,
         "steps_rejected": events.REJECTED,

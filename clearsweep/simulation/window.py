@@ -1,6 +1,7 @@
 """The stretch of a run over which figures are taken: all that their formulas are functions of."""
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,17 @@ LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX,
 #: Columns behind those of Tally.joint, of a joint in space: largest force (N) at a flange and onsets there; N s, of the
 #: difference between the walls; rad.
 AXIAL_FORCE_MAX, AXIAL_ONSETS, UNEVEN_TIME, TILT_MAX, WIDTH = range(JOINT, JOINT + 5)
+RARELY = 0.01  # of the window's time
 FEW = 4  # bins taken from beyond the seam, where a turn begins anew
+
+
+class Summed(NamedTuple):
+    """Sums and maxima of one integration, joint by joint: a Tally without its histograms and what a step needs."""
+
+    whole: np.ndarray
+    joint: np.ndarray  # (joints, JOINT or, of joints in space, WIDTH)
+    wear: np.ndarray
+    account: np.ndarray
 
 
 class Window(NamedTuple):
@@ -42,15 +53,18 @@ class Window(NamedTuple):
     mechanism: Mechanism
     layout: Layout
     joints: tuple[dry.Joint, ...]
-    tally: Tally
+    tally: Summed
+    exceeded: list[float]  # N, by joint: the normal force that is exceeded during RARELY of its time
+    ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
     wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_of`
     counts: np.ndarray  # see solver.event, of all that was integrated
+    events: int  # of the motion itself
     seconds: float  # s, that integrating took
     duration: float  # s
     turns: float  # revolutions; 1 where nothing turns
     spreads: tuple[Spread, ...]  # of each joint's force peaks over the revolutions
     period: int | None  # revolutions after which the motion repeats itself; None: it was not seen to
-    onset: np.ndarray  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
+    onset: list[float]  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
 
 
 def by_joint(tally: Tally, layout: Layout) -> Tally:
@@ -131,12 +145,14 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
     return finest
 
 
-def wear_of(layout: Layout, tally: Tally) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def wear_of(layout: Layout, tally: Tally | Summed) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the wear depths (m) of bearing and journal by bin, of every joint where there is wear; tally : by joint.
 
     Those of a joint in space are over angle and length, (bins, rows).
     """
-    found = {}
+    found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    if not any(joint.wear_bins for joint in layout.joints):
+        return found
     for joint, depths in zip(layout.joints, tally.wear.reshape(len(layout.joints), 2, -1), strict=True):
         bins = joint.wear_bins
         if bins:

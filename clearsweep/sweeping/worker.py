@@ -27,6 +27,7 @@ from ..store import durable
 from . import resources, signals
 
 AT_ONCE = 64  # cases made at a time, in a third of the time of one by one
+LOOK = 0.01  # s between two looks at what tells workers to stop
 _PR_SET_PDEATHSIG = 1
 NOTE_LENGTH = 22  # bytes that say who is at which case; after them a watchdog writes where a late case was
 
@@ -201,9 +202,9 @@ def _one_by_one(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfini
 
     `logs` : gets those of lives, which are of no use once their results are stored.
     """
-    stop = os.fspath(job.stop)
+    stopping = _Stopping(job)
     for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
-        if signals.requested() or os.path.exists(stop):
+        if stopping.asked():
             return
         note.say(index)
         log = store.Unfinished(job.directory, task.case_id) if case.life else None
@@ -218,14 +219,14 @@ def _together(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinish
     go one by one from there on.
     """
     assert job.simulator.solve_each
-    stop, listed, done = os.fspath(job.stop), list(_cases(job.grid, batch)), dict[int, Trajectory]()
+    stopping, listed, done = _Stopping(job), list(_cases(job.grid, batch)), dict[int, Trajectory]()
     if any(case.life for _, _, case in listed):
         yield from _one_by_one(job, batch, note, logs)
         return
     note.say(0)
     for index, result in job.simulator.solve_each([case for _, _, case in listed]):
         done[index] = result if isinstance(result, Trajectory) else _gone_wrong(result)
-        if signals.requested() or os.path.exists(stop):
+        if stopping.asked():
             break
     for index, (task, point, _) in enumerate(listed):
         if index not in done:
@@ -239,6 +240,22 @@ def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Cas
         tasks = batch.cases[first : first + AT_ONCE]
         points = [grid.point(task.grid_index) for task in tasks]
         yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
+
+
+class _Stopping:
+    """Whether a worker is to take no other case; at the file that says so it looks now and then: a look takes 5 us."""
+
+    def __init__(self, job: Job):
+        self.stop, self.due = os.fspath(job.stop), 0.0
+
+    def asked(self) -> bool:
+        """Return whether to stop."""
+        if signals.requested():
+            return True
+        if (now := time.monotonic()) < self.due:
+            return False
+        self.due = now + LOOK
+        return os.path.exists(self.stop)
 
 
 class _Noting:

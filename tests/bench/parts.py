@@ -8,7 +8,8 @@ import numpy as np
 
 import clearsweep
 from clearsweep.mechanics.solver import event
-from clearsweep.simulation.run import Run, control_of, period
+from clearsweep.simulation.run import Run
+from clearsweep.simulation.start import control_of, period
 from clearsweep.verify.accuracy import FLAGSHIP
 from clearsweep.verify.problems import problems
 

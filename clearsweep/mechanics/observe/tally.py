@@ -106,7 +106,8 @@ class Tally(NamedTuple):
     account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
 
 
-lies_in_lanes(Tally, {"whole", "joint", "bins", "spent"})
+IN_LANES = "whole", "joint", "bins", "spent"  # of its fields
+lies_in_lanes(Tally, IN_LANES)
 
 
 class Ledger(NamedTuple):
