@@ -66,6 +66,7 @@ def plain(scene):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(family.numba.config, "DISABLE_JIT", 1)
+        patch.setattr(run, "_spare", [])
         patch.setattr(run.loop, "integrate", run.loop.integrate.py_func)
         return clearsweep.simulate(scene).summary["energy_residual"]
 

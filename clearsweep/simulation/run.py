@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..mechanics.attempt import attempt_of
-from ..mechanics.compiled.family import NO_ENTRY, flatten, put_numbers
+from ..mechanics.compiled.family import NO_ENTRY, flatten, form_number, put_numbers
 from ..mechanics.compiled.kept import Kept
 from ..mechanics.compiled.rows import Board
 from ..mechanics.joint.contract import (
@@ -155,7 +155,8 @@ class Run:
         """
         value, contacts = scene.value, every_contact(scene.value.joints)
         internal, start = every_internal_state(value.joints), start_of(scene, times, marks)
-        n, many, self.form = scene.start.size, len(contacts), start.form
+        n, many = scene.start.size, len(contacts)
+        self.number, self.form, self.turned = form_number(value), start.form, turned
         self.parameters = flatten(value)  # compiled code holds its address
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
@@ -290,6 +291,28 @@ class Run:
         self.duration += other.duration
 
 
+_spare: list[Run] = []  # the latest that is used no more: making one takes four times as long as beginning anew
+
+
+def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Run:
+    """Return a run at the start of a scene, see Run: the one that is spare, if it is of the same form."""
+    try:
+        run = _spare.pop()
+    except IndexError:
+        run = None
+    start = start_of(scene, times, marks)
+    if run and (run.number, run.form, run.turned) == (form_number(scene.value), start.form, turned):
+        run.begin(start)
+        return run
+    return Run(scene, times, turned=turned, marks=marks)
+
+
+def use_no_more(run: Run) -> None:
+    """Leave a run, of which all that is wanted was taken, to the next; not one with time histories, which are large."""
+    if not run.record.times.size:
+        _spare[:] = [run]
+
+
 def onset_rates(run: Run) -> list[float]:
     """Return the onset rate (m/s) that the law of each joint goes by where its integration stands, nan where none."""
     joints, work = run.value.joints, run.work
@@ -327,7 +350,7 @@ def integrated(
     marks: Marks = NO_MARKS,
 ) -> Run:
     """Return the integration of a scene up to `end` (s; rad where the crank is free), reported at `times` as Run is."""
-    run = Run(scene, times, turned=turned, marks=marks)
+    run = run_at(scene, times, turned=turned, marks=marks)
     integrate(scene, run, end, keep_events=wants_events(scene, times), watchers=watchers)
     return run
 

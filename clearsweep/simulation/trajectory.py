@@ -27,7 +27,7 @@ from .life import Ageing
 from .life_block import Log, Rates, Told, longest_block, told_by
 from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
-from .run import Run, call, integrate, integrated, shared
+from .run import Run, call, integrate, integrated, shared, use_no_more
 from .scene import Scene, build
 from .start import NOWHERE, control_of
 from .telling import Telling, TellingLife
@@ -139,7 +139,9 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.turning.free and times is not None and run.status == plan.OK:
         finish_samples(scene, run)
-    return trajectory_of(scene, run, end)
+    trajectory = trajectory_of(scene, run, end)
+    use_no_more(run)
+    return trajectory
 
 
 def finish_samples(scene: Scene, run: Run) -> None:
