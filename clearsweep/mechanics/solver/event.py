@@ -12,11 +12,11 @@ import numpy as np
 from ..compiled.family import Entry, inlined, invoke, kernel
 from ..compiled.rows import lies_in_lanes
 from ..joint.contract import meets, touches
-from ..joint.guards import highest_seen, is_looked_at
 from ..observe.along import FASTEST, Attempt, sum_of
 from ..observe.observables import KAPPA, observed
 from ..observe.tally import Ledger
 from .dop853 import END, SCRATCH, dense_component, dense_state
+from .guarding import evaluate_guards, pass_guards
 
 NOTHING, ONSET, SEPARATION, STOP, GUARD = range(5)  # kinds of events; GUARD and beyond: the guards of joints
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
@@ -80,41 +80,6 @@ class Work(NamedTuple):
 
 
 lies_in_lanes(Work, {*Attempt._fields, *Ledger._fields, "z"})
-
-
-@kernel
-def evaluate_guards(at, y, row):
-    """Put the values of all guards at the state `y`, whose observables are in row `row`, into `work.guards.value`."""
-    work, guards = at[0], at[0].guards
-    for g in range(guards.contact.size):
-        if guards.column[g] >= 0:
-            guards.value[0, g] = guards.value[1, g] = guards.sign[g] * work.o[row, guards.column[g]]
-            if row == END and guards.at_stages[g]:
-                guards.value[1, g] = highest_seen(work.o, guards.column[g], guards.sign[g], staged=True)
-    if guards.evaluate.code != 0:
-        invoke(guards.evaluate.code, guards.evaluate.parameters, (y, work.latched, work.o, guards.value), row)
-
-
-@kernel
-def looked_at(at, g):
-    """Return whether guard `g` is looked at in the mode in which its contact is."""
-    guards = at[0].guards
-    return is_looked_at(guards, g, at[0].mode[guards.contact[g]])
-
-
-@kernel
-def pass_guards(at):
-    """Put into `work.guards.passed` which guards the step in hand can hold; return whether there is one."""
-    guards, some, waiting = at[0].guards, False, True
-    for g in range(guards.contact.size):
-        guards.passed[g] = False
-        if looked_at(at, g):
-            if waiting:
-                evaluate_guards(at, at[0].end, END)
-                waiting = False
-            guards.passed[g] = guards.value[1 if guards.at_stages[g] else 0, g] > 0.0
-            some = some or guards.passed[g]
-    return some
 
 
 @kernel

@@ -27,8 +27,8 @@ from .event import (
     STOP,
     attempt_to,
     ledger_of,
-    pass_guards,
 )
+from .guarding import may_pass_by_law
 from .newton import AFTER, RENEWED
 from .newton import LENGTH as PAST_LENGTH
 from .passing import pass_events
@@ -101,11 +101,10 @@ def judge_beside(ledger, at):
 
 
 @kernel
-def ask_laws(at):
-    """Let a step not stand in which a guard may be passed whose value a law gives."""
-    work = at[0]
-    if work.guards.evaluate.code != 0 and work.step[STANDS] != 0.0 and pass_guards(at):
-        work.step[STANDS] = 0.0
+def look_at_guards(at):
+    """Let a step not stand that may pass a guard which is not an observable: those are judged."""
+    if at[0].step[STANDS] != 0.0 and may_pass_by_law(at):
+        at[0].step[STANDS] = 0.0
 
 
 @kernel
@@ -116,7 +115,7 @@ def settle_alone(at):
         return
     work.ahead[ALONE] = 0.0
     judge(in_rows(ledger_of(at), 1), work.guards, work.along, work.time)
-    ask_laws(at)
+    look_at_guards(at)
     if work.step[STANDS] != 0.0:
         enter_alone(at)
 
@@ -331,7 +330,7 @@ def integrate(model, addresses, status, together, tried, ledger):
             sum_up(in_rows(tried, WIDTH))
             judge_beside(ledger, at)
             for c in range(addresses.size):
-                ask_laws(found(model, addresses[c]))
+                look_at_guards(found(model, addresses[c]))
             enter(in_rows(ledger, WIDTH), at[0].time)
         for c in range(addresses.size):
             at = found(model, addresses[c])

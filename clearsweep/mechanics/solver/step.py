@@ -27,10 +27,9 @@ from .event import (
     STOP,
     attempt_to,
     evaluate,
-    evaluate_guards,
     first_event,
-    looked_at,
 )
+from .guarding import evaluate_guards, looked_at
 from .newton import FAILED, fall_back, implicit_step
 from .radau import STAGE_WEIGHTS
 
