@@ -28,7 +28,8 @@ class Mutation(NamedTuple):
     tests: str  # arguments of pytest
 
 
-FIGURES, SUMS, RUNS = "simulation/figures.py", "simulation/sums.py", "simulation/trajectory.py"
+FIGURES, SUMS, OUTCOME = "simulation/figures.py", "simulation/sums.py", "simulation/outcome.py"
+SPREAD, WORN = "simulation/spread.py", "simulation/wear_figures.py"
 WINDOW = "tests/test_plain.py -k window"
 WEAR = "tests/test_plain.py -k archard"
 IMPACT = "tests/test_plain.py -k give"
@@ -48,18 +49,18 @@ PATTERN, IDENTITY = "grid/pattern.py", "tests/test_grid.py -k 'id or demo or fra
 
 MUTATIONS = (
     # figures of merit
-    Mutation(RUNS, "end - scene.turning.at(scene.case.simulate.discard)", "end", WINDOW),
-    Mutation(RUNS, "settings.revolutions - settings.discard if turning", "settings.revolutions if turning", WINDOW),
-    Mutation(FIGURES, "sums=ForceExceeded(0.01)", "sums=ForceExceeded(0.02)", WINDOW),
+    Mutation(OUTCOME, "return end - scene.turning.at(scene.case.simulate.discard)", "return end", WINDOW),
+    Mutation(OUTCOME, "settings.revolutions - settings.discard if scene", "settings.revolutions if scene", WINDOW),
+    Mutation("simulation/window.py", "RARELY = 0.01", "RARELY = 0.02", WINDOW),
     Mutation(FIGURES, "sums=RootMean(tallies.FORCE_SQUARE)", "sums=Mean(tallies.FORCE_SQUARE)", WINDOW),
     Mutation(FIGURES, "clearance + depth(window, place)", "clearance", WINDOW),
     Mutation(FIGURES, "max(depth(window, place), 0.0)", "depth(window, place)", FLIGHT),
     Mutation(FIGURES, "[place, tallies.DEPTH_MAX], -window", "[place, tallies.DEPTH_MAX], 0.0 * window", FLIGHT),
     Mutation(FIGURES, "joint[tallies.RESTITUTION] / joint", "1.0 / joint", IMPACT),
-    Mutation(FIGURES, "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
-    Mutation(FIGURES, "2.0 * math.pi / bearing.size * law.length", "2.0 * math.pi / bearing.size", WEAR),
-    Mutation(FIGURES, "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
-    Mutation(RUNS, '== event.ONSET, "on", "off"', '!= event.ONSET, "on", "off"', SEEN),
+    Mutation(WORN, "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
+    Mutation(WORN, "2.0 * math.pi / len(bearing) * law.length", "2.0 * math.pi / len(bearing)", WEAR),
+    Mutation(WORN, "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
+    Mutation(OUTCOME, '== events.ONSET, "on", "off"', '!= events.ONSET, "on", "off"', SEEN),
     # what figures follow from, and their intervals
     Mutation(
         SUMS,
@@ -77,18 +78,18 @@ MUTATIONS = (
     Mutation(
         SUMS, "self.take(window.tally, place).max() / window.duration", "self.take(window.tally, place).max()", WEAR
     ),
-    Mutation(SUMS, "self.share * window.duration)", "0.5 * self.share * window.duration)", WINDOW),
-    Mutation(SUMS, "CONFIDENCE = 0.95", "CONFIDENCE = 0.9", MEANS),
-    Mutation(SUMS, "STRONGEST = 0.9", "STRONGEST = 0.95", MEANS),
+    Mutation(OUTCOME, "RARELY * duration", "0.5 * RARELY * duration", WINDOW),
+    Mutation(SPREAD, "CONFIDENCE = 0.95", "CONFIDENCE = 0.9", MEANS),
+    Mutation(SPREAD, "STRONGEST = 0.9 ", "STRONGEST = 0.95 ", MEANS),
     Mutation(SUMS, "0.5 + 0.5 * CONFIDENCE", "CONFIDENCE", MEANS),
-    Mutation(SUMS, "(1.0 + together) / (1.0 - together)", "1.0 / (1.0 - together)", MEANS),
+    Mutation(SPREAD, "(1.0 + together) / (1.0 - together)", "1.0 / (1.0 - together)", MEANS),
     Mutation(SUMS, "count * (count - 1)", "count * count", MEANS),
     Mutation(SUMS, "stdtrit(count - 1", "stdtrit(count", MEANS),
     Mutation(SUMS, "0.5 * width / value if value", "width / value if value", MEANS),
     Mutation(SUMS, "(revolutions * (len(sums) - 1))", "(revolutions * len(sums))", MEANS),
     Mutation(SUMS, "np.argmax(depths[-1] - depths[0])", "np.argmin(depths[-1] - depths[0])", MEANS),
     Mutation(SUMS, "reshape(len(tally.joint), -1)[place]", "reshape(len(tally.joint), -1)[0]", MEANS),
-    Mutation(SUMS, "0.5 * (force(self.share - width)", "1.0 * (force(self.share - width)", MEANS),
+    Mutation(SUMS, "0.5 * (force(RARELY - width)", "1.0 * (force(RARELY - width)", MEANS),
     Mutation(SUMS, "spent[place] * (high - force)", "spent[place] * (force - low)", MEANS),
     Mutation(BLOCKS, "LEAST, MOST = 8, 32", "LEAST, MOST = 7, 32", MEANS),
     Mutation(BLOCKS, "LEAST, MOST = 8, 32", "LEAST, MOST = 8, 64", MEANS),
@@ -119,7 +120,7 @@ MUTATIONS = (
         TALLY,
         "begin, end = step[force + i], step[force + i + 1]",
         "begin, end = step[force + i], step[force + i]",
-        WINDOW,
+        RAMPS,
     ),
     Mutation(
         HISTOGRAM,
@@ -155,11 +156,11 @@ MUTATIONS = (
     ),
     Mutation("store/durable.py", "except (OSError, RuntimeError) as error:", "except RuntimeError as error:", STORE),
     Mutation("store/batch.py", "valid = np.isfinite(numbers)", "valid = np.ones(len(numbers), bool)", STORE),
-    Mutation("store/batch.py", 'if trajectory.status != "ok" or not form.histories:', "if not form.histories:", STORE),
+    Mutation("store/batch.py", 'if trajectory.status != "ok":', "if False:", STORE),
     Mutation("store/batch.py", '[joint][body == "journal"]', '[joint][body == "bearing"]', STORE),
     Mutation("store/batch.py", "numbers[words == word] = code", "numbers[words != word] = code", STORE),
     Mutation(
-        "store/batch.py", "np.full((len(rows), dataset.width), np.nan)", "np.zeros((len(rows), dataset.width))", STORE
+        "store/batch.py", "np.full((len(rows), *dataset.shape), np.nan)", "np.zeros((len(rows), *dataset.shape))", STORE
     ),
     Mutation("store/assemble.py", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
     Mutation("store/assemble.py", "place += rows\n", "place += rows - 1\n", STORE),
@@ -182,14 +183,14 @@ MUTATIONS = (
     # identity of a case
     Mutation(
         PATTERN,
-        '"mechanism", "drive", "loads", "joints") if key in case',
-        '"mechanism", "loads", "joints") if key in case',
+        '"mechanism", "drive", "loads", "life", "joints") if key in case',
+        '"mechanism", "loads", "life", "joints") if key in case',
         IDENTITY,
     ),
     Mutation(
         PATTERN,
-        '"mechanism", "drive", "loads", "joints") if key in case',
-        '"mechanism", "drive", "loads", "joints", "save") if key in case',
+        '"mechanism", "drive", "loads", "life", "joints") if key in case',
+        '"mechanism", "drive", "loads", "life", "joints", "save") if key in case',
         IDENTITY,
     ),
     Mutation(

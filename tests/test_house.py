@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from mutate import MUTATIONS
 
 ROOT = Path(__file__).parents[1]
 
@@ -171,3 +172,13 @@ def test_mechanisms_are_told_apart_by_what_they_are_and_not_by_their_name():
         and any(isinstance(part, ast.Constant) and part.value in names for part in ast.walk(node))
     ]
     assert compared == []
+
+
+def test_every_mutation_still_has_its_text():
+    """So that `make mutate`, which takes long, does not rot."""
+    lost = [
+        one
+        for one in MUTATIONS
+        if (ROOT / "clearsweep" / one.file).read_text(encoding="utf-8").count(one.old) != 1 or one.old == one.new
+    ]
+    assert not lost
