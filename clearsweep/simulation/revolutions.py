@@ -64,11 +64,11 @@ def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, wanted - SAME)
 
 
-def room_for(marks: Marks, n: int, contacts: int) -> Turns:
-    """Return room for what is taken at the marks of a run, `n` numbers in its state, but for what lies in a lane."""
-    count = len(marks.turns)
+def room_for(marks: np.ndarray, n: int, contacts: int) -> Turns:
+    """Return room for what is taken at `marks` of a run, `n` numbers in its state, but for what lies in a lane."""
+    count = len(marks)
     return Turns(
-        marks=np.zeros(count),
+        marks=marks,
         states=np.zeros((count, n)),
         peaks=np.zeros((count, contacts)),
         highest=np.zeros(0),

@@ -4,8 +4,8 @@ import functools
 import itertools
 import math
 import time
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +38,7 @@ from . import watch
 from .lyapunov import Perturbed
 from .revolutions import NO_MARKS, Marks, room_for
 from .scene import Scene, unit_of
-from .start import Start, control_of, given_arrays, period, start_of
+from .start import Start, control_of, parts_of, period, start_of
 from .watch import Watcher
 
 TIME_BUDGET = -1  # a status besides those of the loop
@@ -101,40 +101,13 @@ def _tally_of(scene: Scene, contacts: int) -> tallies.Tally:
     )
 
 
-class Zeroed(NamedTuple):
-    """What is zero where a motion begins."""
-
-    samples: np.ndarray  # of a Record; then what a Work and its Guards call so
-    counts: np.ndarray
-    method: np.ndarray
-    proposals: np.ndarray
-    slopes: np.ndarray
-    value: np.ndarray
-    passed: np.ndarray
-    event: np.ndarray
-    turns: Turns
-    implicit: newton.Implicit
-    tally: tallies.Tally
-
-
-def in_one_piece(value: Any) -> tuple[np.ndarray, Any]:
-    """Return numbers, all zero, and nested tuples like `value` whose arrays are parts of them, one behind the other."""
-    sizes = [-(-array.nbytes // 8) for array in _arrays_in(value)]
-    ends, room = itertools.accumulate(sizes, initial=0), np.zeros(sum(sizes))
-
-    def moved(part: Any) -> Any:
-        if not isinstance(part, np.ndarray):
-            return part._make(map(moved, part))
-        here: np.ndarray = room[next(ends) :][: -(-part.nbytes // 8)]
-        return here.view(part.dtype)[: part.size].reshape(part.shape)
-
-    return room, moved(value)
-
-
-def _arrays_in(value: Any) -> Iterator[np.ndarray]:
-    """Yield the arrays in nested tuples."""
-    for part in value:
-        yield from (part,) if isinstance(part, np.ndarray) else _arrays_in(part)
+def _zeroed(work: Any) -> list[np.ndarray]:
+    """Return the arrays of a Work that are zero where a motion begins, but for those that lie in a lane."""
+    guards, turns = work.guards, work.turns
+    counted = [work.counts, work.method, work.proposals, work.slopes, work.record.samples]
+    taken = [turns.states, turns.peaks, turns.passed, guards.value, guards.passed, guards.event]
+    tally = [array for name, array in work.tally._asdict().items() if name not in tallies.IN_LANES]
+    return [*counted, *taken, *tally, *work.implicit]
 
 
 class Run:
@@ -160,26 +133,12 @@ class Run:
         self.parameters = flatten(value)  # compiled code holds its address
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
-        guards, arrays = guards_of(value, self.parameters), given_arrays(start.form, many, len(internal))
-        self.given, given = in_one_piece(arrays)
-        self.zeroed, zeroed = in_one_piece(
-            Zeroed(
-                samples=np.zeros((times.size, len(scene.layout.channels))),
-                counts=np.zeros(events.COUNTS, dtype=np.int64),
-                method=np.zeros(3, dtype=np.int64),
-                proposals=np.zeros(2 << many),
-                slopes=np.zeros(2, dtype=np.int64),
-                value=guards.value,
-                passed=guards.passed,
-                event=guards.event,
-                turns=room_for(marks, n, many),
-                implicit=newton.implicit_of(n),
-                tally=_tally_of(scene, many),
-            )
-        )
+        self.given = start.given.copy()
+        given = parts_of(self.given, start.form, many, len(internal))
         self.lane = lane = lane or board_of(scene).lane(0)
-        self.tally = zeroed.tally._replace(**_of(tallies.Tally, lane))
-        self.record = Record(given.times, zeroed.samples, along if turned else moment)
+        self.tally = _tally_of(scene, many)._replace(**_of(tallies.Tally, lane))
+        samples = np.zeros((times.size, len(scene.layout.channels)))
+        self.record = Record(given.times, samples, along if turned else moment)
         rates = attempt_of(value, lane["parameters"])
         self.work = events.Work(
             rates=rates if rates.code else rates_of(value, self.parameters),
@@ -198,28 +157,34 @@ class Run:
             side=given.side,
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
             began=given.began,
-            guards=guards._replace(value=zeroed.value, passed=zeroed.passed, event=zeroed.event),
+            guards=guards_of(value, self.parameters),
             limit_depth=given.limit_depth,
-            counts=zeroed.counts,
-            method=zeroed.method,
-            proposals=zeroed.proposals,
+            counts=np.zeros(events.COUNTS, dtype=np.int64),
+            method=np.zeros(3, dtype=np.int64),
+            proposals=np.zeros(2 << many),
             control=np.zeros(len(plan.Control._fields)),
             log=np.empty((loop.LOG, 5)),
-            slopes=zeroed.slopes,
-            implicit=zeroed.implicit,
+            slopes=np.zeros(2, dtype=np.int64),
+            implicit=newton.implicit_of(n),
             tally=self.tally,
             record=self.record,
-            turns=zeroed.turns._replace(marks=given.marks, **_of(Turns, lane)),
+            turns=room_for(given.marks, n, many)._replace(**_of(Turns, lane)),
             **_of(events.Work, lane),
         )
         self.kept = Kept(self.work)
-        self.begin(start)
+        self.zeroed = _zeroed(self.work)
+        self._begin(start)
 
     def begin(self, start: Start) -> None:
         """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
+        for array in self.zeroed:
+            array.fill(0)
+        self._begin(start)
+
+    def _begin(self, start: Start) -> None:
+        """Do the same where the arrays that are the run's own are zero."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
         lane, scene, value = self.lane, start.scene, start.scene.value
-        self.zeroed.fill(0.0)
         for name in ("ahead", "whole", "joint", "highest", "since"):
             lane[name].fill(0.0)
         self.given[:] = start.given

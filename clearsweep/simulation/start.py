@@ -1,6 +1,7 @@
 """What an integration begins with and goes by, in numbers: for many cases worked out before the first of them goes."""
 
 import math
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -54,10 +55,10 @@ class Given(NamedTuple):
     limit_depth: np.ndarray
 
 
-def given_arrays(form: Form, contacts: int, internal: int) -> Given:
-    """Return arrays for what is given of a scene with so many contacts and numbers of `internal` state."""
+def parts_of(given: np.ndarray, form: Form, contacts: int, internal: int) -> Given:
+    """Return the parts of what is given of a scene with so many contacts and numbers of `internal` state."""
     sizes = form.samples, form.marks, form.knots, internal, contacts, contacts
-    return Given(*[np.zeros(size) for size in sizes])
+    return Given._make(given[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
 
 
 class Start(NamedTuple):
