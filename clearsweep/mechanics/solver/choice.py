@@ -6,28 +6,35 @@ matrices that grow with the number of unknowns.  The price of all this in evalua
 
 Where the motion is stiff, an explicit step is short for a motion that hardly bends within it.  How fast small errors
 change is seen from two stages at the end of the step (Hairer & Wanner, "Solving Ordinary Differential Equations II",
-2nd ed., IV.2); how fast the motion turns, from the steps before.  The eigenvalue alone says nothing: where the
-tolerance is tight, errors of what is stiff keep the steps within a third of the limit of stability.
+2nd ed., IV.2); how the motion bends, from states as far apart as within an implicit step.  The eigenvalue alone says
+nothing: where the tolerance is tight, errors of what is stiff keep the steps within a third of the limit of stability,
+where those of a motion that is not stiff are, too.
+
+Counts of evaluations decide, never a clock, and of these only what the motion takes: not what is asked beside it.
 """
 
-import math
-
 from ..compiled.family import kernel
-from ..observe.along import RISE, RUN
+from ..observe.along import STIFF
 from .dop853 import END
-from .event import EXPLICIT, IMPLICIT
+from .event import EVALUATIONS, EXPLICIT, IMPLICIT
+from .plan import AUTO, METHOD, SPENT
+from .radau import ERROR, ORDER
 
-FAST = 0.5  # h times the largest eigenvalue, from which on a step may be short for what is stiff
-PATIENCE = 15  # such steps in a row before the motion is looked at
-WAIT, LONGEST_WAIT = 2, 16  # times more of them after each time that the implicit method was not worth it; at most
-ERROR = 0.005  # see `is_longer`; from steps that the implicit method took
+FAST = 0.8  # h times the largest eigenvalue, from which on a step may be short for what is stiff
 PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices
-TRIAL = 40  # evaluations for each number in the state, after which it is asked what the implicit method has saved
+LOOK = 2.0  # over an implicit step that is worth its price: how far the motion is looked at, and the first such step
+SMALL = 0.5  # error, over the allowed one, that is expected of an implicit step worth its price where it is tried
+REST = 2.0  # times as long as the motion was looked at in vain it is not looked at, which costs a lane a few per cent
+LOSS = 4.0  # implicit steps whose price the implicit method may lose before it is left,
+GAINED = 0.1  # and this share of what it has saved before
+BACK = 0.1  # of explicit evaluations: they have to make up for what was lost before the motion is looked at again
 STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
-# Places in Implicit.choice: length of the last explicit step and of the first implicit one; what PATIENCE is times;
-# of a trial, the evaluations that explicit steps would have taken and those that were; how long the steps together are
-# that speak for the implicit method, and half of them
-LIMIT, FIRST, GROWN, SAVED, SPENT, SPAN, HALF = range(7)
+# Places in Implicit.choice: length of an explicit step before the method changed; explicit evaluations that the
+# implicit one has SAVED since then, those that it has LOST of them, and those of an earlier loss that is yet to be made
+# up for; of the steps that may be short for what is stiff, length and evaluations, and these without the last of ORDER
+# parts; then the length at the beginning and at the end of each part
+LIMIT, SAVED, LOST, DEBT, SPAN, COST, EARLY, MARKS = range(8)
+CHOICE = MARKS + ORDER + 1
 
 
 @kernel
@@ -37,20 +44,25 @@ def steady(at, h, proposal):
 
 
 @kernel
-def choose_method(at, h, explicit, cost):
+def choose_method(at, h, pattern):
     """Change the method where the step just taken, of length `h`, shows that the other one serves better.
 
-    `explicit` : length of the last explicit step with the same joints in contact, 0 where there is none; `cost` :
-    evaluations that this step took, so that what a run is asked beside its motion has no part in the choice.
-
-    It takes effect with the next step.
+    pattern : that of `step_control.proposal_of`.  The change takes effect with the next step.
     """
     work = at[0]
+    if work.control[METHOD] != AUTO:
+        return
+    choice, cost, implicit = work.implicit.choice, work.counts[EVALUATIONS] - work.ahead[SPENT], 1 << work.mode.size
     if work.method[0] == IMPLICIT:
-        if costs_too_much(at, h, explicit, cost):
+        explicit = max(work.proposals[pattern & ~implicit], choice[LIMIT])  # the last one with the same contacts
+        if loses(at, END * h / explicit, cost):
             work.method[2] = EXPLICIT
-    elif is_stiff(at, h):
+    elif choice[DEBT] > 0.0:
+        choice[DEBT] -= BACK * cost
+    elif is_stiff(at, h, cost):
         work.method[2] = IMPLICIT
+        work.proposals[pattern] = choice[LIMIT]
+        work.proposals[pattern | implicit] = LOOK * price_of_step(work.y.size) * choice[LIMIT]
 
 
 @kernel
@@ -60,67 +72,97 @@ def price_of_step(n):
 
 
 @kernel
-def is_stiff(at, h):
+def is_stiff(at, h, cost):
     """Return whether an implicit step will be so much longer than one of length `h` that it is worth its price.
 
-    It is asked after PATIENCE steps in a row that may be short for what is stiff.  Mean rates over the first and the
-    second half of them tell how the motion turns: what is stiff, and jitters at the limit of stability, is not in them.
-    """
-    work = at[0]
-    n, choice, since = work.y.size, work.implicit.choice, work.implicit.since
-    if not h**2 * work.step[RISE] > FAST**2 * work.step[RUN]:
-        work.method[1] = 0
-        return False
-    if work.method[1] == 0:
-        choice[SPAN] = 0.0
-        for i in range(n):
-            since[0, i] = work.y[i]
-    work.method[1] += 1
-    choice[SPAN] += h
-    wanted = PATIENCE * max(choice[GROWN], 1.0)
-    if work.method[1] == wanted // 2:
-        choice[HALF] = choice[SPAN]
-        for i in range(n):
-            since[1, i] = work.end[i]
-    if work.method[1] < wanted or not is_longer(at, h):
-        return False
-    choice[LIMIT], choice[FIRST], choice[SAVED], choice[SPENT] = h, h * math.sqrt(price_of_step(n)), 0.0, 0.0
-    return True
-
-
-@kernel
-def is_longer(at, h):
-    """Return whether an implicit step may be as many times as long as one of length `h` as it costs more.
-
-    The error of an implicit step in which the motion turns by `bend` of itself is ERROR bend^6 of its size.
-    """
-    work = at[0]
-    n, choice, since = work.y.size, work.implicit.choice, work.implicit.since
-    work.method[1] = 0
-    first, second = choice[HALF], choice[SPAN] - choice[HALF]
-    turned, moved = 0.0, 0.0
-    for i in range(n):
-        before, after = (since[1, i] - since[0, i]) / first, (work.end[i] - since[1, i]) / second
-        turned += ((after - before) / work.scale[i]) ** 2
-        moved += ((work.end[i] - since[0, i]) / work.scale[i]) ** 2
-    bend = 2.0 * h * math.sqrt(turned / moved)  # in a step of length h
-    size = math.sqrt(moved / n) * h / choice[SPAN]  # times bend, over the allowed error
-    return ERROR * bend**5 * price_of_step(n) ** 6 * size < 1.0
-
-
-@kernel
-def costs_too_much(at, h, explicit, cost):
-    """Return whether the implicit steps of a TRIAL, this one being the last, cost more than explicit ones would have.
-
-    Those are as long as the last one with the same contacts, or as the last before the method changed.
+    It is asked after LOOK times as many explicit steps in a row as that, each of which may be short for what is stiff.
     """
     work = at[0]
     n, choice = work.y.size, work.implicit.choice
-    choice[SAVED] += END * h / max(explicit, choice[LIMIT])
-    choice[SPENT] += cost
-    if choice[SPENT] < TRIAL * n:
+    if h == 0.0:  # two events at one time: what is seen there is of either side
+        choice[COST] += cost
         return False
-    worth = choice[SAVED] > PRICE * n * choice[SPENT]
-    choice[GROWN] = 1.0 if worth else min(WAIT * max(choice[GROWN], 1.0), LONGEST_WAIT)
-    choice[SAVED], choice[SPENT] = 0.0, 0.0
-    return not worth
+    if work.step[STIFF] == 0.0:
+        work.method[1] = 0
+        return False
+    if work.method[1] == 0:
+        choice[SPAN], choice[COST] = 0.0, 0.0
+        mark(at, 0, work.y)
+    choice[SPAN] += h
+    choice[COST] += cost
+    work.method[1] += 1
+    part = int(LOOK * price_of_step(n) / ORDER) + 1
+    if work.method[1] % part != 0:
+        return False
+    mark(at, work.method[1] // part, work.end)
+    if work.method[1] == (ORDER - 1) * part:
+        choice[EARLY] = choice[COST]
+    if work.method[1] < ORDER * part:
+        return False
+    work.method[1] = 0
+    if is_longer(at):
+        return True
+    choice[DEBT] = BACK * REST * choice[COST]
+    return False
+
+
+@kernel
+def mark(at, place, y):
+    """Keep the state `y` and how far the steps have come."""
+    choice, marks = at[0].implicit.choice, at[0].implicit.marks
+    choice[MARKS + place] = choice[SPAN]
+    for i in range(y.size):
+        marks[place, i] = y[i]
+
+
+@kernel
+def is_longer(at):
+    """Return whether an implicit step worth its price, in explicit steps that cost END evaluations, has a SMALL error.
+
+    Such explicit steps are as long as the last ones or, where these jitter at the limit of stability, as all are.
+    """
+    n, choice = at[0].y.size, at[0].implicit.choice
+    late = (choice[SPAN] - choice[MARKS + ORDER - 1]) / (choice[COST] - choice[EARLY])
+    choice[LIMIT], choice[SAVED], choice[LOST] = END * max(choice[SPAN] / choice[COST], late), 0.0, 0.0
+    return ERROR**2 * squared_bend(at, price_of_step(n) * choice[LIMIT]) <= SMALL**2
+
+
+@kernel
+def squared_bend(at, h):
+    """Return the mean square, over the allowed error, of the sixth derivative of the state times h^6.
+
+    The derivative is that of the polynomial through the marks.
+    """
+    n, choice, marks, scale = at[0].y.size, at[0].implicit.choice, at[0].implicit.marks, at[0].scale
+    bend = at[0].implicit.offset
+    for i in range(n):
+        bend[i] = 0.0
+    for m in range(1, ORDER + 1):
+        weight = 720.0  # 6!
+        for other in range(ORDER + 1):
+            if other != m:
+                weight *= h / (choice[MARKS + m] - choice[MARKS + other])
+        for i in range(n):
+            bend[i] += weight * (marks[m, i] - marks[0, i])
+    total = 0.0
+    for i in range(n):
+        total += (bend[i] / scale[i]) ** 2
+    return total / n
+
+
+@kernel
+def loses(at, saved, cost):
+    """Return whether the implicit method has lost too much, a step having `saved` explicit evaluations at some `cost`.
+
+    What it may lose grows with what it has saved: where explicit steps are a hundred times shorter, to be without it
+    until it is tried again costs more than a stretch on which it is dear.
+    """
+    work = at[0]
+    n, choice = work.y.size, work.implicit.choice
+    gain = saved - PRICE * n * cost
+    choice[SAVED] += gain
+    choice[LOST] = max(choice[LOST] - gain, 0.0)
+    if choice[LOST] < LOSS * END * price_of_step(n) + GAINED * max(choice[SAVED], 0.0):
+        return False
+    choice[DEBT] = -min(choice[SAVED], 0.0)
+    return True

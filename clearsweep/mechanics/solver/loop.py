@@ -8,7 +8,7 @@ from numba import config, njit, typeof
 from ..compiled.family import NO_ENTRY, WIDTH, invoke, kernel
 from ..compiled.kept import found
 from ..compiled.rows import in_rows
-from ..observe.along import ERROR, GOES_ON, LENGTH, STANDS, STIFF, WHOLE, advance, sum_up
+from ..observe.along import ERROR, GOES_ON, LENGTH, STANDS, WHOLE, advance, sum_up
 from ..observe.noting import note_step, open_window
 from ..observe.observables import KAPPA, KINETIC
 from ..observe.record import write_sample
@@ -35,7 +35,6 @@ from .passing import pass_events
 from .plan import (
     ALONE,
     ANGLE,
-    AUTO,
     BEFORE,
     BEGUN,
     CONTACT,
@@ -48,7 +47,6 @@ from .plan import (
     LAST,
     LIMIT,
     LOGGED,
-    METHOD,
     MOST_STEPS,
     NEXT,
     NOT_FINITE,
@@ -126,7 +124,7 @@ def restart(at):
     work = at[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
-    work.method[0], work.method[1] = work.method[2], 0
+    work.method[0] = work.method[2]
     work.implicit.past[PAST_LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
     begin_step(at)
 
@@ -242,6 +240,7 @@ def conclude_landing(at, h):
     ahead[LANDING] = 0.0
     land(at, share, (kind, contact, ahead[STOP_AT]), h)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - int(ahead[BEFORE])
+    choose_method(at, h, proposal_of(at))
     enter_alone(at)
     note_step(at, h, dense=False)
     if kind == STOP:
@@ -264,19 +263,14 @@ def conclude_landing(at, h):
 def conclude(at):
     """Take from the step that was tried and judged all that is wanted, or reject it; return GOING or the end."""
     work = at[0]
-    ahead, step, proposals, method = work.ahead, work.step, work.proposals, work.method
+    ahead, step = work.ahead, work.step
     h, step[GOES_ON] = step[LENGTH], 0.0
     if ahead[LANDING] != 0.0:
         return conclude_landing(at, h)
     if not step[ERROR] < 1.0:
         return reject(at, h)
     pattern, dense = proposal_of(at), step[STANDS] == 0.0
-    proposals[pattern] = ahead[NEXT]
-    if work.control[METHOD] == AUTO and (step[STIFF] != 0.0 or method[0] == IMPLICIT):
-        cost = work.counts[EVALUATIONS] - int(ahead[SPENT])
-        choose_method(at, h, proposals[pattern & ~(1 << work.mode.size)], cost)
-    else:
-        method[1] = 0
+    work.proposals[pattern] = ahead[NEXT]
     if dense:
         share, kind, contact = meet(at, h, ahead[STOP_AT])
         if kind != NOTHING:
@@ -284,8 +278,9 @@ def conclude(at):
             ahead[BEFORE], step[LENGTH], ahead[ALONE] = work.counts[EVALUATIONS], h * share, 1.0
             return GOING
         enter_alone(at)
+    choose_method(at, h, pattern)
     note_step(at, h, dense)
-    if method[0] == IMPLICIT:
+    if work.method[0] == IMPLICIT:
         work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
     step[GOES_ON], ahead[NEXT] = 1.0, next_length(at, h, ahead[NEXT])
     return GOING

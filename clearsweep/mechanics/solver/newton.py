@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import invoke, kernel
+from .choice import CHOICE
 from .dop853 import SCRATCH, dense_component, dense_state
 from .event import EVALUATIONS, evaluate
 from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
@@ -37,8 +38,8 @@ class Implicit(NamedTuple):
     stages: np.ndarray  # (STAGES n,) distances of the stages from the start of the step
     change: np.ndarray  # (STAGES n,)
     offset: np.ndarray  # (n,)
-    since: np.ndarray  # (2, n) states at the start and in the middle of the steps that speak for the implicit method
-    choice: np.ndarray  # (7,) see `choice`
+    marks: np.ndarray  # (ORDER + 1, n) states along explicit steps, see `choice`
+    choice: np.ndarray  # (CHOICE,) see `choice`
     #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
     #: begins where that began; length of the step from here for which the Jacobians were RENEWED (0: none) and of that
     #: which the matrices are FACTORED for (0: none); CONVERGENCE: convergence of the last iteration
@@ -57,8 +58,8 @@ def implicit_of(n) -> Implicit:
         stages=np.zeros(many),
         change=np.zeros(many),
         offset=np.zeros(n),
-        since=np.zeros((2, n)),
-        choice=np.zeros(7),
+        marks=np.zeros((ORDER + 1, n)),
+        choice=np.zeros(CHOICE),
         past=np.zeros(PAST),
     )
 

@@ -4,6 +4,8 @@ Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed., section 
 fourth derivative of x^4 (x - 1)^5.  Everything else here follows from the matrix.
 """
 
+import math
+
 import numpy as np
 
 from .dop853 import NODE_SHARES, SCRATCH, shapes
@@ -37,6 +39,8 @@ def _error_weights():
 
 
 E = _error_weights()
+#: Of the error estimate where nothing is stiff, over the sixth derivative times h^6: what it is for y' = t^5 / 5!.
+ERROR = abs(E @ C**ORDER) / math.factorial(ORDER)
 DENSE = np.linalg.inv(shapes(C)[:, :STAGES])  # from the stages to the first rows of the dense output
 #: From start and stages to where the explicit method has its stages, by the polynomial through all.
 LOOK = np.vander(NODE_SHARES, ORDER) @ np.linalg.inv(np.vander(np.append(0.0, C)))

@@ -4,8 +4,7 @@ import math
 
 from ..compiled.family import inlined, kernel
 from ..joint.contract import touches
-from .choice import FIRST, LIMIT, steady
-from .event import IMPLICIT
+from .choice import steady
 from .newton import LENGTH
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
@@ -75,4 +74,4 @@ def next_length(at, h, proposal):
         return steady(at, h, proposal)
     work.method[0] = work.method[2]
     work.implicit.past[LENGTH] = 0.0
-    return work.implicit.choice[FIRST if work.method[0] == IMPLICIT else LIMIT]
+    return first_length(at, work.proposals, proposal_of(at))
