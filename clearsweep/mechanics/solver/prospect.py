@@ -28,7 +28,8 @@ def judge(ledger, guards, along, time):
     error = max(step[ERROR], eighth_power(travel_ratio(ledger)))  # the step control takes the eighth root
     good = (error < 1.0) & (ahead[ALONE] == 0.0)
     step[ERROR] = error
-    step[STIFF] = where(good & (h * h * step[RISE] > FAST * FAST * step[RUN]), 1.0, 0.0)
+    stiff = where(good & (h * h * step[RISE] > FAST * FAST * step[RUN]), 1.0, 0.0)
+    step[STIFF] = where(ahead[ALONE] == 0.0, stiff, step[STIFF])  # a step to an event is as the longer one was
     step[STANDS] = where(good & holds_no_event(ledger, guards, along, time), 1.0, 0.0)
     change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
     ahead[NEXT] = where(good, h * change, ahead[NEXT])
