@@ -270,9 +270,9 @@ PLAYED = """
   slider.dispatchEvent(new Event("input"));
   const moved = picture(), at = player.querySelector("output").textContent;
   const marker = player.querySelector(".marker").style.left, said = player.querySelector(".said").textContent;
-  player.querySelector("button").click();
-  let clock = performance.now();  // frames, which do not come by themselves without a screen
+  let clock = performance.now();  // frames, which do not come by themselves without a screen, not the first either
   window.requestAnimationFrame = next => setTimeout(() => next(clock += 16), 16);
+  player.querySelector("button").click();
   const wait = () => new Promise(done => setTimeout(done, 200));
   const begun = Number(slider.value);
   for (let k = 0; k < 50 && Number(slider.value) === begun; k++) await wait();
