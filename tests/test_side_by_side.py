@@ -77,6 +77,33 @@ def test_a_case_is_the_same_alone_beside_others_and_in_any_order(together):
     assert all(same(one, backwards[CASES - 1 - place]) for place, one in enumerate(alone))
 
 
+def test_windows_marks_and_methods_of_one_case_are_not_those_beside_it(together):
+    """Some pass marks and open their windows while others are on their way to them; one goes by the implicit method."""
+    settings = {"simulate.revolutions": 2.2, "save.orbits": "none"}
+    listed = cases(count=9, **settings)
+    for place, case in enumerate(listed):
+        method = "implicit" if place == 2 else "auto"
+        listed[place] = case._replace(simulate=case.simulate._replace(method=method, discard=0.1 + 0.5 * (place % 3)))
+    alone, beside = alone_and_together(listed)
+    assert all(map(same, alone, beside))
+    assert len({trajectory.summary["rod_slider_force_peak_median"] for trajectory in alone}) == len(listed)
+
+
+def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
+    """Also where it failed, or went by the implicit method; and what it came to stays as it is."""
+    first, second, third, fourth = cases(count=4, **{"save.orbits": "none"})
+    failing = second._replace(simulate=second.simulate._replace(step_budget=40))
+    implicit = third._replace(simulate=third.simulate._replace(method="implicit"))
+    found = []
+    for case in (first, failing, first, implicit, first, fourth, first):
+        found.append(simulation.solve(case))
+        assert len(run._spare) == 1
+    assert [path.status for path in found] == ["ok", "step-budget", *["ok"] * 5]
+    run._spare.clear()
+    anew = simulation.solve(first)
+    assert all(same(path, anew) for path in found[::2])
+
+
 def test_steps_are_taken_side_by_side_where_that_is_possible(together, monkeypatch):
     asked = []
 

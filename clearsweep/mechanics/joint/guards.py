@@ -1,6 +1,7 @@
 """The guards of a scene's laws, and what the laws keep of events, as the loop calls them: by address.
 
-Only a scene with guards has code for their values, and only one whose laws keep something has code for that.
+Only a scene whose laws give the values of guards has code for them, and only one whose laws keep something has code for
+that.
 """
 
 from typing import NamedTuple
@@ -133,7 +134,7 @@ _evaluate_joints = map_joints(_evaluate_joint, after_joint)
 
 
 def guards_entry(scene, y, latched, o, value, row):
-    """Put the values of all guards at the state `y`, whose observables are in row `row` of `o`, into `value`.
+    """Put the values of guards that laws give into `value`, at the state `y` whose observables are in row `row` of `o`.
 
     Arrays are bare pointers; `scene` points at the Scene.
     """

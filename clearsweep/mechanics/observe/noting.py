@@ -150,7 +150,7 @@ def note_film(at, h, j, dense):
 
 @kernel
 def seek_maxima(at):
-    """Raise the maxima that may lie between the stages, see `ledger.enter`, to what they are on the dense output."""
+    """Raise the maxima that may lie between the stages, see `tally.enter`, to what they are on the dense output."""
     work = at[0]
     whole, step, turns, counted = work.tally.whole, work.step, work.turns, work.ahead[WINDOWED] != 0.0
     for j in range(work.mode.size):

@@ -16,7 +16,7 @@ Counts of evaluations decide, never a clock, and of these only what the motion t
 from ..compiled.family import kernel
 from ..observe.along import STIFF
 from .dop853 import END
-from .event import EVALUATIONS, EXPLICIT, IMPLICIT, REJECTED, STEPS
+from .event import EVALUATIONS, EXPLICIT, IMPLICIT
 from .plan import AUTO, METHOD, SPENT
 from .radau import ERROR, ORDER
 
@@ -30,10 +30,10 @@ GAINED = 0.1  # and this share of what it has saved before
 BACK = 0.1  # of explicit evaluations: so many have to make up for what was lost before the motion is looked at again
 STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
 # Places in Implicit.choice: length of an explicit step before the method changed; explicit evaluations that the
-# implicit one has SAVED since then, and those that it has LOST of them; the number of steps from which on the motion is
-# looked at AGAIN; of the steps that may be short for what is stiff, length and evaluations, and these without the last
-# of ORDER parts; then the length at the beginning and at the end of each part
-LIMIT, SAVED, LOST, AGAIN, SPAN, COST, EARLY, MARKS = range(8)
+# implicit one has SAVED since then, and those that it has LOST of them; how many explicit steps are LEFT until the
+# motion is looked at again; of the steps that may be short for what is stiff, length and evaluations, and these without
+# the last of ORDER parts; then the length at the beginning and at the end of each part
+LIMIT, SAVED, LOST, LEFT, SPAN, COST, EARLY, MARKS = range(8)
 CHOICE = MARKS + ORDER + 1
 
 
@@ -49,27 +49,23 @@ def choose_method(at, h, pattern):
 
     pattern : that of `step_control.proposal_of`.  The change takes effect with the next step.
     """
-    work = at[0]
-    if work.method[0] == EXPLICIT and work.step[STIFF] == 0.0:
-        work.method[1] = 0
-        return
+    work, choice = at[0], at[0].implicit.choice
+    if work.method[0] == EXPLICIT:
+        choice[LEFT] -= 1.0
+        if work.step[STIFF] == 0.0:
+            work.method[1] = 0
+            return
     if work.control[METHOD] != AUTO:
         return
-    choice, cost, implicit = work.implicit.choice, work.counts[EVALUATIONS] - work.ahead[SPENT], 1 << work.mode.size
+    cost, implicit = work.counts[EVALUATIONS] - work.ahead[SPENT], 1 << work.mode.size
     if work.method[0] == IMPLICIT:
         explicit = max(work.proposals[pattern & ~implicit], choice[LIMIT])  # the last one with the same contacts
         if loses(at, END * h / explicit, cost):
             work.method[2] = EXPLICIT
-    elif steps_so_far(at) >= choice[AGAIN] and is_stiff(at, h, cost):
+    elif choice[LEFT] <= 0.0 and is_stiff(at, h, cost):
         work.method[2] = IMPLICIT
         work.proposals[pattern] = choice[LIMIT]
         work.proposals[pattern | implicit] = LOOK * price_of_step(work.y.size) * choice[LIMIT]
-
-
-@kernel
-def steps_so_far(at):
-    """Return how many steps were taken or rejected."""
-    return at[0].counts[STEPS] + at[0].counts[REJECTED]
 
 
 @kernel
@@ -106,7 +102,7 @@ def is_stiff(at, h, cost):
     work.method[1] = 0
     if is_longer(at):
         return True
-    choice[AGAIN] = steps_so_far(at) + REST * choice[COST] / END
+    choice[LEFT] = REST * choice[COST] / END
     return False
 
 
@@ -168,5 +164,5 @@ def loses(at, saved, cost):
     choice[LOST] = max(choice[LOST] - gain, 0.0)
     if choice[LOST] < LOSS * END * price_of_step(n) + GAINED * max(choice[SAVED], 0.0):
         return False
-    choice[AGAIN] = steps_so_far(at) - min(choice[SAVED], 0.0) / (BACK * END)
+    choice[LEFT] = -min(choice[SAVED], 0.0) / (BACK * END)
     return True

@@ -20,14 +20,14 @@ from .step_control import GROW, change_of_length, eighth_power
 def judge(ledger, guards, along, time):
     """Note of the steps that were tried whether they stand as they are, and of good ones how long the next may be.
 
-    guards : Guards, of the one case or, but for their values, of all; `along`, `time` : places in the state.  Cases
-    that go ALONE are left as they are.
+    guards : Guards, of the one case or, but for their values, of all; `along`, `time` : places in the state.  Those
+    of cases that go ALONE do not stand yet.
     """
     step, ahead = ledger.step, ledger.ahead
     h = step[LENGTH]
     error = max(step[ERROR], eighth_power(travel_ratio(ledger)))  # the step control takes the eighth root
     good = (error < 1.0) & (ahead[ALONE] == 0.0)
-    step[ERROR] = error
+    step[ERROR] = where(ahead[ALONE] == 0.0, error, step[ERROR])
     stiff = where(good & (h * h * step[RISE] > FAST * FAST * step[RUN]), 1.0, 0.0)
     step[STIFF] = where(ahead[ALONE] == 0.0, stiff, step[STIFF])  # a step to an event is as the longer one was
     step[STANDS] = where(good & holds_no_event(ledger, guards, along, time), 1.0, 0.0)

@@ -4,7 +4,7 @@ import math
 
 from ..compiled.family import inlined, kernel
 from ..joint.contract import touches
-from .choice import steady
+from .choice import LIMIT, steady
 from .newton import LENGTH
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
@@ -74,4 +74,5 @@ def next_length(at, h, proposal):
         return steady(at, h, proposal)
     work.method[0] = work.method[2]
     work.implicit.past[LENGTH] = 0.0
-    return first_length(at, work.proposals, proposal_of(at))
+    length = work.proposals[proposal_of(at)]
+    return length if length > 0.0 else work.implicit.choice[LIMIT]  # these contacts never touched explicitly
