@@ -1,5 +1,6 @@
 """What kind of motion each case has: how its journal bears, and after how many revolutions it repeats itself."""
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -39,10 +40,10 @@ def _of_joint(study: Study, joint: Joint) -> Kinds:
     onsets = study.cases[joint.column("impacts_per_rev")].to_numpy(float)
     with np.errstate(all="ignore"):
         usual = 360.0 * bearing / onsets  # degrees that a contact lasts
-    contact = np.select([bearing == 0.0, onsets == 0.0, usual < SHORT, np.isfinite(usual)], [3, 0, 2, 1], -1)
+    contact = _first([bearing == 0.0, onsets == 0.0, usual < SHORT, np.isfinite(usual)], [3, 0, 2, 1], -1)
     impact = short_contacts(study, joint)
-    lasting = np.clip(bearing - impact, 0.0, None)
-    return Kinds(contact.astype(np.int8), _periods(study), 1.0 - bearing, impact, lasting)
+    lasting = np.clip(bearing - impact, 0.0, None) if np.isfinite(impact).any() else impact
+    return Kinds(contact, _periods(study), 1.0 - bearing, impact, lasting)
 
 
 def _periods(study: Study) -> np.ndarray:
@@ -50,7 +51,12 @@ def _periods(study: Study) -> np.ndarray:
     if "period" not in study.cases:
         return np.full(len(study.cases), -1, np.int8)
     period = study.cases["period"].to_numpy(float)
-    return np.select([period == 1.0, period == 2.0, period > 2.0], [0, 1, 2], 3).astype(np.int8)
+    return _first([period == 1.0, period == 2.0, period > 2.0], [0, 1, 2], 3)
+
+
+def _first(conditions: list[np.ndarray], places: list[int], other: int) -> np.ndarray:
+    """Return the place of the first condition that holds in each case, in a byte."""
+    return np.select(conditions, list(map(np.int8, places)), np.int8(other))
 
 
 def short_contacts(study: Study, joint: Joint) -> np.ndarray:
@@ -64,13 +70,15 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
             "drive.speed"
         ].to_numpy()  # of a Series numpy asks for attributes, which pandas seeks in ids
     count, contacts = len(study.cases), study.run.layout.contacts
-    if joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
-        return np.full(count, np.nan)
+    blocks = iter(study.run.event_blocks())
+    block = next(blocks, None)
+    if block is None or joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
+        return np.broadcast_to(np.nan, count)  # takes no memory
     turn = 2.0 * np.pi / np.broadcast_to(np.asarray(speed, float), count)  # s
     before, turns = (part.to_numpy(float) for part in window(study.cases, study.base))
     begin, kept = before * turn, study.cases.chosen
     found, first = np.zeros(count), 0
-    for counts, events in study.run.event_blocks():
+    for counts, events in itertools.chain((block,), blocks):
         here = kept[first : first + len(counts)]
         first += len(counts)
         place = np.flatnonzero(np.repeat(here, counts) & (events["joint"] == contacts.index(joint.name)))
@@ -81,7 +89,7 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
         short = (until - since < SHORT / 360.0 * turn[case]) & (until > begin[case])
         case, since, until = case[short], since[short], until[short]
         found += np.bincount(case, until - np.maximum(since, begin[case]), minlength=count)
-    return found / (turn * turns) if first else np.full(count, np.nan)
+    return found / (turn * turns)
 
 
 def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tuple]]:

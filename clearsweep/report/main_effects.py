@@ -64,18 +64,19 @@ def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float,
     (analysis of variance without interactions); where it leaves no freedom both are NaN.
     """
     known = np.isfinite(values) & (values > 0.0)
-    logs = np.log(values[known])
+    rest = np.log(values[known])  # the largest array here, of which there is but one
     groups = [_numbered(place[known]) for place in places]
     freedoms = [int(group.max(initial=0)) for group in groups]
-    spare, rest = len(logs) - 1 - sum(freedoms), logs - logs.mean() if len(logs) else logs
-    total = float((rest**2).sum())
-    if spare <= 0 or total <= 1e-20 * len(logs):  # all values the same, but for rounding
+    spare = len(rest) - 1 - sum(freedoms)
+    rest -= rest.mean() if len(rest) else 0.0
+    total = float(rest @ rest)
+    if spare <= 0 or total <= 1e-20 * len(rest):  # all values the same, but for rounding
         return [(np.nan, np.nan)] * len(places)
-    between = [float((_means(group, rest)[group] ** 2).sum()) for group in groups]
+    between = [float(np.bincount(group) @ _means(group, rest) ** 2) for group in groups]
     for _ in range(PASSES):
         for group in groups:
-            rest = rest - _means(group, rest)[group]
-    scatter = max(float((rest**2).sum()) / spare, 1e-12 * total)
+            rest -= _means(group, rest)[group]
+    scatter = max(float(rest @ rest) / spare, 1e-12 * total)
     return [
         (max(0.0, (part - freedom * scatter) / total), part / freedom / scatter if freedom else np.nan)
         for part, freedom in zip(between, freedoms, strict=True)

@@ -57,12 +57,12 @@ def _varies(study: Study, *columns: str) -> bool:
 
 def _picture(study: Study, axis: Axis | None, cloud: Cloud) -> Picture:
     """Return a cloud, coloured by the values of an axis where there is one."""
-    colour = None
-    if axis is not None:
-        places = study.places(axis)
-        colour = (np.where(places < 0, np.nan, places), axis)
+    colour = axis and (study.places(axis), axis)
     x, y = (study.cases[column].to_numpy(float) for column in (cloud.x, cloud.y))
     x, y, colour = comparison.uncovered(x, y, colour)
+    if colour:
+        places = colour[0]
+        colour = (np.where(places < 0, np.nan, places), colour[1])
     names, scales = (cloud.x_name, cloud.y_name), (study.scale(cloud.x), study.scale(cloud.y))
     return Picture(
         cloud.title,
