@@ -110,11 +110,13 @@ MUTATIONS = (
     # the histogram and the sums
     Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", RAMPS),
     Mutation(HISTOGRAM, "density * (bin_edge(first + 1) - low)", "density * (high - bin_edge(first + 1))", RAMPS),
-    Mutation(HISTOGRAM, "density * (high - bin_edge(last))", "density * (bin_edge(last + 1) - high)", RAMPS),
-    Mutation(HISTOGRAM, "ramp[part.last] -= part.density", "ramp[part.last + 1] -= part.density", RAMPS),
-    Mutation(HISTOGRAM, "where(last > first + 1,", "where(last > first + 2,", RAMPS),
+    Mutation(HISTOGRAM, "where(crosses, bin_edge(last + 1), bin_edge(last))", "bin_edge(last)", RAMPS),
+    Mutation(HISTOGRAM, "histogram[bins[i], 1] +=", "histogram[bins[i] + 1, 1] +=", RAMPS),
+    Mutation(HISTOGRAM, "first == last, last > first + 1,", "first == last, last > first + 2,", RAMPS),
+    Mutation(HISTOGRAM, "Ramp(where(rises, lower, upper),", "Ramp(where(rises, upper, lower),", RAMPS),
+    Mutation(TALLY, "part.density - density", "part.density", RAMPS),
     Mutation(HISTOGRAM, "EDGES[place] + (above - duration)", "EDGES[place] - (above - duration)", RAMPS),
-    Mutation(HISTOGRAM, "if above >= duration:", "if above >= 2.0 * duration:", RAMPS),
+    Mutation(HISTOGRAM, "if above >= duration and", "if above >= 2.0 * duration and", RAMPS),
     Mutation(ALONG, "square + share * (force * force)", "square + share * force", WINDOW),
     Mutation(
         TALLY,

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from mechanism_cases import slider_crank
 from scipy import stats
+from test_tally import add_ramp, filled
 
-from clearsweep.mechanics.observe import histogram
 from clearsweep.mechanics.observe import tally as tallies
+from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.simulation import batch_means, load_case, sums
 
 WORN = {
@@ -29,8 +30,7 @@ class Made:
         self.tally = SimpleNamespace(
             whole=np.zeros(tallies.WHOLE),
             joint=np.zeros((2, tallies.JOINT)),
-            time=np.zeros((2, histogram.BINS)),
-            ramp=np.zeros((2, histogram.BINS)),
+            histogram=np.zeros((2, BINS, 2)),
             wear=np.zeros(2 * 2 * 8),
         )
         self.taken = [self.sums()]
@@ -55,8 +55,8 @@ class Made:
         self.tally.whole[tallies.ACCELERATION_SQUARE] += self.random.uniform(0.5, 1.5)
         self.tally.wear += self.random.uniform(0.0, 1.0, self.tally.wear.size) * np.arange(32)
         share = self.random.uniform(0.02, 0.06)
-        histogram.fill(self.tally.time[1], self.tally.ramp[1], histogram.ramp_of(*FORCES, share * TURN))
-        histogram.fill(self.tally.time[1], self.tally.ramp[1], histogram.ramp_of(0.0, 0.0, (1.0 - share) * TURN))
+        add_ramp(self.tally.histogram[1], FORCES, share * TURN)
+        add_ramp(self.tally.histogram[1], (0.0, 0.0), (1.0 - share) * TURN)
         self.taken.append(self.sums())
 
 
@@ -134,9 +134,7 @@ def test_the_force_exceeded_for_a_hundredth_of_the_time_is_that_of_the_ramps():
 
 @pytest.mark.parametrize("force", [120.0, 121.3, 200.0, 299.0])
 def test_the_time_above_a_force_is_that_of_the_ramp(force):
-    time, ramp = np.zeros(histogram.BINS), np.zeros(histogram.BINS)
-    histogram.fill(time, ramp, histogram.ramp_of(*FORCES, 1.0))
-    assert sums._time_above(force, time, ramp) == pytest.approx((300.0 - force) / 200.0, abs=1e-9)
+    assert sums._time_above(force, filled(FORCES, 1.0)) == pytest.approx((300.0 - force) / 200.0, abs=1e-9)
 
 
 def test_blocks_become_longer_as_a_run_grows_and_all_of_them_count():

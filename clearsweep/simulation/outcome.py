@@ -11,7 +11,7 @@ from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
 from ..mechanics.observe.histogram import force_exceeded
 from ..mechanics.observe.record import Record, sample_states
-from ..mechanics.observe.tally import OPENED
+from ..mechanics.observe.tally import HIGHEST_BIN, OPENED
 from ..mechanics.solver import event as events
 from ..mechanics.solver import plan
 from .figures import figures_of, shared_by
@@ -115,7 +115,10 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         joint=tally.joint.copy(),
         wear=tally.wear.copy(),
         account=tally.account.copy(),
-        exceeded=[force_exceeded(*of_joint, rarely) for of_joint in zip(tally.time, tally.ramp, strict=True)],
+        exceeded=[
+            force_exceeded(histogram[: highest + 1], rarely)
+            for histogram, highest in zip(tally.histogram, tally.bins[:, HIGHEST_BIN].tolist(), strict=True)
+        ],
         turns=turns._replace(states=turns.states.copy(), peaks=turns.peaks.copy(), passed=turns.passed.copy()),
         marks=run.marks,
         onset=onset_rates(run),

@@ -65,7 +65,7 @@ def board_of(scene: Scene) -> Board:
             "film": ((contacts, 2), float),
             "whole": ((tallies.WHOLE,), float),
             "joint": ((contacts, tallies.JOINT), float),
-            "bins": ((contacts, 2 * histogram.PARTS), np.int64),
+            "bins": ((contacts, tallies.HIGHEST_BIN + 1), np.int64),
             "spent": ((contacts, tallies.BELOW + 1), float),
         }
     )
@@ -90,8 +90,7 @@ def _tally_of(scene: Scene, contacts: int) -> tallies.Tally:
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
     return tallies.Tally(
         **dict.fromkeys(tallies.IN_LANES, np.zeros(0)),
-        time=np.zeros((contacts, histogram.BINS)),
-        ramp=np.zeros((contacts, histogram.BINS)),
+        histogram=np.zeros((contacts, histogram.BINS, 2)),
         course=np.zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
         length=np.zeros(1),
         between=np.zeros((BETWEEN, 2 * len(scene.value.coordinates) + 1)),
@@ -106,7 +105,7 @@ def _zeroed(work: Any) -> list[np.ndarray]:
     guards, turns = work.guards, work.turns
     counted = [work.counts, work.method, work.proposals, work.slopes, work.record.samples]
     taken = [turns.states, turns.peaks, turns.passed, guards.value, guards.passed, guards.event]
-    tally = [array for name, array in work.tally._asdict().items() if name not in tallies.IN_LANES]
+    tally = [array for name, array in work.tally._asdict().items() if name not in (*tallies.IN_LANES, "histogram")]
     return [*counted, *taken, *tally, *work.implicit]
 
 
@@ -179,14 +178,16 @@ class Run:
         """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
         for array in self.zeroed:
             array.fill(0)
+        for filled, highest in zip(self.tally.histogram, self.tally.bins[:, tallies.HIGHEST_BIN].tolist(), strict=True):
+            filled[: highest + 1] = 0.0  # most of it was never touched
         self._begin(start)
 
     def _begin(self, start: Start) -> None:
         """Do the same where the arrays that are the run's own are zero."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
         lane, scene, value = self.lane, start.scene, start.scene.value
-        for name in ("ahead", "whole", "joint", "highest", "since"):
-            lane[name].fill(0.0)
+        for name in ("ahead", "whole", "joint", "bins", "highest", "since"):
+            lane[name].fill(0)
         self.given[:] = start.given
         put_numbers(value, self.parameters)
         lane["parameters"][:], lane["y"][:] = self.parameters, scene.start

@@ -120,7 +120,7 @@ class ForceExceeded(NamedTuple):
 
     def take(self, tally: Tally, place: int | None) -> Any:
         """Return the joint's histogram of the force over time."""
-        return tally.time[place].copy(), tally.ramp[place].copy()
+        return tally.histogram[place].copy()
 
     def value(self, window: Window, place: int) -> Any:
         """Return the force over the window."""
@@ -131,22 +131,22 @@ class ForceExceeded(NamedTuple):
 
         Its interval is that of the share of time above it, block by block, read as forces (Woodruff 1952).
         """
-        time, ramp = histograms[-1][0] - histograms[0][0], histograms[-1][1] - histograms[0][1]
-        duration = times[-1] - times[0]
+        whole, duration = histograms[-1] - histograms[0], times[-1] - times[0]
 
         def force(share: float) -> float:
-            return float(histogram.force_exceeded(time, ramp, min(max(share, 0.0), 1.0) * duration))
+            return float(histogram.force_exceeded(whole, min(max(share, 0.0), 1.0) * duration))
 
         value = force(RARELY)
-        above = np.array([_time_above(value, time, ramp) for time, ramp in histograms])
+        above = np.array([_time_above(value, each) for each in histograms])
         width = half_width(np.diff(above) / np.diff(times))
         return value, 0.5 * (force(RARELY - width) - force(RARELY + width))
 
 
-def _time_above(force: float, time: np.ndarray, ramp: np.ndarray) -> float:
-    """Return the time (s) at a higher force than `force` (N) in a histogram."""
-    bins = np.max(np.flatnonzero((time != 0.0) | (ramp != 0.0)), initial=-1) + 1
-    spent = time[:bins] + np.cumsum(ramp[:bins]) * np.diff(histogram.EDGES[: bins + 1])
+def _time_above(force: float, filled: np.ndarray) -> float:
+    """Return the time (s) at a higher force than `force` (N) in a histogram, (BINS, 2)."""
+    bins = np.max(np.flatnonzero(filled.any(axis=1)), initial=-1) + 1
+    time, change = filled[:bins].T
+    spent = time + (np.cumsum(change) - change) * np.diff(histogram.EDGES[: bins + 1])
     place = int(np.searchsorted(histogram.EDGES, force, side="right")) - 1
     if place < 0 or place >= bins:
         return float(spent.sum()) if place < 0 else 0.0

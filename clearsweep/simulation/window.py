@@ -79,8 +79,9 @@ def by_joint(tally: Tally, layout: Layout) -> Tally:
     joints = np.array([_together(tally.joint[row], joint) for row, joint in zip(rows, layout.joints, strict=True)])
     account = np.array([worn_together(tally.account[row], tally.joint[row]) for row in rows])
     wear = tally.wear.reshape(len(tally.joint), -1)[[row.start for row in rows]].ravel()
-    time, ramp = (np.array([part[row].sum(axis=0) for row in bearing]) for part in (tally.time, tally.ramp))
-    return tally._replace(joint=joints, time=time, ramp=ramp, account=account, wear=wear)
+    histogram = np.array([tally.histogram[row].sum(axis=0) for row in bearing])
+    bins = np.array([tally.bins[row].max(axis=0) for row in bearing])
+    return tally._replace(joint=joints, histogram=histogram, bins=bins, account=account, wear=wear)
 
 
 def rows_of(layout: Layout) -> list[slice]:

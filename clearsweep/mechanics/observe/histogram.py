@@ -39,11 +39,11 @@ COURSE = np.ascontiguousarray(_lagrange(SHARES, np.arange(PARTS + 1) / PARTS).T)
 class Ramp(NamedTuple):
     """How the time of a force that goes from one value to another at an even rate is divided among bins."""
 
-    first: int
-    last: int
-    begun: float  # s, in the first bin
-    ended: float  # s, in the last, if that is another
-    density: float  # s/N, in whole bins between them
+    begun: float  # s, in the bin where it begins
+    ended: float  # s, in the one where it ends, if that is another: less what `density` makes of it
+    density: (
+        float  # s/N, of the bins that it crosses: what the one where it begins adds to those above, the other takes
+    )
 
 
 @inlined
@@ -59,43 +59,40 @@ def bin_edge(place):
 
 
 @inlined
-def ramp_of(a, b, duration):
-    """Return the Ramp of a force that goes from `a` to `b` (N), not negative, during `duration` (s)."""
-    low, high = min(a, b), max(a, b)
-    first, last = force_bin(low), force_bin(high)
-    one = first == last
+def ramp_of(ends, bins, duration):
+    """Return the Ramp of a force between two `ends` (N), not negative, in these `bins`, during `duration` (s)."""
+    low, high = min(ends[0], ends[1]), max(ends[0], ends[1])
+    first, last = min(bins[0], bins[1]), max(bins[0], bins[1])
+    one, crosses, rises = first == last, last > first + 1, ends[0] < ends[1]
     density = duration / where(one, 1.0, high - low)
-    begun = where(one, duration, density * (bin_edge(first + 1) - low))
-    ended = where(one, 0.0, density * (high - bin_edge(last)))
-    # where there is no whole bin a huge density would come and go, and leave its rounding
-    return Ramp(first, last, begun, ended, where(last > first + 1, density, 0.0))
+    lower = where(one, duration, density * (bin_edge(first + 1) - low))
+    # where there is no whole bin between, a huge density would come and go, and leave its rounding
+    upper = where(one, 0.0, density * (high - where(crosses, bin_edge(last + 1), bin_edge(last))))
+    across = where(crosses, density, 0.0)
+    return Ramp(where(rises, lower, upper), where(rises, upper, lower), where(rises, across, -across))
 
 
 @kernel
-def fill(time, ramp, part):
-    """Enter a Ramp into the histogram."""
-    time[part.first] += part.begun
-    time[part.last] += part.ended
-    ramp[min(part.first + 1, part.last)] += part.density
-    ramp[part.last] -= part.density
+def fill(histogram, bins, spent):
+    """Enter into a histogram, (BINS, 2), what `spent` gives, in pairs, for each of some `bins`."""
+    for i in range(spent.size // 2):
+        histogram[bins[i], 0] += spent[2 * i]
+        histogram[bins[i], 1] += spent[2 * i + 1]
 
 
 @njit(error_model="numpy", cache=True)
-def force_exceeded(time, ramp, duration):
+def force_exceeded(histogram, duration):
     """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that.
 
-    time, ramp : (BINS,) rows of the Tally.
+    histogram : (up to BINS, 2), of the Tally; bins that are left out have seen nothing.
     """
-    top = BINS - 1
-    while top >= 0 and time[top] == 0.0 and ramp[top] == 0.0:
-        top -= 1
     above, density = 0.0, 0.0  # time at a force of this bin or higher; of the ramps that pass through it
-    for place in range(top, -1, -1):
-        spent = time[place] + density * WIDTHS[place]
+    for place in range(histogram.shape[0] - 1, -1, -1):
+        density -= histogram[place, 1]
+        spent = histogram[place, 0] + density * WIDTHS[place]
         above += spent
-        if above >= duration:
+        if above >= duration and spent > 0.0:
             return EDGES[place] + (above - duration) / spent * WIDTHS[place]
-        density -= ramp[place]
     return 0.0
 
 

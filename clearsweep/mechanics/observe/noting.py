@@ -33,7 +33,6 @@ from .histogram import (
     PARTS,
     RUBBED_COURSE,
     SLIP_COURSE,
-    Ramp,
     fill,
     follow,
     share_beyond,
@@ -91,11 +90,9 @@ def add_course(at, j, duration):
     """Enter the course of contact `j` over a step that lasts `duration` (s) into its histogram, wear and film."""
     work = at[0]
     tally = work.tally
-    course, step, bins, spent = tally.course[j], work.step, tally.bins[j], tally.spent[j]
-    for i in range(PARTS):
-        parts = Ramp(bins[2 * i], bins[2 * i + 1], spent[3 * i], spent[3 * i + 1], spent[3 * i + 2])
-        fill(tally.time[j], tally.ramp[j], parts)
-    tally.time[j, 0] += spent[BELOW]
+    course, step = tally.course[j], work.step
+    fill(tally.histogram[j], tally.bins[j], tally.spent[j, :BELOW])
+    tally.histogram[j, 0, 0] += tally.spent[j, BELOW]
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
     if worn or limited or film:
         force, kappa = course_of(work.mode.size, j), course_of(work.mode.size, -1)

@@ -38,7 +38,7 @@ from .along import (
     highest_inside,
     sum_of,
 )
-from .histogram import PARTS, ramp_of
+from .histogram import PARTS, force_bin, ramp_of
 from .observables import (
     ACCELERATION,
     DEPTH,
@@ -86,7 +86,8 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
 ) = range(23)
 
 
-BELOW = 3 * PARTS  # in Tally.spent
+HIGHEST_BIN = PARTS + 1  # in Tally.bins: the highest that was entered
+BELOW = 2 * (PARTS + 1)  # in Tally.spent: s, for how long a film pulls
 
 
 class Tally(NamedTuple):
@@ -94,11 +95,10 @@ class Tally(NamedTuple):
 
     whole: np.ndarray  # (WHOLE,) of the mechanism
     joint: np.ndarray  # (contacts, JOINT)
-    time: np.ndarray  # (contacts, BINS) s, time at a force within each bin, from the ends of ramps
-    ramp: np.ndarray  # (contacts, BINS) s/N, changes of the time per force, from ramps that cross a whole bin
+    histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, by how much more in each one above
     course: np.ndarray  # (contacts, COURSES, PARTS + 1) see histogram, at even places of the step
-    bins: np.ndarray  # (contacts, 2 PARTS) int64, the first and the last bin of the Ramp of each part of the step
-    spent: np.ndarray  # (contacts, BELOW + 1) the times and the density of each; s, for how long a film pulls
+    bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, those of the force between the parts of the step
+    spent: np.ndarray  # (contacts, BELOW + 1) what each adds to the two columns of the histogram
     length: np.ndarray  # (1,) its length
     between: np.ndarray  # (BETWEEN, 2 coordinates + 1) the state within the step, where there is wear
     room: np.ndarray  # for the wear of a step, see joint.wear.step
@@ -229,6 +229,9 @@ def enter_course(ledger, j, duration):
     total = below = as_type_of(0.0, duration)
     for i in range(PARTS):
         total = total + (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0))
+    ended = density = total * 0.0
+    here = force_bin(max(step[force], 0.0))
+    highest = max(ledger.bins[j, HIGHEST_BIN], here)
     for i in range(PARTS):
         begin, end = step[force + i], step[force + i + 1]
         lasting = (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)) * (duration / total)
@@ -236,10 +239,13 @@ def enter_course(ledger, j, duration):
         pulls = film & (begin * end < 0.0)
         pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
         below = below + (lasting - pushing)
-        part = ramp_of(max(begin, 0.0), max(end, 0.0), pushing)
-        ledger.bins[j, 2 * i], ledger.bins[j, 2 * i + 1] = part.first, part.last
-        spent[j, 3 * i], spent[j, 3 * i + 1], spent[j, 3 * i + 2] = part.begun, part.ended, part.density
-    spent[j, BELOW] = below
+        there = force_bin(max(end, 0.0))
+        part = ramp_of((max(begin, 0.0), max(end, 0.0)), (here, there), pushing)
+        ledger.bins[j, i] = here
+        spent[j, 2 * i], spent[j, 2 * i + 1] = ended + part.begun, part.density - density
+        ended, density, here, highest = part.ended, part.density, there, max(highest, there)
+    ledger.bins[j, PARTS], ledger.bins[j, HIGHEST_BIN] = here, highest
+    spent[j, 2 * PARTS], spent[j, 2 * PARTS + 1], spent[j, BELOW] = ended, -density, below
 
 
 @inlined
