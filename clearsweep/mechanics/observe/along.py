@@ -45,6 +45,7 @@ WHOLE = -1  # in place of a row: all of them, a whole step
     STIFF,  # not zero where it may be short for what is stiff
     SEEKS,  # not zero where a maximum may lie between its stages that is above what it is at their ends
     GOES_ON,  # not zero where the next step begins at its end with nothing changed
+    CALM,  # not zero where it does and nothing is due, so that its length stands here already
     SUM_DRIVE,
     SUM_GRAVITY,
     SUM_ACCELERATION,
@@ -52,7 +53,7 @@ WHOLE = -1  # in place of a row: all of them, a whole step
     HIGHEST_TORQUE,
     HIGHEST_ERROR,
     SUMS,
-) = range(15)
+) = range(16)
 (
     SUM_STORED,
     SUM_LOST,

@@ -119,6 +119,15 @@ def add_course(at, j, duration):
 
 
 @kernel
+def add_courses(at):
+    """Enter the courses of all contacts that act over a step."""
+    work = at[0]
+    for j in range(work.mode.size):
+        if acts(work.mode[j]):
+            add_course(at, j, work.end[work.time] - work.y[work.time])
+
+
+@kernel
 def note_film(at, h, j, dense):
     """Add up the heat of contact `j`, which has a film, and update its largest dry force and pressure.
 
@@ -221,10 +230,9 @@ def note_step(at, h, dense):
         touching = False
         for j in range(work.mode.size):
             touching = touching or touches(work.mode[j])
-            if acts(work.mode[j]):
-                if work.film[j, 1] < math.inf:
-                    dense = note_film(at, h, j, dense)
-                add_course(at, j, work.end[time] - work.y[time])
+            if acts(work.mode[j]) and work.film[j, 1] < math.inf:
+                dense = note_film(at, h, j, dense)
+        add_courses(at)
         if work.along != time:
             note_speed(at, h)
         if work.wear.code != 0 and touching:

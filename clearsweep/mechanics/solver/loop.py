@@ -8,8 +8,8 @@ from numba import config, njit, typeof
 from ..compiled.family import NO_ENTRY, WIDTH, invoke, kernel
 from ..compiled.kept import found
 from ..compiled.rows import in_rows
-from ..observe.along import ERROR, GOES_ON, LENGTH, STANDS, WHOLE, advance, sum_up
-from ..observe.noting import note_step, open_window
+from ..observe.along import CALM, ERROR, GOES_ON, LENGTH, STANDS, WHOLE, advance, sum_up
+from ..observe.noting import add_courses, note_step, open_window
 from ..observe.observables import KAPPA, KINETIC
 from ..observe.record import write_sample
 from ..observe.tally import KINETIC_START, enter
@@ -47,6 +47,8 @@ from .plan import (
     LAST,
     LIMIT,
     LOGGED,
+    LONGEST,
+    MAY_REST,
     MOST_STEPS,
     NEXT,
     NOT_FINITE,
@@ -69,7 +71,8 @@ from .plan import (
     WINDOW,
     WINDOWED,
 )
-from .prospect import judge
+from .prospect import judge, rest
+from .resting import count_rested, may_rest, take_leave
 from .step import begin_step, land, meet, take_step
 from .step_control import GROW, MOST_TRIES, first_length, next_length, proposal_of, shrinking
 
@@ -99,6 +102,18 @@ def judge_beside(ledger, at):
 
 
 @kernel
+def rest_alone(at):
+    """Note whether a step is calm."""
+    rest(in_rows(ledger_of(at), 1), at[0].along)
+
+
+@kernel
+def rest_beside(ledger, at):
+    """Note which steps are calm, as `judge_beside`."""
+    rest(in_rows(ledger, WIDTH), at[0].along)
+
+
+@kernel
 def look_at_guards(at):
     """Let a step not stand that may pass a guard which is not an observable: those are judged."""
     if at[0].step[STANDS] != 0.0 and may_pass_by_law(at):
@@ -116,6 +131,7 @@ def settle_alone(at):
     look_at_guards(at)
     if work.step[STANDS] != 0.0:
         enter_alone(at)
+    rest_alone(at)
 
 
 @kernel
@@ -138,6 +154,7 @@ def begin(at):
     ahead[BEGUN], ahead[LOGGED], ahead[TRIES] = 1.0, 0.0, 0.0
     ahead[WINDOWED] = 1.0 if control[WINDOW] <= here else 0.0
     ahead[STOP_AT] = next_stop(at, here)
+    ahead[LONGEST], ahead[MAY_REST] = work.longest, 1.0 if may_rest(at) else 0.0
     begin_step(at)  # after a pause the same again, unless the state was put elsewhere
     ahead[REST] = work.counts[STEPS] + control[STRETCH]
     if ahead[NEXT] > 0.0:
@@ -203,6 +220,7 @@ def ready(at):
     """Return GOING where a case is to take a step, whose length then stands in `work.step`, else why not."""
     work = at[0]
     ahead = work.ahead
+    count_rested(at)
     if ahead[BEGUN] == 0.0:
         begin(at)
     if ahead[LANDING] != 0.0:
@@ -216,6 +234,7 @@ def ready(at):
         ahead[NEXT] = min(ahead[NEXT], work.longest / work.o[0, KAPPA])
         work.step[LENGTH] = ahead[NEXT]
         ahead[ALONE] = 1.0 if work.method[0] == IMPLICIT else 0.0
+        take_leave(at)
     return reason
 
 
@@ -264,6 +283,13 @@ def conclude(at):
     """Take from the step that was tried and judged all that is wanted, or reject it; return GOING or the end."""
     work = at[0]
     ahead, step = work.ahead, work.step
+    if step[CALM] != 0.0:
+        if ahead[WINDOWED] != 0.0:
+            add_courses(at)
+        return GOING
+    count_rested(at)
+    if work.method[0] != IMPLICIT and work.takes_steps != 0:
+        work.counts[EVALUATIONS] += END
     h, step[GOES_ON] = step[LENGTH], 0.0
     if ahead[LANDING] != 0.0:
         return conclude_landing(at, h)
@@ -301,7 +327,7 @@ def integrate(model, addresses, status, together, tried, ledger):
     ----------
     model : Kept, a Work; of what form all cases are.
     addresses : (cases,) int64, of their Works, kept as well, each in a lane of one Board.
-    status : (cases,) int64, filled: GOING, OK or the reason why a case ended early; PAUSED, or TURNS_STIFF, its
+    status : (cases,) int64, zeros, filled: GOING, OK or the reason why a case ended early; PAUSED, or TURNS_STIFF, its
         `work.slopes` being needed: call again to go on.
     together : the Entry that takes a step in every lane of the Board, see `attempt`; NO_ENTRY for one after the other.
     tried, ledger : Attempt and Ledger, the arrays of the Board that it works on, those of its first lane.
@@ -314,8 +340,9 @@ def integrate(model, addresses, status, together, tried, ledger):
         explicit = 0
         for c in range(addresses.size):
             at = found(model, addresses[c])
-            status[c] = ready(at)
-            waits = waits or status[c] != GOING
+            if status[c] != GOING or at[0].step[CALM] == 0.0:
+                status[c] = ready(at)
+                waits = waits or status[c] != GOING
             explicit += at[0].method[0] != IMPLICIT
         if waits:
             return
@@ -324,14 +351,14 @@ def integrate(model, addresses, status, together, tried, ledger):
             invoke(together.code, together.parameters, tried, WHOLE)
             sum_up(in_rows(tried, WIDTH))
             judge_beside(ledger, at)
-            for c in range(addresses.size):
-                look_at_guards(found(model, addresses[c]))
+            if at[0].guards.evaluate.code != 0:
+                for c in range(addresses.size):
+                    look_at_guards(found(model, addresses[c]))
             enter(in_rows(ledger, WIDTH), at[0].time)
+            rest_beside(ledger, at)
         for c in range(addresses.size):
             at = found(model, addresses[c])
-            if beside and at[0].method[0] != IMPLICIT:
-                at[0].counts[EVALUATIONS] += END
-            else:
+            if not beside or at[0].method[0] == IMPLICIT:
                 take_step(at)
             if not beside or at[0].ahead[ALONE] != 0.0:
                 settle_alone(at)

@@ -31,4 +31,7 @@ WINDOW, LAST, PARTINGS, MOST_STEPS, MOST_EVENTS, KEEP_EVENTS, METHOD, PAUSE, STR
 NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE = range(13)
 # then whether a step is being taken again to end at an event; the share of the longer step, what event, of which
 # contact, and evaluations before it; whether the step is judged by itself, not beside others
-LANDING, SHARE, KIND, CONTACT, BEFORE, ALONE, AHEAD = range(13, 20)
+LANDING, SHARE, KIND, CONTACT, BEFORE, ALONE = range(13, 19)
+# then how long (s) a step may be; whether a step can be calm, see `prospect.rest`; up to where along the run, how many
+# more of them in a row, and how many there were that are not counted yet
+LONGEST, MAY_REST, DUE, LEAVE, RESTED, AHEAD = range(19, 25)

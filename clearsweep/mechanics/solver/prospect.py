@@ -7,12 +7,12 @@ from ..compiled.choosing import where
 from ..compiled.family import inlined
 from ..joint.contract import meets, touches
 from ..joint.guards import highest_seen, is_looked_at
-from ..observe.along import ERROR, FASTEST, LENGTH, RISE, RUN, STANDS, STIFF, sum_of
+from ..observe.along import CALM, ERROR, FASTEST, GOES_ON, LENGTH, RISE, RUN, SEEKS, STANDS, STIFF, sum_of
 from ..observe.observables import DEPTH, KAPPA, SLIP, column_of
 from .choice import FAST
 from .dop853 import END
 from .event import FARTHEST, MARGIN
-from .plan import ALONE, EXPECTED, GROWTH, NEXT, STOP_AT, TRIES
+from .plan import ALONE, DUE, EXPECTED, GROWTH, LEAVE, LONGEST, NEXT, RESTED, STOP_AT, TRIES
 from .step_control import GROW, change_of_length, eighth_power
 
 
@@ -35,6 +35,21 @@ def judge(ledger, guards, along, time):
     ahead[NEXT] = where(good, h * change, ahead[NEXT])
     ahead[EXPECTED] = where(good, error * eighth_power(change), ahead[EXPECTED])
     ahead[GROWTH], ahead[TRIES] = where(good, GROW, ahead[GROWTH]), where(good, 0.0, ahead[TRIES])
+
+
+@inlined
+def rest(ledger, along):
+    """Note which of the steps that were entered are calm, and how long the next is after these.
+
+    Of such a step nothing is wanted but its entry into the histogram, and nothing is due before the next.
+    """
+    step, ahead = ledger.step, ledger.ahead
+    settled = (step[STANDS] != 0.0) & (step[SEEKS] == 0.0) & (step[STIFF] == 0.0)
+    calm = settled & (ledger.end[along] < ahead[DUE]) & (ahead[LEAVE] > 0.0)
+    step[CALM] = step[GOES_ON] = where(calm, 1.0, 0.0)
+    ahead[LEAVE], ahead[RESTED] = ahead[LEAVE] - step[CALM], ahead[RESTED] + step[CALM]
+    ahead[NEXT] = where(calm, min(ahead[NEXT], ahead[LONGEST] / ledger.o[END, KAPPA]), ahead[NEXT])
+    step[LENGTH] = where(calm, ahead[NEXT], step[LENGTH])
 
 
 @inlined

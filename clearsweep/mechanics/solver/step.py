@@ -125,8 +125,7 @@ def take_step(at):
         if work.step[ERROR] < 1.0:
             finish_ends(at)
         return
-    if work.takes_steps != 0:
-        work.counts[EVALUATIONS] += END
+    if work.takes_steps != 0:  # whose evaluations the loop counts
         invoke(work.rates.code, work.rates.parameters, tried, WHOLE)
     else:
         run_stages(at, h, 1, END)

@@ -1,0 +1,49 @@
+"""Calm steps: those of which nothing is wanted beyond what `tally.enter` adds up, and after which nothing is due.
+
+Most steps of most cases are.  They are told by `prospect.rest` beside others, and counted when one comes that is not.
+"""
+
+import math
+
+from ..compiled.family import kernel
+from .choice import LEFT
+from .dop853 import END
+from .event import EVALUATIONS, IMPLICIT, REJECTED, SAMPLES, STEPS
+from .plan import DUE, LEAVE, MAY_REST, MOST_STEPS, PATIENCE, PAUSE, REST, RESTED, SPENT
+
+
+@kernel
+def may_rest(at):
+    """Return whether steps of a case can be calm: a free crank, films and wear are looked at in each."""
+    work = at[0]
+    watched = work.along != work.time or work.control[PATIENCE] < math.inf or work.wear.code != 0
+    for j in range(work.mode.size):
+        watched = watched or work.film[j, 1] < math.inf
+    return work.takes_steps != 0 and not watched
+
+
+@kernel
+def take_leave(at):
+    """Note how many of the steps that follow may be calm, and up to where."""
+    work = at[0]
+    ahead, record, turns = work.ahead, work.record, work.turns
+    due, sample, mark = work.control[PAUSE], work.counts[SAMPLES], turns.passed[0]
+    if mark < turns.marks.size:
+        due = min(due, turns.marks[mark])
+    if sample < record.times.size:
+        due = min(due, record.times[sample])
+    steps, tries = work.counts[STEPS], work.counts[STEPS] + work.counts[REJECTED]
+    plain = ahead[MAY_REST] != 0.0 and work.method[0] != IMPLICIT and work.method[1] == 0
+    ahead[DUE], ahead[LEAVE] = due, min(ahead[REST] - steps, work.control[MOST_STEPS] - tries) - 1.0 if plain else 0.0
+
+
+@kernel
+def count_rested(at):
+    """Count the calm steps that were taken since the last one that was not."""
+    work = at[0]
+    ahead, rested = work.ahead, int(work.ahead[RESTED])
+    work.counts[STEPS] += rested
+    work.counts[EVALUATIONS] += END * rested
+    ahead[SPENT] += END * ahead[RESTED]
+    work.implicit.choice[LEFT] -= ahead[RESTED]
+    ahead[RESTED] = 0.0
