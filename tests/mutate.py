@@ -111,7 +111,7 @@ MUTATIONS = (
     Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", RAMPS),
     Mutation(HISTOGRAM, "density * (bin_edge(first + 1) - low)", "density * (high - bin_edge(first + 1))", RAMPS),
     Mutation(HISTOGRAM, "where(crosses, bin_edge(last + 1), bin_edge(last))", "bin_edge(last)", RAMPS),
-    Mutation(HISTOGRAM, "histogram[bins[i], 1] +=", "histogram[bins[i] + 1, 1] +=", RAMPS),
+    Mutation(HISTOGRAM, "histogram[j, place, 1] +=", "histogram[j, place + 1, 1] +=", RAMPS),
     Mutation(HISTOGRAM, "first == last, last > first + 1,", "first == last, last > first + 2,", RAMPS),
     Mutation(HISTOGRAM, "Ramp(where(rises, lower, upper),", "Ramp(where(rises, upper, lower),", RAMPS),
     Mutation(TALLY, "part.density - density", "part.density", RAMPS),

@@ -14,7 +14,9 @@ def add_ramp(histogram, ends, duration):
     """Enter a force that goes from one end to the other into a histogram."""
     bins = [force_bin(force) for force in ends]
     ramp = ramp_of(ends, bins, duration)
-    fill(histogram, bins, np.array([ramp.begun, ramp.density, ramp.ended, -ramp.density]))
+    nodes = np.zeros((1, PARTS + 1), int), np.zeros((1, 2 * PARTS + 2))
+    nodes[0][0, :2], nodes[1][0, :4] = bins, (ramp.begun, ramp.density, ramp.ended, -ramp.density)
+    fill(histogram[np.newaxis], 0, *nodes)
 
 
 def filled(ends, duration):
@@ -63,7 +65,7 @@ def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pu
     ledger = SimpleNamespace(**rows, bins=np.zeros((1, HIGHEST_BIN + 1), int), spent=np.zeros((1, BELOW + 1)))
     enter_course(ledger, 0, 2.0)
     histogram = np.zeros((BINS, 2))
-    fill(histogram, ledger.bins[0], ledger.spent[0, :BELOW])
+    fill(histogram[np.newaxis], 0, ledger.bins, ledger.spent)
     assert spent_in(histogram).sum() + ledger.spent[0, BELOW] == pytest.approx(2.0, rel=1e-12)
     assert ledger.bins[0, HIGHEST_BIN] == force_bin(100.0)
     assert not histogram[ledger.bins[0, HIGHEST_BIN] + 1 :].any()

@@ -94,9 +94,9 @@ def _attempt_at(typing_context, scene, pointers, width):
 def _entry_for(width):
     """Return the function that takes a step of `width` cases side by side."""
 
-    def attempt_entry(scene, y, mode, latched, scale, k, o, end, step, row):
+    def attempt_entry(scene, y, mode, latched, weight, k, o, end, step, row):
         """Take a step, or fill a `row`, with parameters and arrays from bare pointers."""
-        tried = _attempt_at(scene, (y, mode, latched, scale, k, o, end, step), width)
+        tried = _attempt_at(scene, (y, mode, latched, weight, k, o, end, step), width)
         _take(_scene_at(scene, width), tried, row)
 
     return attempt_entry

@@ -190,7 +190,7 @@ def size_of(scene):
     return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal, size.contact + size.latched
 
 
-def rates_entry(scene, start, mode, latched, scale, k, o, y, step, row):
+def rates_entry(scene, start, mode, latched, weight, k, o, y, step, row):
     """Evaluate `rates` with arrays from bare pointers; `scene` points at the Scene.
 
     It has the arguments of what takes whole steps, too, see `attempt`, so that both are called alike.

@@ -53,7 +53,7 @@ def board_of(scene: Scene) -> Board:
     return Board(
         {
             "parameters": (flatten(scene.value).shape, float),
-            **dict.fromkeys(("y", "end", "z", "scale"), state),
+            **dict.fromkeys(("y", "end", "z", "weight"), state),
             "k": ((dop853.ROWS, n), float),
             "o": ((dop853.ROWS, observed_columns(scene.value.joints)), float),
             "mode": ((contacts,), np.int64),
@@ -191,7 +191,7 @@ class Run:
         self.given[:] = start.given
         put_numbers(value, self.parameters)
         lane["parameters"][:], lane["y"][:] = self.parameters, scene.start
-        lane["scale"][:], lane["latched"][:] = start.scale, start.latched
+        lane["weight"][:], lane["latched"][:] = 1.0 / start.scale, start.latched
         lane["mode"][:] = work.pressed if scene.in_contact else work.apart
         lane["clearance"][:], lane["film"][:], lane["rubs"][:] = start.clearance, start.film, start.rubs
         if start.slid:

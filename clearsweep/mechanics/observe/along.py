@@ -75,7 +75,7 @@ class Attempt(NamedTuple):
     y: tuple
     mode: tuple
     latched: tuple
-    scale: tuple
+    weight: tuple
     k: tuple
     o: tuple
     end: tuple
@@ -171,11 +171,11 @@ def sum_up(tried):
     k, end, step = tried.k, tried.end, tried.step
     rise = run = as_type_of(0.0, step[LENGTH])
     for i in range(end.size):
-        inverse = 1.0 / tried.scale[i]
-        steeper, farther = (k[END, i] - k[END - 1, i]) * inverse, (end[i] - step[SUMS + i]) * inverse
+        weight = tried.weight[i]
+        steeper, farther = (k[END, i] - k[END - 1, i]) * weight, (end[i] - step[SUMS + i]) * weight
         rise, run = rise + steeper * steeper, run + farther * farther
     step[RISE], step[RUN] = rise, run
-    step[ERROR] = error_norm(step[LENGTH], k, tried.scale)
+    step[ERROR] = error_norm(step[LENGTH], k, tried.weight)
     sum_along(tried, WEIGHTS)
     follow_along(tried)
     look_for_speeds(tried)

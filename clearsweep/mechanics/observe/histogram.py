@@ -72,12 +72,13 @@ def ramp_of(ends, bins, duration):
     return Ramp(where(rises, lower, upper), where(rises, upper, lower), where(rises, across, -across))
 
 
-@kernel
-def fill(histogram, bins, spent):
-    """Enter into a histogram, (BINS, 2), what `spent` gives, in pairs, for each of some `bins`."""
-    for i in range(spent.size // 2):
-        histogram[bins[i], 0] += spent[2 * i]
-        histogram[bins[i], 1] += spent[2 * i + 1]
+@inlined
+def fill(histogram, j, bins, spent):
+    """Enter into histogram `j`, (BINS, 2), what row `j` of `spent` gives, in pairs, for PARTS + 1 `bins` of its row."""
+    for i in range(PARTS + 1):
+        place = bins[j, i]
+        histogram[j, place, 0] += spent[j, 2 * i]
+        histogram[j, place, 1] += spent[j, 2 * i + 1]
 
 
 @njit(error_model="numpy", cache=True)

@@ -86,19 +86,29 @@ from .turns import note_turns
 
 
 @kernel
-def add_course(at, j, duration):
-    """Enter the course of contact `j` over a step that lasts `duration` (s) into its histogram, wear and film."""
+def add_courses(at):
+    """Enter the courses of all contacts that act over a step into their histograms, wear and film."""
+    work = at[0]
+    tally, worn = work.tally, work.wear.code != 0
+    for j in range(work.mode.size):
+        if acts(work.mode[j]):
+            fill(tally.histogram, j, tally.bins, tally.spent)
+            if tally.spent[j, BELOW] != 0.0:
+                tally.histogram[j, 0, 0] += tally.spent[j, BELOW]
+            if worn or work.limit_depth[j] < math.inf or work.film[j, 1] < math.inf:
+                follow_contact(at, j, work.end[work.time] - work.y[work.time])
+
+
+@kernel
+def follow_contact(at, j, duration):
+    """Follow contact `j` over a step that lasts `duration` (s): its wear, its film, the limit of its law."""
     work = at[0]
     tally = work.tally
-    course, step = tally.course[j], work.step
-    fill(tally.histogram[j], tally.bins[j], tally.spent[j, :BELOW])
-    tally.histogram[j, 0, 0] += tally.spent[j, BELOW]
+    course, step, force, kappa = tally.course[j], work.step, course_of(work.mode.size, j), course_of(work.mode.size, -1)
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
-    if worn or limited or film:
-        force, kappa = course_of(work.mode.size, j), course_of(work.mode.size, -1)
-        for i in range(PARTS + 1):
-            course[FORCE, i], course[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
-        follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
+    for i in range(PARTS + 1):
+        course[FORCE, i], course[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
+    follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
     if worn:
         follow(work.o, column_of(j, SLIP), course, SLIP_COURSE)
         for m in range(NODES.size):
@@ -116,15 +126,6 @@ def add_course(at, j, duration):
         if worn:
             follow(work.o, film_column(work.mode.size, j, DRY), course, FORCE)  # the film wears nothing off
             follow(work.o, film_column(work.mode.size, j, DRY_RUBBED), course, RUBBED_COURSE)
-
-
-@kernel
-def add_courses(at):
-    """Enter the courses of all contacts that act over a step."""
-    work = at[0]
-    for j in range(work.mode.size):
-        if acts(work.mode[j]):
-            add_course(at, j, work.end[work.time] - work.y[work.time])
 
 
 @kernel

@@ -235,10 +235,11 @@ def enter_course(ledger, j, duration):
     for i in range(PARTS):
         begin, end = step[force + i], step[force + i + 1]
         lasting = (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)) * (duration / total)
-        # the force of a film is negative for a part of the time, that of a contact merely close to 0
-        pulls = film & (begin * end < 0.0)
-        pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
-        below = below + (lasting - pushing)
+        pushing = lasting
+        if not nowhere(film):  # whose force is negative for a part of the time; that of a contact merely close to 0
+            pulls = film & (begin * end < 0.0)
+            pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
+            below = below + (lasting - pushing)
         there = force_bin(max(end, 0.0))
         part = ramp_of((max(begin, 0.0), max(end, 0.0)), (here, there), pushing)
         ledger.bins[j, i] = here

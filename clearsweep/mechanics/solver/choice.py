@@ -133,7 +133,7 @@ def squared_bend(at, h):
 
     The derivative is that of the polynomial through the marks.
     """
-    n, choice, marks, scale = at[0].y.size, at[0].implicit.choice, at[0].implicit.marks, at[0].scale
+    n, choice, marks = at[0].y.size, at[0].implicit.choice, at[0].implicit.marks
     bend = at[0].implicit.offset
     for i in range(n):
         bend[i] = 0.0
@@ -146,7 +146,7 @@ def squared_bend(at, h):
             bend[i] += weight * (marks[m, i] - marks[0, i])
     total = 0.0
     for i in range(n):
-        total += (bend[i] / scale[i]) ** 2
+        total += (bend[i] * at[0].weight[i]) ** 2
     return total / n
 
 

@@ -235,22 +235,21 @@ HUGE = 1e300
 
 
 @inlined
-def error_norm(h, k, scale):
+def error_norm(h, k, weight):
     """Return the error of a step of length `h` over the tolerance: the step is good below 1.
 
-    k : (16, n), rows 0 to 11 filled; scale : (n,) allowed error of each component.  Root mean square of the fifth order
-    estimate, damped by the third order one (II.10.16 ff. and DOP853).
+    k : (16, n), rows 0 to 11 filled; weight : (n,) 1 / allowed error of each component.  Root mean square of the fifth
+    order estimate, damped by the third order one (II.10.16 ff. and DOP853).
     """
-    fifth = third = as_type_of(0.0, scale[0])
-    for i in range(scale.size):
-        inverse = 1.0 / scale[i]
+    fifth = third = as_type_of(0.0, weight[0])
+    for i in range(weight.size):
         e5 = (E1 * k[0, i] + E6 * k[5, i] + E7 * k[6, i] + E8 * k[7, i] + E9 * k[8, i] + E10 * k[9, i]
-              + E11 * k[10, i] + E12 * k[11, i]) * inverse
+              + E11 * k[10, i] + E12 * k[11, i]) * weight[i]
         e3 = (G1 * k[0, i] + G6 * k[5, i] + G7 * k[6, i] + G8 * k[7, i] + G9 * k[8, i] + G10 * k[9, i]
-              + G11 * k[10, i] + G12 * k[11, i]) * inverse
+              + G11 * k[10, i] + G12 * k[11, i]) * weight[i]
         fifth, third = fifth + e5 * e5, third + e3 * e3
     finite = fifth + third < HUGE  # also where a stage was not: an infinite third alone would look like no error
-    size = where(finite & (fifth != 0.0), math.sqrt((fifth + 0.01 * third) * scale.size), 1.0)
+    size = where(finite & (fifth != 0.0), math.sqrt((fifth + 0.01 * third) * weight.size), 1.0)
     return where(finite, abs(h) * fifth / size, math.inf)
 
 

@@ -51,7 +51,7 @@ class Work(NamedTuple):
     z: np.ndarray  # (n,) state of a stage or on the dense output
     k: np.ndarray  # (16, n) rates
     o: np.ndarray  # (16, columns) observables
-    scale: np.ndarray  # (n,) allowed error
+    weight: np.ndarray  # (n,) 1 / allowed error
     mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
     latched: np.ndarray  # (c + l,) what changes at events alone: closing rate (m/s) of each onset, floored; of laws
     step: np.ndarray  # (step_width,) the length of a step that is tried and what it comes to, see observe.along
@@ -92,7 +92,7 @@ def fastest(at, j):
 def attempt_to(at, end):
     """Return the Attempt of a case whose state at the end is `end`."""
     work = at[0]
-    return Attempt(work.y, work.mode, work.latched, work.scale, work.k, work.o, end, work.step)
+    return Attempt(work.y, work.mode, work.latched, work.weight, work.k, work.o, end, work.step)
 
 
 @inlined

@@ -340,9 +340,11 @@ def integrate(model, addresses, status, together, tried, ledger):
         explicit = 0
         for c in range(addresses.size):
             at = found(model, addresses[c])
-            if status[c] != GOING or at[0].step[CALM] == 0.0:
-                status[c] = ready(at)
-                waits = waits or status[c] != GOING
+            if status[c] == GOING and at[0].step[CALM] != 0.0:
+                explicit += 1
+                continue
+            status[c] = ready(at)
+            waits = waits or status[c] != GOING
             explicit += at[0].method[0] != IMPLICIT
         if waits:
             return
@@ -358,9 +360,9 @@ def integrate(model, addresses, status, together, tried, ledger):
             rest_beside(ledger, at)
         for c in range(addresses.size):
             at = found(model, addresses[c])
-            if not beside or at[0].method[0] == IMPLICIT:
-                take_step(at)
             if not beside or at[0].ahead[ALONE] != 0.0:
+                if not beside or at[0].method[0] == IMPLICIT:
+                    take_step(at)
                 settle_alone(at)
             status[c] = conclude(at)
             waits = waits or status[c] != GOING

@@ -220,7 +220,7 @@ def correct(at, h):
         for i in range(n):
             moved = change[unknown(s, i, work.time)]
             stages[s * n + i] += moved
-            size += (moved / work.scale[i]) ** 2
+            size += (moved * work.weight[i]) ** 2
     return math.sqrt(size / (STAGES * n))
 
 
@@ -269,7 +269,7 @@ def filtered_error(at, h, row):
     substitute(work.implicit.small, work.implicit.small_pivots, offset)
     size = 0.0
     for i in range(n):
-        size += (offset[i] / work.scale[i]) ** 2
+        size += (offset[i] * work.weight[i]) ** 2
     return math.sqrt(size / n)
 
 

@@ -33,5 +33,5 @@ NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FA
 # contact, and evaluations before it; whether the step is judged by itself, not beside others
 LANDING, SHARE, KIND, CONTACT, BEFORE, ALONE = range(13, 19)
 # then how long (s) a step may be; whether a step can be calm, see `prospect.rest`; up to where along the run, how many
-# more of them in a row, and how many there were that are not counted yet
-LONGEST, MAY_REST, DUE, LEAVE, RESTED, AHEAD = range(19, 25)
+# of them in a row, of how many nobody asks whether they are short for what is stiff, and how many there were
+LONGEST, MAY_REST, DUE, LEAVE, UNASKED, RESTED, AHEAD = range(19, 26)

@@ -12,7 +12,7 @@ from ..observe.observables import DEPTH, KAPPA, SLIP, column_of
 from .choice import FAST
 from .dop853 import END
 from .event import FARTHEST, MARGIN
-from .plan import ALONE, DUE, EXPECTED, GROWTH, LEAVE, LONGEST, NEXT, RESTED, STOP_AT, TRIES
+from .plan import ALONE, DUE, EXPECTED, GROWTH, LEAVE, LONGEST, NEXT, RESTED, STOP_AT, TRIES, UNASKED
 from .step_control import GROW, change_of_length, eighth_power
 
 
@@ -44,10 +44,11 @@ def rest(ledger, along):
     Of such a step nothing is wanted but its entry into the histogram, and nothing is due before the next.
     """
     step, ahead = ledger.step, ledger.ahead
-    settled = (step[STANDS] != 0.0) & (step[SEEKS] == 0.0) & (step[STIFF] == 0.0)
-    calm = settled & (ledger.end[along] < ahead[DUE]) & (ahead[LEAVE] > 0.0)
+    settled = (step[STANDS] != 0.0) & (step[SEEKS] == 0.0)
+    settled = settled & ((step[STIFF] == 0.0) | (ahead[RESTED] < ahead[UNASKED]))
+    calm = settled & (ledger.end[along] < ahead[DUE]) & (ahead[RESTED] < ahead[LEAVE])
     step[CALM] = step[GOES_ON] = where(calm, 1.0, 0.0)
-    ahead[LEAVE], ahead[RESTED] = ahead[LEAVE] - step[CALM], ahead[RESTED] + step[CALM]
+    ahead[RESTED] = ahead[RESTED] + step[CALM]
     ahead[NEXT] = where(calm, min(ahead[NEXT], ahead[LONGEST] / ledger.o[END, KAPPA]), ahead[NEXT])
     step[LENGTH] = where(calm, ahead[NEXT], step[LENGTH])
 

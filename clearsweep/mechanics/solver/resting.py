@@ -9,7 +9,7 @@ from ..compiled.family import kernel
 from .choice import LEFT
 from .dop853 import END
 from .event import EVALUATIONS, IMPLICIT, REJECTED, SAMPLES, STEPS
-from .plan import DUE, LEAVE, MAY_REST, MOST_STEPS, PATIENCE, PAUSE, REST, RESTED, SPENT
+from .plan import AUTO, DUE, LEAVE, MAY_REST, METHOD, MOST_STEPS, PATIENCE, PAUSE, REST, RESTED, SPENT, UNASKED
 
 
 @kernel
@@ -32,9 +32,10 @@ def take_leave(at):
         due = min(due, turns.marks[mark])
     if sample < record.times.size:
         due = min(due, record.times[sample])
-    steps, tries = work.counts[STEPS], work.counts[STEPS] + work.counts[REJECTED]
+    most = min(ahead[REST] - work.counts[STEPS], work.control[MOST_STEPS] - work.counts[STEPS] - work.counts[REJECTED])
     plain = ahead[MAY_REST] != 0.0 and work.method[0] != IMPLICIT and work.method[1] == 0
-    ahead[DUE], ahead[LEAVE] = due, min(ahead[REST] - steps, work.control[MOST_STEPS] - tries) - 1.0 if plain else 0.0
+    left = work.implicit.choice[LEFT] if work.control[METHOD] == AUTO else math.inf
+    ahead[DUE], ahead[LEAVE], ahead[UNASKED] = due, most - 1.0 if plain else 0.0, left - 1.0
 
 
 @kernel
