@@ -15,10 +15,12 @@ from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.friction.sliding import Ambrosio, Threlfall
 from clearsweep.mechanics.mechanism.impact_pair import ImpactPair
 from clearsweep.mechanics.mechanism.slider_crank.pose import SliderCrank
+from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver import loop
+from clearsweep.mechanics.solver.event import EVALUATIONS, STEPS
 from clearsweep.simulation import ensemble, run
 from clearsweep.simulation.revolutions import marks_of
-from clearsweep.simulation.start import start_of
+from clearsweep.simulation.start import control_of, start_of
 
 CASES = 11  # no multiple of what a register holds
 TIMED = {"run_time"}
@@ -260,6 +262,7 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
         used, new = (run.Run(scene, times, marks=marks) for scene in (first, second))
         for name, array in arrays_in(used.work):
             array[...] = array if name in OF_TYPE else 7
+        used.tally.bins[:] = BINS - 1  # up to which the histogram was filled
         used.begin(start_of(second, times, marks))
     pairs = zip(arrays_in(used.work), arrays_in(new.work), strict=True)
     differing = [name for (name, was), (_, is_new) in pairs if name not in SCRATCH and not np.array_equal(was, is_new)]
@@ -267,6 +270,24 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
     assert np.array_equal(used.lane["parameters"], new.lane["parameters"])
     for numbers in ("reference_rate", "sigma", "longest"):
         assert getattr(used.work, numbers) == getattr(new.work, numbers) != getattr(first.value, numbers, 0.0)
+
+
+def test_a_calm_step_comes_to_what_one_does_that_is_looked_at():
+    """A run that pauses after every step looks at each; it only evaluates anew where it goes on, but after the last."""
+    (case,) = cases(count=1, **{"simulate.tolerance": 1e-6})
+    scene = simulation.build(case)
+    control = control_of(scene, scene.turning.at(0.6), keep_events=True)
+    times, marks, runs, events = np.linspace(0.0, 1e-3, 5), marks_of(scene, 0.6), [], []
+    for stretch in (control.stretch, 1):
+        runs.append(run.Run(scene, times, marks=marks))
+        events.append(runs[-1].go(control._replace(stretch=stretch))[1])
+    calm, paused = (one.work for one in runs)
+    told = {"whole", "joint", "histogram", "samples", "states", "peaks", "passed", "end", "mode", "proposals"}
+    for (name, one), (_, other) in zip(arrays_in(calm), arrays_in(paused), strict=True):
+        assert name not in told or np.array_equal(one, other), name
+    assert np.array_equal(*events)
+    again = paused.counts - calm.counts
+    assert again[EVALUATIONS] == again.sum() == calm.counts[STEPS] - 1 > 100
 
 
 # ---------------------------------------------------------------------------------------------- what goes side by side
