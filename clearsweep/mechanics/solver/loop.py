@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import config, njit, typeof
 
-from ..compiled.family import NO_ENTRY, WIDTH, invoke, kernel
+from ..compiled.family import NO_ENTRY, WIDTH, inlined, invoke, kernel
 from ..compiled.kept import found
 from ..compiled.rows import in_rows
 from ..observe.along import CALM, ERROR, GOES_ON, LENGTH, STANDS, WHOLE, advance, sum_up
@@ -283,10 +283,6 @@ def conclude(at):
     """Take from the step that was tried and judged all that is wanted, or reject it; return GOING or the end."""
     work = at[0]
     ahead, step = work.ahead, work.step
-    if step[CALM] != 0.0:
-        if ahead[WINDOWED] != 0.0:
-            add_courses(at)
-        return GOING
     count_rested(at)
     if work.method[0] != IMPLICIT and work.takes_steps != 0:
         work.counts[EVALUATIONS] += END
@@ -309,6 +305,16 @@ def conclude(at):
     if work.method[0] == IMPLICIT:
         work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
     step[GOES_ON], ahead[NEXT] = 1.0, next_length(at, h, ahead[NEXT])
+    return GOING
+
+
+@inlined
+def go_on(at):
+    """Do what `conclude` does of a step that may be calm; return likewise."""
+    if at[0].step[CALM] == 0.0:
+        return conclude(at)
+    if at[0].ahead[WINDOWED] != 0.0:
+        add_courses(at)
     return GOING
 
 
@@ -364,7 +370,7 @@ def integrate(model, addresses, status, together, tried, ledger):
                 if not beside or at[0].method[0] == IMPLICIT:
                     take_step(at)
                 settle_alone(at)
-            status[c] = conclude(at)
+            status[c] = go_on(at)
             waits = waits or status[c] != GOING
             if not beside:
                 advance_alone(at)
