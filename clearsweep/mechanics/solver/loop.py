@@ -96,21 +96,9 @@ def enter_alone(at):
 
 
 @kernel
-def judge_beside(ledger, at):
-    """Judge the steps of all cases that lie side by side with this one, the first of them having that `ledger`."""
-    judge(in_rows(ledger, WIDTH), at[0].guards, at[0].along, at[0].time)
-
-
-@kernel
 def rest_alone(at):
     """Note whether a step is calm."""
     rest(in_rows(ledger_of(at), 1), at[0].along)
-
-
-@kernel
-def rest_beside(ledger, at):
-    """Note which steps are calm, as `judge_beside`."""
-    rest(in_rows(ledger, WIDTH), at[0].along)
 
 
 @kernel
@@ -132,6 +120,19 @@ def settle_alone(at):
     if work.step[STANDS] != 0.0:
         enter_alone(at)
     rest_alone(at)
+
+
+@inlined
+def settle_beside(model, addresses, tried, ledger):
+    """Do what `settle_alone` does of the steps of all cases, which lie side by side; those that go ALONE wait."""
+    at = found(model, addresses[0])
+    sum_up(in_rows(tried, WIDTH))
+    judge(in_rows(ledger, WIDTH), at[0].guards, at[0].along, at[0].time)
+    if at[0].guards.evaluate.code != 0:
+        for c in range(addresses.size):
+            look_at_guards(found(model, addresses[c]))
+    enter(in_rows(ledger, WIDTH), at[0].time)
+    rest(in_rows(ledger, WIDTH), at[0].along)
 
 
 @kernel
@@ -308,16 +309,6 @@ def conclude(at):
     return GOING
 
 
-@inlined
-def go_on(at):
-    """Do what `conclude` does of a step that may be calm; return likewise."""
-    if at[0].step[CALM] == 0.0:
-        return conclude(at)
-    if at[0].ahead[WINDOWED] != 0.0:
-        add_courses(at)
-    return GOING
-
-
 def compile_for(model, lanes):
     """Compile `integrate` for a Kept and arrays of these types, or load it from the cache."""
     cases = np.zeros(0, dtype=np.int64)
@@ -357,21 +348,18 @@ def integrate(model, addresses, status, together, tried, ledger):
         beside = together.code != 0 and explicit >= WORTH
         if beside:
             invoke(together.code, together.parameters, tried, WHOLE)
-            sum_up(in_rows(tried, WIDTH))
-            judge_beside(ledger, at)
-            if at[0].guards.evaluate.code != 0:
-                for c in range(addresses.size):
-                    look_at_guards(found(model, addresses[c]))
-            enter(in_rows(ledger, WIDTH), at[0].time)
-            rest_beside(ledger, at)
+            settle_beside(model, addresses, tried, ledger)
         for c in range(addresses.size):
             at = found(model, addresses[c])
             if not beside or at[0].ahead[ALONE] != 0.0:
                 if not beside or at[0].method[0] == IMPLICIT:
                     take_step(at)
                 settle_alone(at)
-            status[c] = go_on(at)
-            waits = waits or status[c] != GOING
+            if at[0].step[CALM] == 0.0:
+                status[c] = conclude(at)
+                waits = waits or status[c] != GOING
+            elif at[0].ahead[WINDOWED] != 0.0:
+                add_courses(at)
             if not beside:
                 advance_alone(at)
         if beside:
