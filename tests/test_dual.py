@@ -20,6 +20,7 @@ from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.rates import slopes_of
 from clearsweep.mechanics.solver import event, newton
 from clearsweep.simulation.run import Run
+from clearsweep.simulation.start import start_of
 
 pytestmark = pytest.mark.heavy
 
@@ -126,7 +127,7 @@ def jacobian_error(names, friction, state=None):
     changes = {"mechanism.gravity": 9.81, "simulate.start": "seated"}
     case = slider_crank(*names, changes=changes | {f"joints.{name}.friction": friction for name in names})
     made = clearsweep.load_case(case)
-    run = Run(made, np.empty(0))  # keeps what compiled code reads
+    run = Run(start_of(made, np.empty(0)))  # keeps what compiled code reads
     work = run.work
     if state is not None:
         work.mode[:] = state

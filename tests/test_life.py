@@ -19,7 +19,7 @@ from clearsweep.mechanics.solver import plan
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import Told, read, written
 from clearsweep.simulation.run import Run
-from clearsweep.simulation.start import control_of
+from clearsweep.simulation.start import control_of, start_of
 from clearsweep.simulation.watch import go_to, moment_of
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
@@ -400,7 +400,7 @@ def worn_on(case, turns):
     worn, depths, peaks = np.zeros((2, joint.wear.bins)), [], []
     for k in range(turns + 1):
         scene = simulation.build(case, {joint.name: Worn(*worn)})
-        run = Run(scene, np.empty(0))
+        run = Run(start_of(scene, np.empty(0)))
         control = control_of(scene, math.inf, keep_events=False)._replace(window=0.0, step_budget=10**9)
         if last:
             go_to(moment_of(last.work), run.work)

@@ -16,7 +16,7 @@ import clearsweep
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.solver import plan
 from clearsweep.simulation.run import Run
-from clearsweep.simulation.start import control_of
+from clearsweep.simulation.start import control_of, start_of
 
 HELD = json.loads((resources.files("clearsweep.verify") / "references" / "machines.json").read_text(encoding="utf-8"))
 PROBLEMS = HELD["problems"]
@@ -83,7 +83,7 @@ def test_a_crank_stalls_where_it_stalls_however_often_the_run_pauses():
     scene = clearsweep.load_case(too_weak())
     control, ends = control_of(scene, scene.turning.at(1.0), keep_events=False), []
     for stretch in (control.stretch, 10):
-        run = Run(scene, np.empty(0))
+        run = Run(start_of(scene, np.empty(0)))
         status, _ = run.go(control._replace(stretch=stretch))
         ends.append((status, *run.work.end))
     assert ends[0][0] == plan.STALLED

@@ -27,7 +27,7 @@ from clearsweep.mechanics.observe.observables import Observed, observed_in
 from clearsweep.mechanics.solver import plan
 from clearsweep.simulation import scene as scenes
 from clearsweep.simulation.run import Run, onset_rates
-from clearsweep.simulation.start import control_of, period
+from clearsweep.simulation.start import control_of, period, start_of
 from clearsweep.simulation.trajectory import simulate
 
 ROOT = Path(__file__).parent.parent
@@ -218,7 +218,7 @@ def steps(run, control):
 
 def test_a_contact_turns_lasting_where_its_rate_is_zero():
     made = crank(revolutions=0.5, discard=0)
-    run = Run(made, np.empty(0))
+    run = Run(start_of(made, np.empty(0)))
     turned = 0
     for before, after in steps(run, control_of(made, 0.5 * period(made), keep_events=False)):
         if before != 0.0 and after == 0.0 and touches(int(run.work.mode[0])):
@@ -229,7 +229,7 @@ def test_a_contact_turns_lasting_where_its_rate_is_zero():
 
 def test_the_error_follows_the_tolerance():
     def end(tolerance):
-        run = Run(made := crank(tolerance=tolerance, revolutions=0.4, discard=0), np.empty(0))
+        run = Run(start_of(made := crank(tolerance=tolerance, revolutions=0.4, discard=0), np.empty(0)))
         run.go(control_of(made, 0.4 * period(made), keep_events=False))
         return run.work.end[:2]
 
@@ -241,7 +241,7 @@ def test_the_error_follows_the_tolerance():
 @pytest.mark.slow
 def test_the_implicit_method_agrees_with_the_explicit_one():
     def end(method, tolerance):
-        run = Run(made := crank(method=method, tolerance=tolerance, revolutions=0.4, discard=0), np.empty(0))
+        run = Run(start_of(made := crank(method=method, tolerance=tolerance, revolutions=0.4, discard=0), np.empty(0)))
         control = control_of(made, 0.4 * period(made), keep_events=False)
         if method == "implicit":
             run.work.method[:] = (1, 0, 1)
@@ -268,10 +268,10 @@ def test_the_rate_in_force_is_told():
 
 def test_in_an_impact_it_is_that_of_the_impact():
     made = crank(revolutions=1, discard=0)
-    run = Run(made, np.empty(0))
+    run = Run(start_of(made, np.empty(0)))
     run.go(control_of(made, 1.0, keep_events=True)._replace(event_budget=1))
     assert keeps_onset(made.value.joints[0].law._replace(turning=1.0))
-    assert onset_rates(run)[0] == run.work.latched[0] > 0.1
+    assert onset_rates(run.ends())[0] == run.work.latched[0] > 0.1
 
 
 def identity(**contact):

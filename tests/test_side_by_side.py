@@ -213,11 +213,20 @@ def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(to
     assert early < len(began) / 2
 
 
+def test_cases_go_by_themselves_where_their_step_together_cannot_be_made(together, monkeypatch):
+    def unmade(*given):
+        raise MemoryError
+
+    monkeypatch.setattr(ensemble, "together_of", unmade)
+    listed = cases(count=3)
+    assert all(same(simulation.solve(listed[place]), result) for place, result in simulation.solve_each(listed))
+
+
 def test_one_contact_and_several_are_of_one_form_to_the_loop():
     forms = set()
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
         with empty_entries():
-            one = run.Run(simulation.build(cases(*joints, count=1)[0]), np.empty(0))
+            one = run.Run(start_of(simulation.build(cases(*joints, count=1)[0]), np.empty(0)))
         forms.add((typeof(one.work), typeof(run.shared(one.lane))))
     assert len(forms) == 1
 
@@ -259,7 +268,7 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
     with empty_entries():
         first, second = (simulation.build(case) for case in cases(count=2, **changes))
         times, marks = np.linspace(0.0, 1e-3, 5), marks_of(second, 0.6)
-        used, new = (run.Run(scene, times, marks=marks) for scene in (first, second))
+        used, new = (run.Run(start_of(scene, times, marks)) for scene in (first, second))
         for name, array in arrays_in(used.work):
             array[...] = array if name in OF_TYPE else 7
         used.tally.bins[:] = BINS - 1  # up to which the histogram was filled
@@ -279,7 +288,7 @@ def test_a_calm_step_comes_to_what_one_does_that_is_looked_at():
     control = control_of(scene, scene.turning.at(0.6), keep_events=True)
     times, marks, runs, events = np.linspace(0.0, 1e-3, 5), marks_of(scene, 0.6), [], []
     for stretch in (control.stretch, 1):
-        runs.append(run.Run(scene, times, marks=marks))
+        runs.append(run.Run(start_of(scene, times, marks)))
         events.append(runs[-1].go(control._replace(stretch=stretch))[1])
     calm, paused = (one.work for one in runs)
     told = {"whole", "joint", "histogram", "samples", "states", "peaks", "passed", "end", "mode", "proposals"}

@@ -17,6 +17,7 @@ from clearsweep.mechanics.joint.wear.persson import Persson
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
 from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from clearsweep.simulation.run import Run
+from clearsweep.simulation.start import start_of
 from clearsweep.simulation.window import finer
 
 BINS = 360
@@ -320,8 +321,8 @@ def test_a_body_with_coefficient_zero_keeps_its_shape():
 def test_a_run_begins_with_the_way_that_its_joints_have_slid_before():
     case = case_of().case(0)
     scene = simulation.build(case, {"rod-slider": Worn(np.zeros(BINS), np.zeros(BINS), 7.0)})
-    assert Run(scene, np.empty(0)).tally.account[0, SLID] == 7.0
-    assert Run(simulation.build(case), np.empty(0)).tally.account[0, SLID] == 0.0
+    assert Run(start_of(scene, np.empty(0))).tally.account[0, SLID] == 7.0
+    assert Run(start_of(simulation.build(case), np.empty(0))).tally.account[0, SLID] == 0.0
 
 
 def test_shapes_that_act_are_part_of_a_case_and_those_that_do_not_are_as_if_left_out():

@@ -84,10 +84,12 @@ class Verdict(NamedTuple):
 
     def of_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
         """Return what it adds to the summary of one case, None for null there and here."""
+        if not (self.figures or self.limits):
+            return {}
+        if failed:
+            return dict.fromkeys(column.name for column in self.columns)
         import numpy as np
 
-        if failed or not (self.figures or self.limits):
-            return dict.fromkeys(column.name for column in self.columns)
         known = {name: summary[name] for name in self.needs()}
         added = self.judge({name: np.array([np.nan if value is None else value]) for name, value in known.items()})
         return {name: None if values[0] != values[0] else values.tolist()[0] for name, values in added.items()}

@@ -50,7 +50,7 @@ class CaseRows(Sequence):
     def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
         if isinstance(which, int):
             return self[which : which + 1 or None][0]
-        places = self._order()[which]
+        places = self._order()[which].copy()  # a view would keep the places of all while columns are read
         values = [self.cases.index[places].tolist()]
         values += [self.cases[column].iloc[places].tolist() for column in self.columns]
         return list(zip(*values, strict=True))

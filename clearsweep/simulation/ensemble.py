@@ -1,5 +1,6 @@
 """Many cases at once: those whose scenes are of one type are integrated side by side, as many as a register holds."""
 
+import contextlib
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -13,8 +14,8 @@ from ..mechanics.attempt import together_of
 from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten, form_number
 from ..mechanics.solver import loop, plan
 from .heat import has_balance
-from .outcome import Outcome, outcome_of, to_trajectory
-from .run import Run, board_of, shared, start, wants_events
+from .outcome import Outcome, outcome_of, periods_of, to_trajectory
+from .run import Run, board_of, lane_of, shared, start, wants_events
 from .scene import Scene, build
 from .start import Start, control_of, start_of
 from .trajectory import Extent, extent_of, judged, simulate
@@ -81,9 +82,10 @@ class _Room:
 
     def __init__(self, scene: Scene):
         board = board_of(scene)
-        self.lanes = [board.lane(place) for place in range(WIDTH)]
+        self.lanes = [lane_of(board, place) for place in range(WIDTH)]
         self.arrays = shared(self.lanes[0])
         self.runs: dict[int, Run] = {}  # by lane
+        self.addresses, self.status = np.zeros(WIDTH, dtype=np.int64), np.zeros(WIDTH, dtype=np.int64)  # likewise
 
     def run(self, lane: int, case: Prepared) -> Run:
         """Return the run in a lane, at the start of a case: the one that is there where it can be used."""
@@ -91,7 +93,8 @@ class _Room:
         if run and run.form == case.start.form:
             run.begin(case.start)
         else:
-            run = Run(case.start.scene, case.extent.times, marks=case.extent.marks, lane=self.lanes[lane])
+            run = Run(case.start, lane=self.lanes[lane])
+            self.addresses[lane] = run.kept.address
         self.runs[lane] = run
         return run
 
@@ -137,31 +140,35 @@ class _Ensemble:
         if self.room is None:
             self.room = _Room(case.start.scene)
             if self.many:
-                self.together = together_of(case.start.scene.value, self.room.lanes[0]["parameters"])
+                with contextlib.suppress(Exception):  # what is wrong with it is no case's fault: each goes by itself
+                    self.together = together_of(case.start.scene.value, self.room.lanes[0]["parameters"])
         return self.room.run(lane, case)
 
     def _integrate(self) -> None:
         """Integrate all cases under way up to where one of them or more are to be looked at; take those that ended."""
         assert self.room is not None  # the first case under way made it
-        runs = [self.room.runs[lane] for lane in self.lanes]
-        addresses, status = np.array([run.kept.address for run in runs]), np.zeros(len(runs), dtype=np.int64)
+        room, lanes = self.room, sorted(self.lanes)
+        count, model = len(lanes), room.runs[lanes[0]].kept
+        addresses, status = room.addresses if count == WIDTH else room.addresses[lanes], room.status[:count]
         clock = time.perf_counter()
-        loop.integrate(runs[0].kept, addresses, status, self.together, *self.room.arrays)
-        self.shared += (time.perf_counter() - clock) / len(runs)
+        loop.integrate(model, addresses, status, self.together, *room.arrays)
+        self.shared += (time.perf_counter() - clock) / count
         before, self.seen = self.seen, time.process_time()
-        self.others += (self.seen - before) * (1.0 - 1.0 / len(runs))
-        for (lane, case), run, state in zip(list(self.lanes.items()), runs, status.tolist(), strict=True):
+        self.others += (self.seen - before) * (1.0 - 1.0 / count)
+        for lane, state in zip(lanes, status.tolist(), strict=True):
             if state != plan.GOING:
-                self._look(lane, case, run, state)
+                self._look(lane, state)
 
-    def _look(self, lane: int, case: Prepared, run: Run, state: int) -> None:
-        """Let a case go on or, where it has ended, take what it came to."""
+    def _look(self, lane: int, state: int) -> None:
+        """Let the case in a lane go on or, where it has ended, take what it came to."""
+        assert self.room is not None  # as above
+        case, run = self.lanes[lane], self.room.runs[lane]
         run.deadline = self.deadlines[lane] + self.others
         try:
             if not run.ended(state):
                 return
             run.duration = self.shared - self.durations[lane]
-            run.conclude(np.concatenate(run.logs))
+            run.conclude(run.log())
             ended: Outcome | Exception = outcome_of(case.start.scene, run, case.extent.end)
         except Exception as error:
             ended = error
@@ -172,9 +179,10 @@ class _Ensemble:
     def _tell(self) -> Iterator[Ended]:
         """Yield what has ended meanwhile."""
         ended, self.ended = self.ended, []
+        periods = iter(periods_of([came for _, came in ended if isinstance(came, Outcome)]))
         for place, came in ended:
             try:
-                result = came if isinstance(came, Exception) else judged(came.scene, to_trajectory(came))
+                result = judged(came.scene, to_trajectory(came, next(periods))) if isinstance(came, Outcome) else came
             except Exception as error:
                 result = error
             yield place, result

@@ -1,7 +1,7 @@
 """What an integration came to: its trajectory with the figures, the status in words."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,8 +17,8 @@ from ..mechanics.solver import plan
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
-from .revolutions import Marks, begun, period_in, reached, spreads_of
-from .run import TIME_BUDGET, Run, onset_rates
+from .revolutions import Marks, begun, periods_in, reached, spreads_of
+from .run import TIME_BUDGET, Ends, Run, onset_rates
 from .scene import Scene
 from .start import control_of
 from .window import RARELY, Summed, Window, by_joint, wear_of
@@ -90,7 +90,7 @@ class Outcome(NamedTuple):
     exceeded: list[float]  # by joint, see `Window`
     turns: Any  # Turns
     marks: Marks
-    onset: list[float]
+    ends: Ends
     events: int  # met by itself
     counts: np.ndarray  # of all that was integrated
     seconds: float  # s, that it took
@@ -119,9 +119,9 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
             force_exceeded(histogram[: highest + 1], rarely)
             for histogram, highest in zip(tally.histogram, tally.bins[:, HIGHEST_BIN].tolist(), strict=True)
         ],
-        turns=turns._replace(states=turns.states.copy(), peaks=turns.peaks.copy(), passed=turns.passed.copy()),
+        turns=turns._make([array.copy() for array in turns]),
         marks=run.marks,
-        onset=onset_rates(run),
+        ends=run.ends(),
         events=run.work.counts.item(events.EVENTS),
         counts=run.counts,
         seconds=run.duration,
@@ -133,9 +133,14 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     )
 
 
-def to_trajectory(outcome: Outcome) -> Trajectory:
-    """Return the trajectory that an integration came to."""
-    scene, window = outcome.scene, window_of(outcome)
+def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
+    """Return the period (revolutions) of each motion, None where none was seen."""
+    return periods_in([(outcome.scene, outcome.marks, outcome.turns) for outcome in outcomes])
+
+
+def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
+    """Return the trajectory that an integration came to, whose motion has this period."""
+    scene, window = outcome.scene, window_of(outcome, period)
     units, failed = shared_by(scene.layout).units.copy(), outcome.status != "ok"
     summary = figures_of(window, failed=failed)
     if failed:
@@ -147,7 +152,8 @@ def to_trajectory(outcome: Outcome) -> Trajectory:
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     """Return the trajectory that an integration up to `end` (s; rad where the crank is free) came to."""
-    return to_trajectory(outcome_of(scene, run, end))
+    outcome = outcome_of(scene, run, end)
+    return to_trajectory(outcome, *periods_of([outcome]))
 
 
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
@@ -203,7 +209,7 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     return found
 
 
-def window_of(outcome: Outcome) -> Window:
+def window_of(outcome: Outcome, period: int | None) -> Window:
     """Return what figures are functions of."""
     scene, settings = outcome.scene, outcome.scene.case.simulate
     tally = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account)
@@ -222,8 +228,8 @@ def window_of(outcome: Outcome) -> Window:
         duration=outcome.duration,
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
         spreads=spreads_of(scene, outcome.marks, outcome.turns),
-        period=period_in(scene, outcome.marks, outcome.turns),
-        onset=outcome.onset,
+        period=period,
+        onset=onset_rates(outcome.ends),
     )
 
 

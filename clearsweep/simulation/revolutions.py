@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,16 +65,19 @@ def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, wanted - SAME)
 
 
-def room_for(marks: np.ndarray, n: int, contacts: int) -> Turns:
-    """Return room for what is taken at `marks` of a run, `n` numbers in its state, but for what lies in a lane."""
+def room_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> Turns:
+    """Return room for what is taken at `marks` of a run, `n` numbers in its state, but for what lies in a lane.
+
+    `zeros` makes the arrays.
+    """
     count = len(marks)
     return Turns(
         marks=marks,
-        states=np.zeros((count, n)),
-        peaks=np.zeros((count, contacts)),
+        states=zeros((count, n)),
+        peaks=zeros((count, contacts)),
         highest=np.zeros(0),
         since=np.zeros(0),
-        passed=np.zeros(1, dtype=np.int64),
+        passed=zeros(1, dtype=np.int64),
     )
 
 
@@ -106,14 +110,29 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
     return np.stack([peaks[:, row].max(axis=1) for row in bearing_of(scene.layout)], axis=1)
 
 
-def period_in(scene: Scene, marks: Marks, turns: Any) -> int | None:
-    """Return after how many revolutions the window's motion repeats itself, None where it was not seen to."""
+def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
+    """Return after how many revolutions the window's motion repeats itself, None where it was not seen to.
+
+    runs : scene, Marks and Turns of each; those of as many revolutions are looked at together, which takes much less.
+    """
+    found: list[int | None] = [None] * len(runs)
+    alike: dict[int, list[int]] = {}  # revolutions -> places of runs
+    for place, (_, marks, turns) in enumerate(runs):
+        alike.setdefault(len(reached(marks.window, turns)), []).append(place)
+    for places in [places for rows, places in alike.items() if rows > REPEATS]:
+        units = np.array([unit_of(runs[place][0]) for place in places])[:, None]
+        states = np.array([_returns(*runs[place]) for place in places])
+        turn = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
+        for place, period in zip(places, periods_of(states / units, turn), strict=True):
+            found[place] = period
+    return found
+
+
+def _returns(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
+    """Return coordinates and rates at the ends of the window's last revolutions, (revolutions, columns)."""
     rows = reached(marks.window, turns)[-LONGEST_PERIOD * (REPEATS + 1) :]
-    if len(rows) <= REPEATS:
-        return None
-    half, unit = len(scene.value.coordinates), unit_of(scene)
-    states = turns.states[rows, : 2 * half]
-    return period_of(states / unit, 2.0 * math.pi / unit[:half])
+    states: np.ndarray = turns.states[rows, : 2 * len(scene.value.coordinates)]
+    return states
 
 
 def period_of(returns: np.ndarray, turn: np.ndarray | None = None) -> int | None:
@@ -121,11 +140,19 @@ def period_of(returns: np.ndarray, turn: np.ndarray | None = None) -> int | None
 
     turn : whole multiples of it in the first columns are no difference: whether an angle has gone round.
     """
-    for period in range(1, min(LONGEST_PERIOD, len(returns) // (REPEATS + 1)) + 1):
-        last = returns[len(returns) - REPEATS * period :]
-        off = last - returns[len(returns) - (REPEATS + 1) * period : -period]
+    return periods_of(returns[None], None if turn is None else turn[None, None])[0]
+
+
+def periods_of(returns: np.ndarray, turn: np.ndarray | None = None) -> list[int | None]:
+    """Return the same of each of several motions, (motions, revolutions, columns); turn : (motions, 1, angles)."""
+    found, rows = np.zeros(len(returns), int), returns.shape[1]
+    for period in range(1, min(LONGEST_PERIOD, rows // (REPEATS + 1)) + 1):
+        left = np.flatnonzero(found == 0)
+        if not left.size:
+            break
+        off = returns[left, rows - REPEATS * period :] - returns[left, rows - (REPEATS + 1) * period : -period]
         if turn is not None:
-            off[:, : len(turn)] -= np.round(off[:, : len(turn)] / turn) * turn
-        if np.all(np.abs(off) <= RETURN):
-            return period
-    return None
+            angles = off[..., : turn.shape[-1]]
+            angles -= np.round(angles / turn[left]) * turn[left]
+        found[left[np.all(np.abs(off) <= RETURN, axis=(1, 2))]] = period
+    return [period or None for period in found.tolist()]

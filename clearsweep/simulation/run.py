@@ -4,8 +4,8 @@ import functools
 import itertools
 import math
 import time
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,10 +38,12 @@ from . import watch
 from .lyapunov import Perturbed
 from .revolutions import NO_MARKS, Marks, room_for
 from .scene import Scene, unit_of
-from .start import Start, control_of, parts_of, period, start_of
+from .start import NOWHERE, Start, control_of, first_forms, parts_of, period, start_of
 from .watch import Watcher
 
 TIME_BUDGET = -1  # a status besides those of the loop
+NO_EVENTS = np.empty((0, 5))
+PIECE = 16384  # bytes: what a short motion without its histograms needs
 
 Lane = dict[str, np.ndarray]  # arrays of one of the cases that lie side by side, see `board_of`
 
@@ -49,26 +51,27 @@ Lane = dict[str, np.ndarray]  # arrays of one of the cases that lie side by side
 def board_of(scene: Scene) -> Board:
     """Return room for cases of the type of `scene`: for parameters and for what a step reads and fills."""
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
-    state = (n,), float
     return Board(
         {
-            "parameters": (flatten(scene.value).shape, float),
-            **dict.fromkeys(("y", "end", "z", "weight"), state),
+            **{name: (shape, float) for name, shape in first_forms(scene).items()},
+            "ahead": ((plan.AHEAD,), float),
+            **dict.fromkeys(("highest", "since"), ((contacts,), float)),
+            "whole": ((tallies.WHOLE,), float),
+            "joint": ((contacts, tallies.JOINT), float),  # up to here a motion needs numbers to begin with
+            **dict.fromkeys(("mode", "rubs"), ((contacts,), np.int64)),
+            **dict.fromkeys(("end", "z"), ((n,), float)),
             "k": ((dop853.ROWS, n), float),
             "o": ((dop853.ROWS, observed_columns(scene.value.joints)), float),
-            "mode": ((contacts,), np.int64),
-            "latched": ((contacts + len(every_latched(scene.value.joints)),), float),
             "step": ((step_width(contacts, n),), float),
-            "ahead": ((plan.AHEAD,), float),
-            **dict.fromkeys(("clearance", "highest", "since"), ((contacts,), float)),
-            "rubs": ((contacts,), np.int64),
-            "film": ((contacts, 2), float),
-            "whole": ((tallies.WHOLE,), float),
-            "joint": ((contacts, tallies.JOINT), float),
             "bins": ((contacts, tallies.HIGHEST_BIN + 1), np.int64),
             "spent": ((contacts, tallies.BELOW + 1), float),
         }
     )
+
+
+def lane_of(board: Board, place: int) -> Lane:
+    """Return the arrays of one of the cases by name; `begun`: all that a motion begins with, as one."""
+    return board.lane(place) | {"begun": board.up_to("joint", place)}
 
 
 def shared(lane: Lane) -> tuple[Attempt, tallies.Ledger]:
@@ -83,66 +86,82 @@ def _of(form: type, lane: Lane) -> Lane:
     return {name: lane[name] for name in form.__annotations__ if name in lane}
 
 
-def _tally_of(scene: Scene, contacts: int) -> tallies.Tally:
-    """Return room for what is summed up of so many contacts, but for what lies in a lane."""
+class _Room:
+    """Memory for arrays that are zero where a motion begins: few large pieces, so that they soon become so again."""
+
+    def __init__(self) -> None:
+        self.pieces: list[np.ndarray] = []
+        self.used = PIECE  # bytes of the latest piece
+
+    def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
+        """Return an array of zeros."""
+        size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
+        if self.used + size > PIECE:
+            self.pieces.append(np.zeros(max(size, PIECE), np.uint8))
+            self.used = 0
+        first, self.used = self.used, self.used + -(-size // 8) * 8
+        part: np.ndarray = self.pieces[-1][first : first + size].view(dtype).reshape(shape)
+        return part
+
+    def clear(self) -> None:
+        """Let all be zero."""
+        for piece in self.pieces:
+            piece.fill(0)
+
+
+def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> tallies.Tally:
+    """Return room for what is summed up of so many contacts, but for what lies in a lane; `zeros` makes the arrays."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
     return tallies.Tally(
         **dict.fromkeys(tallies.IN_LANES, np.zeros(0)),
         histogram=np.zeros((contacts, histogram.BINS, 2)),
-        course=np.zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
-        length=np.zeros(1),
-        between=np.zeros((BETWEEN, 2 * len(scene.value.coordinates) + 1)),
-        room=np.zeros(room_of(contacts, bins) if worn else 0),
-        wear=np.zeros(2 * contacts * bins),
-        account=np.zeros((contacts, ACCOUNT)),
+        course=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
+        length=zeros(1),
+        between=zeros((BETWEEN, 2 * len(scene.value.coordinates) + 1)),
+        room=zeros(room_of(contacts, bins) if worn else 0),
+        wear=zeros(2 * contacts * bins),
+        account=zeros((contacts, ACCOUNT)),
     )
 
 
-def _zeroed(work: Any) -> list[np.ndarray]:
-    """Return the arrays of a Work that are zero where a motion begins, but for those that lie in a lane."""
-    guards, turns = work.guards, work.turns
-    counted = [work.counts, work.method, work.proposals, work.slopes, work.record.samples]
-    taken = [turns.states, turns.peaks, turns.passed, guards.value, guards.passed, guards.event]
-    tally = [array for name, array in work.tally._asdict().items() if name not in (*tallies.IN_LANES, "histogram")]
-    return [*counted, *taken, *tally, *work.implicit]
+class Ends(NamedTuple):
+    """How the contacts of joints stand where an integration does, whatever follows in its place."""
+
+    joints: tuple
+    places: list[Place]  # of the joints' numbers
+    mode: np.ndarray  # this and the next as in Work
+    latched: np.ndarray
+    state: np.ndarray  # (n,)
 
 
 class Run:
     """The buffers of one integration and what it came to."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        times: np.ndarray,
-        *,
-        turned: bool = False,
-        marks: Marks = NO_MARKS,
-        lane: Lane | None = None,
-    ):
-        """Prepare for reports at `times` (s), or where a free crank has `turned` as far (rad), and for `marks`.
+    def __init__(self, start: Start, *, turned: bool = False, lane: Lane | None = None):
+        """Stand at a start; its times are in s or, where a free crank has `turned` as far, in rad.
 
         lane : where among cases that lie side by side; None: it is alone.
         """
-        value, contacts = scene.value, every_contact(scene.value.joints)
-        internal, start = every_internal_state(value.joints), start_of(scene, times, marks)
-        n, many = scene.start.size, len(contacts)
+        scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
+        internal, self.room = every_internal_state(value.joints), _Room()
+        n, many, zeros = scene.start.size, len(contacts), self.room.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
         self.parameters = flatten(value)  # compiled code holds its address
         moment = 2 * len(value.coordinates)
         along = 0 if scene.turning.free else moment
         self.given = start.given.copy()
         given = parts_of(self.given, start.form, many, len(internal))
-        self.lane = lane = lane or board_of(scene).lane(0)
-        self.tally = _tally_of(scene, many)._replace(**_of(tallies.Tally, lane))
-        samples = np.zeros((times.size, len(scene.layout.channels)))
+        self.lane = lane = lane or lane_of(board_of(scene), 0)
+        self.tally = _tally_of(scene, many, zeros)._replace(**_of(tallies.Tally, lane))
+        samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, along if turned else moment)
         rates = attempt_of(value, lane["parameters"])
         self.work = events.Work(
             rates=rates if rates.code else rates_of(value, self.parameters),
             takes_steps=int(rates.code != 0),
-            sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
+            sample=samples_of(value, self.parameters) if given.times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if self.tally.room.size else NO_ENTRY,
             time=moment,
             along=along,
@@ -156,28 +175,26 @@ class Run:
             side=given.side,
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
             began=given.began,
-            guards=guards_of(value, self.parameters),
+            guards=guards_of(value, self.parameters, zeros),
             limit_depth=given.limit_depth,
-            counts=np.zeros(events.COUNTS, dtype=np.int64),
-            method=np.zeros(3, dtype=np.int64),
-            proposals=np.zeros(2 << many),
+            counts=zeros(events.COUNTS, dtype=np.int64),
+            method=zeros(3, dtype=np.int64),
+            proposals=zeros(2 << many),
             control=np.zeros(len(plan.Control._fields)),
             log=np.empty((loop.LOG, 5)),
-            slopes=np.zeros(2, dtype=np.int64),
-            implicit=newton.implicit_of(n),
+            slopes=zeros(2, dtype=np.int64),
+            implicit=newton.implicit_of(n, zeros),
             tally=self.tally,
             record=self.record,
-            turns=room_for(given.marks, n, many)._replace(**_of(Turns, lane)),
+            turns=room_for(given.marks, n, many, zeros)._replace(**_of(Turns, lane)),
             **_of(events.Work, lane),
         )
         self.kept = Kept(self.work)
-        self.zeroed = _zeroed(self.work)
         self._begin(start)
 
     def begin(self, start: Start) -> None:
         """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
-        for array in self.zeroed:
-            array.fill(0)
+        self.room.clear()
         for filled, highest in zip(self.tally.histogram, self.tally.bins[:, tallies.HIGHEST_BIN].tolist(), strict=True):
             filled[: highest + 1] = 0.0  # most of it was never touched
         self._begin(start)
@@ -185,21 +202,18 @@ class Run:
     def _begin(self, start: Start) -> None:
         """Do the same where the arrays that are the run's own are zero."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
-        lane, scene, value = self.lane, start.scene, start.scene.value
-        for name in ("ahead", "whole", "joint", "bins", "highest", "since"):
-            lane[name].fill(0)
+        lane, scene, value, begun = self.lane, start.scene, start.scene.value, start.first.size
         self.given[:] = start.given
-        put_numbers(value, self.parameters)
-        lane["parameters"][:], lane["y"][:] = self.parameters, scene.start
-        lane["weight"][:], lane["latched"][:] = 1.0 / start.scale, start.latched
-        lane["mode"][:] = work.pressed if scene.in_contact else work.apart
-        lane["clearance"][:], lane["film"][:], lane["rubs"][:] = start.clearance, start.film, start.rubs
+        lane["begun"][:begun], lane["begun"][begun:] = start.first, 0.0
+        lane["bins"][:] = 0
+        lane["mode"][:], lane["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
+        put_numbers(value, start.first[: self.parameters.size], self.parameters)
         if start.slid:
             self.tally.account[:, SLID] = start.slid
         self.kept.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)
         self.work = self.kept.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
-        self.status, self.events, self.duration = plan.OK, np.empty((0, 5)), 0.0
+        self.status, self.events, self.duration = plan.OK, NO_EVENTS, 0.0
         self.logs: list[np.ndarray] = []  # of events, as they were taken away
         self.counts = work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
@@ -214,7 +228,7 @@ class Run:
         """Return the status and the events of an integration from where this one stands to where `control` ends it."""
         self.heed(control)
         self.go_on()
-        return self.status, np.concatenate(self.logs)
+        return self.status, self.log()
 
     def go_on(self) -> None:
         """Integrate, alone, to where this one ends."""
@@ -236,7 +250,8 @@ class Run:
         What only a stiff motion needs is compiled when the motion turns out to be one.
         """
         work = self.work
-        self.logs.append(work.log[: int(work.ahead[plan.LOGGED])].copy())
+        if logged := int(work.ahead[plan.LOGGED]):
+            self.logs.append(work.log[:logged].copy())
         self.status, work.ahead[plan.BEGUN] = status, 0.0
         if status == plan.TURNS_STIFF:
             work.slopes[:] = slopes_of(self.value, self.parameters)
@@ -245,6 +260,15 @@ class Run:
             self.status = TIME_BUDGET
             return True
         return status != plan.PAUSED or bool(work.y[work.along] >= work.control[plan.PAUSE])
+
+    def log(self) -> np.ndarray:
+        """Return the events, (events, 5), since it began to go by what it goes by."""
+        return np.concatenate(self.logs) if self.logs else NO_EVENTS
+
+    def ends(self) -> Ends:
+        """Return how the contacts stand where this one does."""
+        work = self.work
+        return Ends(self.value.joints, self.places, work.mode.copy(), work.latched.copy(), work.end.copy())
 
     def conclude(self, log: np.ndarray) -> None:
         """Note all events, and what the integration took."""
@@ -270,7 +294,7 @@ def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Ru
     if run and (run.number, run.form, run.turned) == (form_number(scene.value), start.form, turned):
         run.begin(start)
         return run
-    return Run(scene, times, turned=turned, marks=marks)
+    return Run(start, turned=turned)
 
 
 def use_no_more(run: Run) -> None:
@@ -279,24 +303,20 @@ def use_no_more(run: Run) -> None:
         _spare[:] = [run]
 
 
-def onset_rates(run: Run) -> list[float]:
-    """Return the onset rate (m/s) that the law of each joint goes by where its integration stands, nan where none."""
-    joints, work = run.value.joints, run.work
-    rates, contact = [math.nan] * len(joints), 0
-    for j, joint in enumerate(joints):
-        if touches(work.mode.item(contact)) and keeps_onset(_law_in(run, j)):
-            rates[j] = work.latched.item(contact)
+def onset_rates(ends: Ends) -> list[float]:
+    """Return the onset rate (m/s) that the law of each joint goes by at the end of an integration, nan where none."""
+    rates, contact = [math.nan] * len(ends.joints), 0
+    for j, joint in enumerate(ends.joints):
+        if touches(ends.mode.item(contact)) and keeps_onset(_law_at(ends, j)):
+            rates[j] = ends.latched.item(contact)
         contact += len(contact_modes(joint))
     return rates
 
 
-def _law_in(run: Run, place: int) -> Any:
-    """Return the law of a joint with the internal state that it has where its integration stands."""
-    joints, work = run.value.joints, run.work
-    law: Any = joints[place].law  # mypy takes it for a tuple of anything
-    if not law._field_defaults:
-        return law
-    return as_it_is(law, work.end, work.latched, run.places[place])
+def _law_at(ends: Ends, place: int) -> Any:
+    """Return the law of a joint with the internal state that it has at the end of an integration."""
+    law: Any = ends.joints[place].law  # mypy takes it for a tuple of anything
+    return as_it_is(law, ends.state, ends.latched, ends.places[place]) if law._field_defaults else law
 
 
 def _phases(scene: Scene) -> list[int]:
@@ -332,7 +352,7 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
     if not scene.layout.horizon:
         call(run, control, scene, watchers)
         return
-    beside = Run(scene, np.empty(0))
+    beside = Run(start_of(scene, NOWHERE))
     perturbed = Perturbed(control, beside, unit_of(scene), scene.case.simulate.tolerance, _phases(scene))
     call(run, control, scene, (*watchers, perturbed))
     run.figures = perturbed.figures(period(scene))

@@ -17,7 +17,7 @@ from ..judging.verdict import NO_VERDICT, Verdict
 from ..language.errors import InputError
 from ..mechanics import rates
 from ..mechanics.joint import registry
-from ..mechanics.joint.contract import every_contact, every_internal_state
+from ..mechanics.joint.contract import every_contact, every_internal_state, states_of
 from ..mechanics.joint.elastic.contract import elastic_force
 from ..mechanics.joint.wear.contract import Worn
 from ..mechanics.joint.worn import seat, worn_in
@@ -108,9 +108,10 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         built = _built(case, mechanism, machine, joints, offsets)
     if mechanism.spatial:
         _check_apart(built, joints)
-    sigma = math.sqrt(min(term.clearance for term in terms))
+    sigma = math.sqrt(min([term.clearance for term in terms]))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
-    start = np.concatenate([built.start, roots, [began for _, _, began in every_internal_state(terms)]])
+    internal = every_internal_state(terms) if states_of(value).integrated else []
+    start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in internal]])
     layout, along = layout_of(case), turning.turning_of(machine, 2.0 * math.pi / built.rate)
     return Scene(case, mechanism, built, value, layout, start, pressed, machine, along, worn)
 

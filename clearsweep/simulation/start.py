@@ -1,14 +1,22 @@
 """What an integration begins with and goes by, in numbers: for many cases worked out before the first of them goes."""
 
 import math
-from itertools import accumulate, pairwise
-from typing import NamedTuple
+from itertools import accumulate, chain, pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..contracts.layout import Layout
+from ..mechanics.compiled.family import flatten, numbers_of
 from ..mechanics.joint import registry
-from ..mechanics.joint.contract import ONSET_FLOOR, contact_modes, every_contact, every_internal_state, every_latched
+from ..mechanics.joint.contract import (
+    ONSET_FLOOR,
+    contact_modes,
+    every_contact,
+    every_internal_state,
+    every_latched,
+    states_of,
+)
 from ..mechanics.joint.lubricated import film_depths
 from ..mechanics.solver import event as events
 from ..mechanics.solver import plan
@@ -61,6 +69,17 @@ def parts_of(given: np.ndarray, form: Form, contacts: int, internal: int) -> Giv
     return Given._make(given[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
 
 
+class First(NamedTuple):
+    """The first arrays of a lane: what a motion begins with."""
+
+    parameters: Any  # of the compiled scene, see `family.flatten`; this and all that follows as in Work
+    y: Any
+    weight: Any
+    latched: Any
+    clearance: Any
+    film: Any
+
+
 class Start(NamedTuple):
     """What an integration of a scene begins with."""
 
@@ -68,48 +87,67 @@ class Start(NamedTuple):
     form: Form
     marks: Marks
     given: np.ndarray  # a Given, one part behind the other
-    scale: np.ndarray  # (n,) error that one step may make in each component of the state
-    latched: np.ndarray
-    clearance: list[float]  # m, by contact
-    film: list[tuple[float, float]]  # likewise, see `Work.film`
-    rubs: list[bool]  # likewise
+    first: np.ndarray  # a First, likewise
+    rubs: list[bool]  # by contact
     slid: list[float]  # m, by contact, of what is worn before; [] where nothing is
     longest: float  # s, a step spans no more
+
+    @property
+    def times(self) -> np.ndarray:
+        """Return where to report."""
+        return self.given[: self.form.samples]
 
 
 def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     """Return what the integration of a scene that is reported at `times` and has `marks` begins with."""
-    joints, contacts = scene.value.joints, every_contact(scene.value.joints)
-    plain = scene.start.size == 2 * len(scene.value.coordinates) + 1 + len(contacts)
-    internal = [] if plain else every_internal_state(joints)
-    described = [case for case, joint in zip(scene.case.joints, joints, strict=True) for _ in contact_modes(joint)]
+    pairs = zip(scene.value.joints, scene.case.joints, strict=True)
+    contacts = [pair for pair in pairs for _ in contact_modes(pair[0])]
+    internal, latched = _states(scene)
     knots = knots_of(scene.machine)
     given = [  # in the order of Given
         *map(scene.turning.at, marks.turns.tolist()),
         *knots,
         *[began for _, _, began in internal],
         *[joint.side for joint, _ in contacts],
-        *[registry.penetration_limit(joint) for joint in described],
+        *[registry.penetration_limit(described) for _, described in contacts],
     ]
+    first = First(
+        parameters=numbers_of(scene.value),
+        y=scene.start.tolist(),
+        weight=[1.0 / error for error in _scale(scene, len(contacts), [state.scale for _, state, _ in internal])],
+        latched=[ONSET_FLOOR] * len(contacts) + [began for _, began in latched],
+        clearance=[joint.clearance for joint, _ in contacts],
+        film=chain.from_iterable([film_depths(joint) for joint, _ in contacts]),
+    )
     return Start(
         scene=scene,
         form=Form(scene.layout, times.size, marks.turns.size, knots.size),
         marks=marks,
         given=np.concatenate([times, given]),
-        scale=np.array(_scale(scene, len(contacts), [state.scale for _, state, _ in internal])),
-        latched=np.array([ONSET_FLOOR] * len(contacts) + [began for _, began in every_latched(joints)]),
-        clearance=[joint.clearance for joint, _ in contacts],
-        film=[film_depths(joint) for joint, _ in contacts],
-        rubs=[joint.friction is not None or joint.film is not None for joint in described],
-        slid=[scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in described if scene.worn],
+        first=np.array(list(chain.from_iterable(first))),
+        rubs=[described.friction is not None or described.film is not None for _, described in contacts],
+        slid=[scene.worn[each.name].slid if each.name in scene.worn else 0.0 for _, each in contacts if scene.worn],
         longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
     )
+
+
+def first_forms(scene: Scene) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of the arrays of a First."""
+    contacts, latched = len(every_contact(scene.value.joints)), _states(scene)[1]
+    shapes = flatten(scene.value).shape, scene.start.shape, scene.start.shape, (contacts + len(latched),)
+    return First(*shapes, (contacts,), (contacts, 2))._asdict()
+
+
+def _states(scene: Scene) -> tuple[list, list]:
+    """Return the internal state of the laws of a scene: what is integrated of it, and what is latched."""
+    joints, there = scene.value.joints, states_of(scene.value)
+    return every_internal_state(joints) if there.integrated else [], every_latched(joints) if there.latched else []
 
 
 def _scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
     """Return the error (n,) that one step may make in each component of the state; `internal`: scales of its laws."""
     value, tolerance = scene.value, scene.case.simulate.tolerance
-    clearance, size = min(joint.clearance for joint in value.joints), scene.built.size
+    clearance, size = min([joint.clearance for joint in value.joints]), scene.built.size
     lengths = scene.built.lengths.tolist()
     oiled = any(joint.film for joint in scene.layout.joints)
     weight = OILED * RATE_WEIGHT if oiled else RATE_WEIGHT

@@ -29,7 +29,7 @@ from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
 from .run import Run, call, integrate, integrated, shared, use_no_more
 from .scene import Scene, build
-from .start import NOWHERE, control_of
+from .start import NOWHERE, control_of, start_of
 from .telling import Telling, TellingLife
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
@@ -167,7 +167,7 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
     settings, at, orbits = scene.case.simulate, scene.turning.at, scene.case.save.orbits
     whole = _changed(scene, revolutions=longest(settings))
     end = at(whole.case.simulate.revolutions)
-    run = Run(scene, marks(settings, at), turned=True, marks=marks_of(scene, longest(settings)))
+    run = Run(start_of(scene, marks(settings, at), marks_of(scene, longest(settings))), turned=True)
     watch = Until(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
     integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
@@ -187,11 +187,8 @@ def _settled(scene: Scene, run: Run, watch: Until | Rates, times: ArrayLike | No
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, watch.revolutions))
         last = math.inf if scene.turning.free else end
-        again = Run(
-            scene,
-            sampling_times(settled.case, at) if times is None else checked_times(times, last),
-            turned=times is None,
-        )
+        reported = sampling_times(settled.case, at) if times is None else checked_times(times, last)
+        again = Run(start_of(scene, reported), turned=times is None)
         _retrace(settled, run, again, end, watch.starts)
     return trajectory_of(settled, run, end)
 
@@ -239,7 +236,7 @@ def _block(scene: Scene, watchers: Sequence[Watcher]) -> tuple[Scene, Run, Rates
     """Return a scene, a block of revolutions of it that was run, and what watched it."""
     most = longest_block(scene.case)
     whole = _changed(scene, revolutions=most)
-    run, watch = Run(whole, NOWHERE, marks=marks_of(whole, most)), Rates(scene)
+    run, watch = Run(start_of(whole, NOWHERE, marks_of(whole, most))), Rates(scene)
     keep_events = scene.case.save.orbits != "none"
     integrate(whole, run, scene.turning.at(most), keep_events=keep_events, watchers=(watch, *watchers))
     return scene, run, watch
@@ -293,14 +290,14 @@ def compile_for(case: Case) -> None:
     scene = build(case)
     bare = case.save.orbits == "none" and not scene.layout.until
     with announced():
-        Run(scene, NOWHERE if bare else np.array([0.0]))
+        Run(start_of(scene, NOWHERE if bare else np.array([0.0])))
 
 
 def compile_loop(case: Case) -> None:
     """Compile the integration loop, which is the same for all cases, or load it from the cache."""
     scene = build(case)
     with empty_entries():
-        run = Run(scene, NOWHERE)
+        run = Run(start_of(scene, NOWHERE))
     with announced():
         loop.compile_for(run.kept, shared(run.lane))
 

@@ -15,7 +15,7 @@ from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
-from .batch import GROUP_ROWS, open_table, values_of
+from .batch import CASE_ID, GROUP_ROWS, ID_LENGTH, open_table, values_of
 from .datasets import EVENT, NODE, SAMPLE, SECTION
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
 from .judged import SEEK_FILE
@@ -270,14 +270,15 @@ class StoredRun:
     def _place(self, begin: str) -> int:
         """Return the row of the case whose case_id begins with `begin`."""
         text = str(begin).encode()
-        first, last = np.searchsorted(self._ids, [text, text + b"g"])  # beyond every hexadecimal digit
-        if first == last or not text:
+        least, most = np.array([text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype)  # a longer type would copy all ids
+        first, last = int(np.searchsorted(self._ids, least)), int(np.searchsorted(self._ids, most, side="right"))
+        if first == last or not 0 < len(text) <= ID_LENGTH:
             raise InputError(f"{self.directory}: no case {begin!r}; the case_id column of summary.parquet lists them")
         if last - first > 1:
             some = ", ".join(case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist())
             more = ", ..." if last - first > 3 else ""
             raise InputError(f"{self.directory}: {last - first} cases begin with {begin!r} ({some}{more}); write more")
-        return int(first)
+        return first
 
     def _frame(self, case_id: str, each: str, paths: list[str]) -> "pd.DataFrame":
         import pandas as pd

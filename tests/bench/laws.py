@@ -26,6 +26,7 @@ from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.run import Run, integrated
 from clearsweep.simulation.scene import build
+from clearsweep.simulation.start import start_of
 
 PAGE = Path(__file__).parents[2] / "results" / "laws.md"
 FRACTAL = {"law": "fractal", "dimension": 1.5, "scale": 1e-11, "hardness": 5.5e9}
@@ -147,7 +148,7 @@ def worn(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
         scenes = [scene_of(joint | {"wear": wear | {"evolve": acts}}, "seated") for acts in (False, True)]
         scenes[1] = build(scenes[1].case, {"rod-slider": before})
         print(f"compiling {name}", file=sys.stderr, flush=True)
-        runs[name], least[name] = [Run(scene, np.empty(0)) for scene in scenes], [np.inf, np.inf]
+        runs[name], least[name] = [Run(start_of(scene, np.empty(0))) for scene in scenes], [np.inf, np.inf]
         for run in runs[name]:
             _side(run.work)
     for _ in range(rounds):
@@ -163,7 +164,7 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
     for name, (law, roughness) in joints.items():
         rough = {"roughness": roughness} if roughness else {}
         scene = scene_of({"contact": STEEL | {"elastic": law}} | rough, "seated")
-        runs[name], terms[name] = Run(scene, np.empty(0)), scene.value.joints[0].elastic
+        runs[name], terms[name] = Run(start_of(scene, np.empty(0))), scene.value.joints[0].elastic
         print(f"compiling {name}", file=sys.stderr, flush=True)
         _timed(runs[name].work, terms[name])
     for _ in range(rounds):

@@ -9,7 +9,7 @@ import numpy as np
 import clearsweep
 from clearsweep.mechanics.solver import event
 from clearsweep.simulation.run import Run
-from clearsweep.simulation.start import control_of, period
+from clearsweep.simulation.start import control_of, period, start_of
 from clearsweep.verify.accuracy import FLAGSHIP
 from clearsweep.verify.problems import problems
 
@@ -63,7 +63,7 @@ def changed(grid: dict, changes: dict) -> dict:
 
 def spent(scene, *, each: bool) -> float:
     """Return the processor time (s) of an integration, of one evaluation of it where `each`."""
-    run, end = Run(scene, np.empty(0)), scene.case.simulate.revolutions * period(scene)
+    run, end = Run(start_of(scene, np.empty(0))), scene.case.simulate.revolutions * period(scene)
     control = control_of(scene, end, keep_events=False)
     began = time.process_time()
     run.go(control)

@@ -152,22 +152,30 @@ NO_ENTRY = Entry(0, 0)
 
 def flatten(value):
     """Return the numbers of nested tuples of floats as a (numbers,) float64 array, in the order compiled code reads."""
+    return np.array(numbers_of(value), dtype=np.float64)
+
+
+def numbers_of(value):
+    """Return the same as a list."""
     numbers: list[float] = []
-    _put_numbers(value, numbers)
-    return np.array(numbers, dtype=np.float64)
+    _add_numbers(value, numbers)
+    return numbers
 
 
-def _put_numbers(value, numbers):
+def _add_numbers(value, numbers):
     for part in value:
         if isinstance(part, tuple):
-            _put_numbers(part, numbers)
+            _add_numbers(part, numbers)
         else:
             numbers.append(part)
 
 
-def put_numbers(scene, parameters):
-    """Let the entries that were made with the array `parameters` be those of another scene of the same type."""
-    parameters[:] = flatten(scene)
+def put_numbers(scene, numbers, parameters):
+    """Let the entries that were made with the array `parameters` be those of another scene of the same type.
+
+    numbers : those of the scene, see `numbers_of`.
+    """
+    parameters[:] = numbers
     if numba.config.DISABLE_JIT:
         _SCENES[id(parameters)] = scene
 

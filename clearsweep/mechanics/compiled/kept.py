@@ -16,30 +16,55 @@ _PLAIN = {}  # what is found at an address where nothing is compiled
 class Kept:
     """A value and its address; it lives as long as this, and so does all that it refers to."""
 
-    __slots__ = ("address", "room", "value")
+    __slots__ = ("address", "numbers", "value")
 
     def __init__(self, value):
-        self.value, self.room = value, np.empty(ROOM, dtype=np.uint8)
-        self.address = self.room.ctypes.data
+        room = np.empty(ROOM, dtype=np.uint8)
+        self.value, self.numbers, self.address = value, room.view(np.float64), room.ctypes.data
         if config.DISABLE_JIT:
             _PLAIN[self.address] = value
         else:
-            _put(value, self.room)
+            _put(value, room)
 
     def put(self, **numbers):
         """Put other numbers (float) into fields of the value; its address and all else stay."""
-        self.value = self.value._replace(**numbers)
         if config.DISABLE_JIT:
-            _PLAIN[self.address] = self.value
-        else:
-            places, room = _places(), self.room.view(np.float64)
-            for name, number in numbers.items():
-                room[places[name]] = number
+            _PLAIN[self.address] = self.value = self.value._replace(**numbers)
+            return
+        fields, places = list(self.value), _places()
+        for name, number in numbers.items():
+            field, place = places[name]
+            fields[field] = self.numbers[place] = number
+        self.value = self.value._make(fields)
 
 
 def found(model, address):
     """Return what gives, by `[0]`, the value at an address, which is of the form of the Kept `model`."""
     return (_PLAIN[address],)
+
+
+class OneForm:
+    """A compiled function whose arguments are of the same types in every call, such as one that is given a Kept.
+
+    The compiler's own call finds out the types of all arguments each time, which takes longer than all else in it.
+    """
+
+    def __init__(self, function):
+        self.function, self.body = function, None
+        self.py_func, self.compile = function.py_func, function.compile
+
+    def __call__(self, *arguments):
+        if self.body:
+            self.body(*arguments)
+            return
+        self.function(*arguments)
+        (compiled,) = self.function.overloads.values()
+        self.body = compiled.entry_point
+
+
+def of_one_form(function):
+    """Return a compiled function that returns nothing as a OneForm; where nothing is compiled, the function itself."""
+    return function if config.DISABLE_JIT else OneForm(function)
 
 
 class KeptType(types.Type):
@@ -88,11 +113,11 @@ def _kind(forms):
 
 @functools.cache
 def _places():
-    """Return where in the room of a Kept, in numbers of eight bytes, those fields of its value are that are numbers."""
+    """Return which fields of a Kept's value are numbers, and where in its room, in numbers of eight bytes, they are."""
     kind, context = _kind(len(_put.overloads)).value, cpu_target.target_context
     data = context.get_data_type(kind)
     fields = [(place, name) for place, name in enumerate(kind.fields) if kind.types[place] == types.float64]
-    return {name: data.get_element_offset(context.target_data, place) // 8 for place, name in fields}
+    return {name: (place, data.get_element_offset(context.target_data, place) // 8) for place, name in fields}
 
 
 @unbox(KeptType)

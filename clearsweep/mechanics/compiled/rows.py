@@ -32,17 +32,24 @@ class Board:
     """Arrays of WIDTH cases, zeros: name -> (shape of the array of one case, type of its items of eight bytes)."""
 
     def __init__(self, forms: Mapping[str, tuple[tuple[int, ...], type]]):
-        counts = [math.prod(shape) * WIDTH for shape, _ in forms.values()]
-        room = np.zeros(sum(counts) + WIDTH, np.int64)  # at once, as each array takes microseconds to make
-        places = itertools.accumulate(counts, initial=-room.ctypes.data // 8 % WIDTH)  # where a register is loaded from
+        counts = [math.prod(shape) for shape, _ in forms.values()]
+        ends = itertools.accumulate(counts)
+        room = np.zeros((sum(counts) + 1) * WIDTH, np.int64)  # at once, as each array takes microseconds to make
+        first = -room.ctypes.data // 8 % WIDTH  # where a register is loaded from
+        self.numbers = room[first : first + sum(counts) * WIDTH].reshape(-1, WIDTH)
+        self.parts = {name: slice(end - count, end) for name, count, end in zip(forms, counts, ends, strict=True)}
         self.arrays = {
-            name: room[place : place + count].view(dtype).reshape(*shape, WIDTH)
-            for (name, (shape, dtype)), place, count in zip(forms.items(), places, counts, strict=False)
+            name: self.numbers[self.parts[name]].view(dtype).reshape(*shape, WIDTH)
+            for name, (shape, dtype) in forms.items()
         }
 
     def lane(self, place: int) -> dict[str, np.ndarray]:
         """Return the arrays of one of the cases by name."""
         return {name: array[..., place] for name, array in self.arrays.items()}
+
+    def up_to(self, name: str, place: int) -> np.ndarray:
+        """Return what one of the cases has in the first arrays, up to the one of this name, as one array (numbers,)."""
+        return self.numbers[: self.parts[name].stop, place].view(float)
 
 
 def lies_in_lanes(form, names):

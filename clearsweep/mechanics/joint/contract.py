@@ -42,7 +42,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.family import family, kernel
+from ..compiled.family import family, form_number, kernel
 
 # A mode is a number below 63 whose bits say what the loop has to know; from LAWS_OWN on they tell a kind's own apart.
 # ACTS: there is a force.  MEETS: surfaces are apart, an onset is looked for.  TOUCHES: they touch, a separation is.
@@ -355,12 +355,30 @@ def every_contact(joints):
     return [(joint, modes) for joint in joints for modes in contact_modes(joint)]
 
 
+class States(NamedTuple):
+    """Whether laws have an internal state."""
+
+    integrated: bool
+    latched: bool
+
+
+def states_of(scene):
+    """Return the States of a compiled scene; the types of its laws decide them, so they are looked up."""
+    number = form_number(scene)
+    if number not in _STATES:
+        _STATES[number] = States(bool(every_internal_state(scene.joints)), bool(every_latched(scene.joints)))
+    return _STATES[number]
+
+
+_STATES: dict[int, States] = {}  # by the number of the form of a scene
+
+
 def every_internal_state(joints):
     """Return (number of its contact, InternalState, where it begins) of every number that is integrated."""
     return [
         (contact, declared, began)
         for contact, law in every_part(joints)
-        if law._field_defaults  # most have no state
+        if law._field_defaults
         for declared, began in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
     ]
 

@@ -226,8 +226,8 @@ def latch_entry(scene, y, latched, o, event, row):
 # ---------------------------------------------------------------------------------------------- for a scene
 
 
-def guards_of(scene, parameters) -> Guards:
-    """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave."""
+def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
+    """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave; `zeros` makes arrays."""
     number, key = types.float64, form_number(scene)
     if key not in _LISTED:
         _LISTED[key] = _listed(scene.joints)
@@ -236,9 +236,9 @@ def guards_of(scene, parameters) -> Guards:
     return Guards(
         evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if -1 in listed["column"] else NO_ENTRY,
         latch=entry(latch_entry, scene, (number, number, number, types.int64), parameters) if latching else NO_ENTRY,
-        value=np.zeros((2, count)),
-        passed=np.zeros(count, dtype=np.bool_),
-        event=np.zeros(2, dtype=np.int64),
+        value=zeros((2, count)),
+        passed=zeros(count, dtype=np.bool_),
+        event=zeros(2, dtype=np.int64),
         **listed,
     )
 

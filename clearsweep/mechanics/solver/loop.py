@@ -6,7 +6,7 @@ import numpy as np
 from numba import config, njit, typeof
 
 from ..compiled.family import NO_ENTRY, WIDTH, inlined, invoke, kernel
-from ..compiled.kept import found
+from ..compiled.kept import found, of_one_form
 from ..compiled.rows import in_rows
 from ..observe.along import CALM, ERROR, GOES_ON, LENGTH, STANDS, WHOLE, advance, sum_up
 from ..observe.noting import add_courses, note_step, open_window
@@ -316,6 +316,7 @@ def compile_for(model, lanes):
         integrate.compile(tuple(map(typeof, (model, cases, cases, NO_ENTRY, *lanes))))
 
 
+@of_one_form
 @njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
 def integrate(model, addresses, status, together, tried, ledger):
     """Integrate cases from where they stand until one of them is to be looked at.  Never raises.

@@ -46,21 +46,21 @@ class Implicit(NamedTuple):
     past: np.ndarray
 
 
-def implicit_of(n) -> Implicit:
-    """Return the arrays for a state of `n` numbers."""
+def implicit_of(n, zeros=np.zeros) -> Implicit:
+    """Return the arrays for a state of `n` numbers, as `zeros` makes them."""
     many = STAGES * n
     return Implicit(
-        jacobian=np.zeros((PLACES.size, n, n)),
-        newton=np.zeros((many, many)),
-        pivots=np.zeros(many, dtype=np.int64),
-        small=np.zeros((n, n)),
-        small_pivots=np.zeros(n, dtype=np.int64),
-        stages=np.zeros(many),
-        change=np.zeros(many),
-        offset=np.zeros(n),
-        marks=np.zeros((ORDER + 1, n)),
-        choice=np.zeros(CHOICE),
-        past=np.zeros(PAST),
+        jacobian=zeros((PLACES.size, n, n)),
+        newton=zeros((many, many)),
+        pivots=zeros(many, dtype=np.int64),
+        small=zeros((n, n)),
+        small_pivots=zeros(n, dtype=np.int64),
+        stages=zeros(many),
+        change=zeros(many),
+        offset=zeros(n),
+        marks=zeros((ORDER + 1, n)),
+        choice=zeros(CHOICE),
+        past=zeros(PAST),
     )
 
 

@@ -337,13 +337,17 @@ def _seen(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the indices of the points that later ones do not cover: the last one in every small cell of the plane."""
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     cells = np.zeros(len(known), np.int32)
-    for values in (x[known], y[known]):
-        low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
-        cells = cells * CELLS_SEEN + (CELLS_SEEN * (values - low) / (high - low or 1.0)).astype(np.int32).clip(
-            max=CELLS_SEEN - 1
-        )
+    for values in (x, y):
+        cells = cells * CELLS_SEEN + _cells(values[known])
     _, last = np.unique(cells[::-1], return_index=True)
     return np.sort(known[len(known) - 1 - last])
+
+
+def _cells(values: np.ndarray) -> np.ndarray:
+    """Return in which of CELLS_SEEN even parts of their span values lie."""
+    low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
+    parts: np.ndarray = (CELLS_SEEN * (values - low) / (high - low or 1.0)).astype(np.int32)
+    return parts.clip(max=CELLS_SEEN - 1, out=parts)
 
 
 def histogram(

@@ -10,7 +10,7 @@ from .. import described, spatial
 from ..contract import Built, Ideal, IdealMotion, Open
 from . import general, masses, motion  # noqa: F401 - enter the equations of motion
 from .ideal import reactions, slider, torque
-from .pose import ROD, SLIDER, Links, SliderCrank, places
+from .pose import ROD, SLIDER, Links, Places, SliderCrank, places
 
 _LENGTH = Field("length", "m", "distance between its pins")
 _CENTER = Field(
@@ -80,23 +80,23 @@ def build(bodies, drive, joints, offsets) -> Built:
     """Return the slider-crank at crank angle 0, its pins apart by `offsets` and at rest relative to each other."""
     links = Links(*[bodies[name] for name in _LINKS], speed=drive)
     mechanism = SliderCrank(links, tuple([Open() if site.name in joints else Ideal() for site in _SITES]))
-    lengths = np.ones(places(mechanism).count)
+    at = places(mechanism)
+    lengths = [1.0] * at.count
     lengths[ROD] = links.rod_length  # an angle
-    start = _start(mechanism, [offsets.get(site.name, (0.0, 0.0)) for site in _SITES])
-    return Built(mechanism, start, lengths, links.crank_length + links.rod_length, drive)
+    start = _start(links, at, [offsets.get(site.name, (0.0, 0.0)) for site in _SITES])
+    return Built(mechanism, np.array(start), np.array(lengths), links.crank_length + links.rod_length, drive)
 
 
-def _start(mechanism: SliderCrank, offsets: list) -> np.ndarray:
+def _start(links: Links, at: Places, offsets: list) -> list:
     """Return coordinates, their rates and time; offsets : m, m, of the distal pin from the proximal one, A to C."""
-    links = mechanism.links
     radius, length, center, speed = links.crank_length, links.rod_length, links.rod_center, links.speed
     a, b, c = offsets
     pin_x, pin_y = a[0] + radius + b[0], a[1] + 0.0 + b[1]  # of the crank
     sin2 = -(pin_y + c[1]) / length
     cos2 = math.sqrt(1.0 - sin2**2)
     rate = -radius * speed / (length * cos2)
-    at, count = places(mechanism), places(mechanism).count
-    start = np.zeros(2 * count + 1)
+    count = at.count
+    start = [0.0] * (2 * count + 1)
     start[ROD], start[SLIDER] = math.asin(sin2), pin_x + length * cos2 + c[0]
     start[count + ROD], start[count + SLIDER] = rate, -length * rate * sin2
     if at.center:
