@@ -345,6 +345,8 @@ def test_the_first_characters_name_a_case_where_they_tell_it_apart(mixed):
     for case_id in ids:
         least = next(k for k in range(1, 17) if sum(other.startswith(case_id[:k]) for other in ids) == 1)
         assert mixed[1].full_id(case_id[:least]) == mixed[1].full_id(case_id) == case_id
+        with pytest.raises(InputError, match="no case"):
+            mixed[1].full_id(f"{case_id}0")
         assert mixed[1].orbit(case_id[:least]).equals(mixed[1].orbit(case_id))
         if least > 1:
             with pytest.raises(InputError, match="cases begin with"):

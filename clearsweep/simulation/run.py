@@ -86,8 +86,8 @@ def _of(form: type, lane: Lane) -> Lane:
     return {name: lane[name] for name in form.__annotations__ if name in lane}
 
 
-class _Room:
-    """Memory for arrays that are zero where a motion begins: few large pieces, so that they soon become so again."""
+class _Memory:
+    """Few large pieces, parts of which are the arrays that are zero where a motion begins: soon they are so again."""
 
     def __init__(self) -> None:
         self.pieces: list[np.ndarray] = []
@@ -104,7 +104,7 @@ class _Room:
         return part
 
     def clear(self) -> None:
-        """Let all be zero."""
+        """Let all of them be zero."""
         for piece in self.pieces:
             piece.fill(0)
 
@@ -145,8 +145,8 @@ class Run:
         lane : where among cases that lie side by side; None: it is alone.
         """
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
-        internal, self.room = every_internal_state(value.joints), _Room()
-        n, many, zeros = scene.start.size, len(contacts), self.room.zeros
+        internal, self.memory = every_internal_state(value.joints), _Memory()
+        n, many, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
         self.parameters = flatten(value)  # compiled code holds its address
         moment = 2 * len(value.coordinates)
@@ -194,7 +194,7 @@ class Run:
 
     def begin(self, start: Start) -> None:
         """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
-        self.room.clear()
+        self.memory.clear()
         for filled, highest in zip(self.tally.histogram, self.tally.bins[:, tallies.HIGHEST_BIN].tolist(), strict=True):
             filled[: highest + 1] = 0.0  # most of it was never touched
         self._begin(start)

@@ -172,15 +172,12 @@ def jam_angle(joint: Joint) -> float:
 def contact_terms(joint: Joint) -> tuple:
     """Return the compiled form of (law, elastic) of a joint."""
     contact = joint.contact
-    law, elastic = compiled_term("law", contact.law, joint), _bulk(joint)
-    rough = _roughness(joint)
-    elastic = rough.term if rough else elastic
-    if not _elastic(joint):
+    law, rough = compiled_term("law", contact.law, joint), _roughness(joint)
+    elastic = rough.term if rough else _bulk(joint)
+    if contact.onset != "renewed" or not _elastic(joint):
         return law, elastic
     returned = restitution(joint)
-    if contact.onset == "renewed" and returned is not None:
-        law = renewed(law, elastic, returned)
-    return law, elastic
+    return (law if returned is None else renewed(law, elastic, returned)), elastic
 
 
 def _bulk(joint: Joint) -> tuple:

@@ -50,13 +50,13 @@ class Built(NamedTuple):
 
 def largest_reactions(mechanism: Mechanism, bodies: Mapping[str, float], drive: float) -> Mapping[str, float]:
     """Return the largest reaction (N) of each joint without clearance over a turn; none where nothing turns."""
-    return _largest_reactions(mechanism.ideal, tuple(bodies.items()), drive) if mechanism.ideal else {}
+    return _largest_reactions(mechanism.ideal, tuple(bodies), tuple(bodies.values()), drive) if mechanism.ideal else {}
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
-def _largest_reactions(ideal: Callable, bodies: tuple, drive: float) -> Mapping[str, float]:
-    angles = 2.0 * np.pi * np.arange(STEPS) / STEPS
-    return {name: peak_of(forces) for name, forces in ideal(dict(bodies), drive, angles).reactions.items()}
+def _largest_reactions(ideal: Callable, keys: tuple, values: tuple, drive: float) -> Mapping[str, float]:
+    bodies, angles = dict(zip(keys, values, strict=True)), 2.0 * np.pi * np.arange(STEPS) / STEPS
+    return {name: peak_of(forces) for name, forces in ideal(bodies, drive, angles).reactions.items()}
 
 
 def peak_of(forces: np.ndarray) -> float:
