@@ -36,7 +36,7 @@ IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
-EVENTS, PROSPECT = "mechanics/solver/event.py", "mechanics/solver/prospect.py"
+EVENTS, PROSPECT, SPAN = (f"mechanics/solver/{name}.py" for name in ("event", "prospect", "span"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
@@ -103,10 +103,16 @@ MUTATIONS = (
     Mutation(EVENTS, "if da < 0.0 <= db:", "if da < 0.0 <= -db:", SEARCH),
     Mutation(EVENTS, "peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb", "peaks = False", SEARCH),
     Mutation(EVENTS, "/ (sb - sa) >= 0.0:", "/ (sb - sa) >= 1e9:", SEARCH),
-    Mutation(PROSPECT, "reach = max(o[0, there], o[END, there])", "reach = min(o[0, there], o[END, there])", SEEN),
+    Mutation(SPAN, "0.5 * (depth_begin + depth_end + reach)", "0.5 * (depth_begin + depth_end)", SEARCH),
+    Mutation(PROSPECT, "middle = 0.5 * (second + third) +", "middle = 0.5 * (second + third) -", SEARCH),
     Mutation(EVENTS, "return crossing(at, (SEPARATION, j, 0.0), xa, xb)", "return xb", ENDS),
     Mutation(PROSPECT, "lowest - dip, 1.0) > 0.0", "lowest - dip, 1.0) > -1.0", SCENES),
-    Mutation(EVENTS, "if x < best:", "if x > best:", SCENES),
+    Mutation(
+        EVENTS,
+        "if x < best:\n            best, kind, contact = x, what",
+        "if x > best:\n            best, kind, contact = x, what",
+        SCENES,
+    ),
     # the histogram and the sums
     Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", RAMPS),
     Mutation(HISTOGRAM, "density * (bin_edge(first + 1) - low)", "density * (high - bin_edge(first + 1))", RAMPS),

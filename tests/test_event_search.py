@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from clearsweep.mechanics.observe.along import FASTEST, step_width, sum_of
-from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
-from clearsweep.mechanics.solver import event
+from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of, columns
+from clearsweep.mechanics.solver import event, prospect
 from clearsweep.mechanics.solver.dop853 import END, ROWS, SCRATCH
+from clearsweep.mechanics.solver.span import deepest_between
 
 
 @pytest.fixture
@@ -29,7 +30,7 @@ def onset(monkeypatch):
         look(None, 0.0, 0)
         look(None, 1.0, END)
         monkeypatch.setattr(event, "evaluate_dense", look)
-        return event.first_onset((SimpleNamespace(o=o, step=step),), 0, 1.0)
+        return event.first_onset((SimpleNamespace(o=o, step=step),), 0, 1.0, 1.0)
 
     return found
 
@@ -68,3 +69,54 @@ def test_a_journal_that_leaves_is_pressed_back_and_falls_between_two_looks_touch
     path = np.poly1d([begin, begin + wide, begin + 2.0 * wide], r=True) * -1.0
     x = onset(path, path.deriv(), 3.0)
     assert x == pytest.approx(begin + wide, abs=1e-8)
+
+
+def control(path: np.poly1d) -> float:
+    """Return the highest control point of the curve above a path whose depths at the stages are exact."""
+    o = np.zeros((ROWS, columns(1)))
+    o[:, KAPPA] = 2.0
+    for row, x in zip(NODES, SHARES, strict=True):
+        o[row, column_of(0, DEPTH)], o[row, column_of(0, RATE)] = path(x), path.deriv()(x)
+    return prospect.highest_control(o, 0, 0.5)
+
+
+@pytest.mark.parametrize("top", [0.0, 1e-3, 0.1])
+@pytest.mark.parametrize("middle", [0.1, 0.3, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("lean", [-3.0, 0.0, 3.0])
+def test_a_path_that_rises_to_the_bearing_between_its_ends_is_searched(top, middle, lean):
+    rising = np.poly1d([1.0, -2.0 * middle, middle**2])
+    assert control(top - rising * np.poly1d([lean, 4.0]) * np.poly1d([1.0, 1.0])) >= 0.0
+
+
+@pytest.mark.parametrize("begin", [0.0, 1e-12, -1e-12])
+@pytest.mark.parametrize("bend", [-1.0, 0.0, 0.5, 0.9])
+def test_a_path_that_leaves_the_bearing_for_good_is_not_searched(begin, bend):
+    assert control(np.poly1d([0.2, -0.2, bend, -1.0, begin])) < 0.0
+
+
+def test_a_path_that_is_no_longer_than_its_ends_are_below_the_bearing_does_not_come_to_it():
+    assert deepest_between(-1.0, -3.0, 3.9) < 0.0 < deepest_between(-1.0, -3.0, 4.1)
+
+
+@pytest.mark.parametrize(
+    ("function", "most"),
+    [
+        (lambda x: x - 0.3, 8),
+        (lambda x: math.tanh(50.0 * (x - 0.3)), 24),
+        (lambda x: (x / 0.3) ** 9 - 1.0, 64),
+        (lambda x: 1.0 if x > 0.3 else -1e-9, 64),
+        (lambda x: x - 0.3 if x > 0.1 else -math.inf, 64),
+    ],
+)
+def test_an_event_is_located_from_behind_whatever_its_function(monkeypatch, function, most):
+    looks = []
+
+    def look(at, kind, j, stop, x):
+        looks.append(x)
+        return function(x)
+
+    monkeypatch.setattr(event, "excess", look)
+    x = event.crossing(None, (event.SEPARATION, 0, 0.0), 0.0, 1.0)
+    assert function(x) >= 0.0
+    assert x == pytest.approx(0.3, abs=2.0 * event.FINE, rel=0.0)
+    assert len(looks) <= most

@@ -1,7 +1,5 @@
 """How fast time goes along tau, the independent variable: see `rates`."""
 
-import math
-
 from numba.extending import overload
 
 from .compiled.choosing import where
@@ -21,13 +19,40 @@ def clock(scene, y, mode):
 
 
 @kernel
+def roots_beside(scene, y, mode, contact):
+    """Return the product of the roots of penetration, each in m^0.5, of all contacts that touch but one."""
+    first = 2 * len(scene.coordinates) + 1
+    product = as_type_of(1.0, y[first])
+    for c in range(extent(scene.joints).contact):
+        if c != contact:
+            product = product * where(touches(mode[c]), y[first + c], 1.0)
+    return product
+
+
+@kernel
+def per_root(scene, y, mode):
+    """Return what `roots_beside` times is kappa over the root, where each contact parts by itself: one division."""
+    total = as_type_of(0.0, y[2 * len(scene.coordinates) + 1])
+    for c in range(extent(scene.joints).contact):
+        total = total + where(touches(mode[c]), roots_beside(scene, y, mode, c), 0.0)
+    return 1.0 / where(total != 0.0, scene.sigma * total, 1.0)
+
+
+@kernel
 def _clock_of_joints(scene, y, mode):
     """Return the same where each contact parts by itself."""
-    first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
-    slowness = as_type_of(0.0, y[first])
-    for c in range(contacts):
-        slowness = slowness + 1.0 / where(touches(mode[c]), y[first + c], math.inf)
-    return 1.0 / where(slowness != 0.0, scene.sigma * slowness, 1.0)
+    return roots_beside(scene, y, mode, -1) * per_root(scene, y, mode)
+
+
+@kernel
+def _haste_of_joints(scene, y, mode, kappa, contact):
+    """Return kappa over the root of a contact that touches, s/m^0.5, also where that is zero."""
+    return roots_beside(scene, y, mode, contact) * per_root(scene, y, mode)
+
+
+@kernel
+def _haste_of_corners(scene, y, mode, kappa, contact):
+    return kappa / y[2 * len(scene.coordinates) + 1 + contact]
 
 
 @kernel
@@ -58,5 +83,21 @@ def _clock_of_several(scene, y, mode):
 
 @overload(_clock_of_several, strict=False, jit_options=dict(OPTIONS))
 def _compiled_clock_of_several(scene, y, mode):
+    return clock_of_corners if _has_corners(scene) else _clock_of_joints
+
+
+def haste(scene, y, mode, kappa, contact):
+    """Return kappa over the root of penetration of a contact that touches, one of several, s/m^0.5."""
+    corners = extent(scene.joints).contact > len(scene.joints)
+    return (_haste_of_corners if corners else _haste_of_joints)(scene, y, mode, kappa, contact)
+
+
+@overload(haste, strict=False, jit_options=dict(OPTIONS, forceinline=True))
+def _compiled_haste(scene, y, mode, kappa, contact):
+    return _haste_of_corners if _has_corners(scene) else _haste_of_joints
+
+
+def _has_corners(scene):
+    """Return whether joints of a scene, of the compiler's type of one, have several contacts."""
     joints = scene.types[scene.fields.index("joints")]
-    return clock_of_corners if room_of_all(joints).contact > len(joints) else _clock_of_joints
+    return room_of_all(joints).contact > len(joints)

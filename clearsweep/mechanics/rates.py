@@ -17,7 +17,7 @@ from typing import NamedTuple
 from numba import types
 
 from ..contracts.catalogue import Channel
-from .clock import clock
+from .clock import clock, haste
 from .compiled.choosing import either
 from .compiled.dual import Seeded, as_dual, as_type_of, slope
 from .compiled.family import Entry, entry, in_lane, inlined, kernel, map_joints, shaped
@@ -91,17 +91,17 @@ def catching_up(reference_rate, rate, depth, root):
 
 
 @inlined
-def root_rate(scene, contact, root, kappa):
-    """Return the rate (m^0.5 per unit of tau) of the root of penetration of a Contact that touches."""
-    closing = catching_up(scene.reference_rate, contact.rate, contact.depth, root)
+def root_rate(scene, contact, present, kappa, c):
+    """Return the rate (m^0.5 per unit of tau) of the root of penetration of Contact number `c`, which touches."""
+    closing = catching_up(scene.reference_rate, contact.rate, contact.depth, present.y[present.roots + c])
     if extent(scene.joints).contact == 1:
         return closing * (1.0 / scene.sigma)
-    return closing * (kappa / root)  # kappa / s, also at s = 0
+    return closing * haste(scene, present.y, present.mode, kappa, c)
 
 
 @inlined
-def _stays(scene, contact, root, kappa):
-    return as_type_of(0.0, root)
+def _stays(scene, contact, present, kappa, c):
+    return as_type_of(0.0, present.y[present.roots + c])
 
 
 _rate_of_root = either(root_rate, _stays)
@@ -132,7 +132,7 @@ def _put_contacts(joint, load, place, rows):
     present, row = rows.present, rows.row
     for i in range(len(load.contacts)):
         contact, c = load.contacts[i], place.contact + i
-        given = rows.scene, contact, present.y[present.roots + c], rows.kappa
+        given = rows.scene, contact, present, rows.kappa, c
         rows.k[row, present.roots + c] = _rate_of_root(touches(present.mode[c]), given)
         lost = power_lost(contact)
         seen = Observed(
@@ -224,7 +224,7 @@ def _put_root_slopes(joint, load, place, column):
         c = place.contact + i
         column.out[present.roots + c] = 0.0
         if touches(present.mode[c]):
-            rate = root_rate(column.scene, load.contacts[i], present.y[present.roots + c], column.kappa)
+            rate = root_rate(column.scene, load.contacts[i], present, column.kappa, c)
             column.out[present.roots + c] = slope(as_dual(rate))
 
 

@@ -13,17 +13,18 @@ from ..compiled.family import Entry, inlined, invoke, kernel
 from ..compiled.rows import lies_in_lanes
 from ..joint.contract import meets, touches
 from ..observe.along import FASTEST, Attempt, sum_of
-from ..observe.observables import KAPPA, observed
+from ..observe.observables import KAPPA, NODES, SHARES, observed
 from ..observe.tally import Ledger
 from .dop853 import END, SCRATCH, dense_component, dense_state
-from .guarding import evaluate_guards, pass_guards
+from .guarding import ask_laws, evaluate_guards, pass_guards
+from .span import Span, cubic_onset, deepest_between, fold
 
 NOTHING, ONSET, SEPARATION, STOP, GUARD = range(5)  # kinds of events; GUARD and beyond: the guards of joints
 SPANS = 8  # parts of a step in free flight: the path of a journal within an eighth of a step is close to a cubic
 MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step, so that SPANS of it can be followed
-ROUNDING = 4.0e-16
-CLOSE_ENOUGH = 1e-9  # of a step: the step that ends at an onset corrects what is left
+FINE = 1e-12  # of a step: how closely events are located
+HALVING = 16  # looks after which the rest is halved
 EXPLICIT, IMPLICIT = 0, 1  # methods
 # Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
 STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
@@ -146,6 +147,16 @@ def guard_value(at, g, x):
 
 
 @kernel
+def seen_at_node(at, g, m):
+    """Return the value of guard `g` as seen at the stage of NODES[m]; of a law with the root at the step's end."""
+    work, guards, row = at[0], at[0].guards, NODES[m]
+    if guards.column[g] >= 0:
+        return guards.sign[g] * work.o[row, guards.column[g]]
+    ask_laws(at, work.y if m == 0 else work.end, row)
+    return guards.value[0, g]
+
+
+@kernel
 def excess(at, kind, j, stop, x):
     """Return the function of an event at the share `x` of the step: it grows through zero where the event is."""
     work = at[0]
@@ -161,31 +172,41 @@ def excess(at, kind, j, stop, x):
 
 @kernel
 def crossing(at, event, a, b):
-    """Return the share in [a, b] at which the event's function grows through zero, to rounding (Illinois).
+    """Return the share in [a, b] at which the event's function has grown through zero, by FINE at most beyond that.
 
     event : (kind, contact, place of a STOP along the run).
     """
     kind, j, stop = event
-    fa, fb = excess(at, kind, j, stop, a), excess(at, kind, j, stop, b)
+    return crossing_between(at, event, (a, excess(at, kind, j, stop, a)), (b, excess(at, kind, j, stop, b)))
+
+
+@kernel
+def crossing_between(at, event, begin, end):
+    """Return the same where the function is known at both ends: (share, value) of each.
+
+    Regula falsi as Anderson & Bjorck (1973, BIT 13:253) have it: of an end that stays, the value is scaled down by how
+    much that at the other has changed.
+    """
+    kind, j, stop = event
+    (a, fa), (b, fb) = begin, end
     if fa >= 0.0:
         return a
     side = 0
-    for _ in range(100):
+    for tried in range(64):
         x = (a * fb - b * fa) / (fb - fa)
-        if not a < x < b:
+        if tried > HALVING or not a < x < b:  # a jump, or a value that is not finite
             x = 0.5 * (a + b)
+        x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the end that stays follows
         fx = excess(at, kind, j, stop, x)
         if fx >= 0.0:
-            b, fb = x, fx
             if side == 1:
-                fa *= 0.5
-            side = 1
+                fa *= 1.0 - fx / fb if fx < fb else 0.5
+            b, fb, side = x, fx, 1
         else:
-            a, fa = x, fx
             if side == -1:
-                fb *= 0.5
-            side = -1
-        if b - a <= ROUNDING or fx == 0.0:
+                fb *= 1.0 - fx / fa if fx > fa else 0.5
+            a, fa, side = x, fx, -1
+        if b - a <= FINE or fx == 0.0:
             break
     return b
 
@@ -206,61 +227,13 @@ def turning(at, j, h, between, sign):
     return b
 
 
-class Span(NamedTuple):
-    """A part of a step in free flight: its ends as shares of the step, with depths and their slopes there."""
-
-    begin: float
-    depth_begin: float  # m
-    slope_begin: float  # m per step
-    end: float
-    depth_end: float  # m
-    slope_end: float  # m per step
-
-
-@kernel
-def cubic(span):
-    """Return the coefficients of u^2 and u^3 of the cubic through the ends of a Span, u from 0 to 1."""
-    wide, rise = span.end - span.begin, span.depth_end - span.depth_begin
-    begin, end = wide * span.slope_begin, wide * span.slope_end
-    return 3.0 * rise - 2.0 * begin - end, begin + end - 2.0 * rise
-
-
-@kernel
-def fold(span):
-    """Return where that cubic bends the other way, if its slope, of one sign at both ends, has the other sign there.
-
-    Else the end.  What has just left can so be pressed back, and fall again, between two ends at which it falls.
-    """
-    lean, bend = cubic(span)
-    u = -lean / (3.0 * bend) if bend != 0.0 else 1.0
-    begin, there = span.slope_begin, (span.end - span.begin) * span.slope_begin + lean * u
-    return span.begin + u * (span.end - span.begin) if 0.0 < u < 1.0 and begin * there < 0.0 else span.end
-
-
-@kernel
-def cubic_onset(span):
-    """Return where the cubic through the ends of a Span crosses zero, by a few steps of Newton's method."""
-    a, b, sa = span.begin, span.end, span.slope_begin
-    wide, rise = b - a, span.depth_end - span.depth_begin
-    lean, bend = cubic(span)
-    x = a - wide * span.depth_begin / rise if sa > 0.0 else b  # just left, the depth at `begin` is all but 0, too
-    for _ in range(3):
-        u = (x - a) / wide
-        value = span.depth_begin + u * (wide * sa + u * (lean + u * bend))
-        slope = sa + u * (2.0 * lean + 3.0 * u * bend) / wide
-        better = x - value / slope if slope > 0.0 else b
-        x = better if a < better < b else x
-    return x
-
-
 @kernel
 def onset_in(at, j, h, span):
     """Return the share of the step at which free contact `j`, apart at the begin of the Span, reaches its bearing.
 
-    Newton's method on the depth, kept in the bracket.  To 1e-9 of the step: where it is taken again for the event, the
-    rest is corrected.
+    Newton's method on the depth, kept in the bracket, to FINE, as the rate there says how hard the impact is.
     """
-    a, b, x = span.begin, span.end, cubic_onset(span)
+    a, b, x, before = span.begin, span.end, cubic_onset(span), 0.0
     for _ in range(60):
         depth, slope = approach(at, j, h, x)
         if depth >= 0.0:
@@ -268,26 +241,30 @@ def onset_in(at, j, h, span):
         else:
             a = x
         better = x - depth / slope if slope > 0.0 else -1.0
-        if not a <= better <= b:
+        inside = a <= better <= b
+        if not inside:
             better = 0.5 * (a + b)
         move, x = abs(better - x), better
-        if move <= CLOSE_ENOUGH:
-            break
+        if move <= FINE or (inside and move * move * move <= FINE * before * before):
+            break  # what two steps of Newton's method leave
+        before = move if inside else 0.0
     return x
 
 
 @kernel
-def first_onset(at, j, h):
+def first_onset(at, j, h, until):
     """Return the share of the step at which free contact `j` first touches its bearing, closing; 2 if it does not.
 
     From each place on the way the next is as far as the journal cannot have come to the bearing, or a SPANS-th.
+    What is behind the share `until` is not wanted.
     """
     xa = 0.0
     da, sa = approach_in_row(at, j, h, 0)
     if da >= 0.0 and sa >= 0.0:
         return 0.0
     reach = MARGIN * h * fastest(at, j)
-    while xa < 1.0:
+    last, _ = approach_in_row(at, j, h, END)
+    while xa < until and deepest_between(da, last, reach * (1.0 - xa)) >= 0.0:
         safe = -da / reach if reach > 0.0 else 1.0
         xb = min(xa + max(safe, 1.0 / SPANS), 1.0)
         db, sb = approach(at, j, h, xb) if xb < 1.0 else approach_in_row(at, j, h, END)
@@ -311,10 +288,12 @@ def first_onset(at, j, h):
 
 
 @kernel
-def first_separation(at, j):
-    """Return the share of the step at which contact `j` separates; 2 if it does not."""
+def first_separation(at, j, until):
+    """Return the share of the step at which contact `j` separates; 2 if it does not, up to the share `until`."""
     work, xa = at[0], 0.0
     for i in range(SPANS):
+        if xa >= until:
+            break
         xb = (i + 1.0) / SPANS
         if dense_component(xb, work.time + 1 + j, work.y, work.f) <= 0.0:
             return crossing(at, (SEPARATION, j, 0.0), xa, xb)
@@ -323,14 +302,33 @@ def first_separation(at, j):
 
 
 @kernel
-def first_passage(at, g):
-    """Return the share of the step at which the value of guard `g` turns positive; 2 if it does not."""
-    xa = 0.0
+def first_passage(at, g, until):
+    """Return the share of the step at which the value of guard `g` turns positive; 2 if it does not.
+
+    What is past the share `until` is not wanted.  Where the value follows from forces or rates, the stages say where to
+    look; they are of lower order than the step, so that both ends are looked at.
+    """
+    event = GUARD + g, at[0].guards.contact[g], 0.0
+    if not at[0].guards.of_state[g]:
+        m = 1
+        while m < NODES.size - 1 and seen_at_node(at, g, m) <= 0.0:
+            m += 1
+        xa, xb = SHARES[m - 1], SHARES[m]
+        if xa >= until:
+            return 2.0
+        fa = guard_value(at, g, xa) if m > 1 else seen_at_node(at, g, 0)
+        fb = guard_value(at, g, xb) if m < NODES.size - 1 else seen_at_node(at, g, m)
+        if fa <= 0.0 < fb:
+            return crossing_between(at, event, (xa, fa), (xb, fb))
+    xa, fa = 0.0, guard_value(at, g, 0.0)
     for i in range(SPANS):
+        if xa >= until:
+            break
         xb = (i + 1.0) / SPANS
-        if guard_value(at, g, xb) > 0.0:
-            return crossing(at, (GUARD + g, at[0].guards.contact[g], 0.0), xa, xb)
-        xa = xb
+        fb = guard_value(at, g, xb)
+        if fb > 0.0:
+            return crossing_between(at, event, (xa, fa), (xb, fb))
+        xa, fa = xb, fb
     return 2.0
 
 
@@ -338,20 +336,21 @@ def first_passage(at, g):
 def first_event(at, h, stop):
     """Return (share of the step, kind, contact) of the first event in it; needs the dense output in `work.f`."""
     work, guards = at[0], at[0].guards
-    best, kind, contact = 2.0, NOTHING, 0
+    best, kind, contact = 2.0, NOTHING, 0  # what is behind the best so far is not looked for
     if work.end[work.along] >= stop:
         best, kind = crossing(at, (STOP, 0, stop), 0.0, 1.0), STOP
     pass_guards(at)
     for j in range(work.mode.size):
         x, what = 2.0, NOTHING
         if meets(work.mode[j]):
-            x, what = first_onset(at, j, h), ONSET
+            x, what = first_onset(at, j, h, min(best, 1.0)), ONSET
         elif touches(work.mode[j]):
-            x, what = first_separation(at, j), SEPARATION
-        for g in range(guards.contact.size):
-            passage = first_passage(at, g) if guards.passed[g] and guards.contact[g] == j else 2.0
-            if passage < x:
-                x, what = passage, GUARD + g
+            x, what = first_separation(at, j, min(best, 1.0)), SEPARATION
         if x < best:
             best, kind, contact = x, what, j
+        for g in range(guards.contact.size):
+            if guards.passed[g] and guards.contact[g] == j:
+                x = first_passage(at, g, min(best, 1.0))
+                if x < best:
+                    best, kind, contact = x, GUARD + g, j
     return best, kind, contact

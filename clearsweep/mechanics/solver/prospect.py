@@ -3,17 +3,22 @@
 Free flight is short enough to be searched: a journal may travel so far in a step, see `event.FARTHEST`.
 """
 
-from ..compiled.choosing import where
+import numpy as np
+
+from ..compiled.choosing import nowhere, where
 from ..compiled.family import inlined
 from ..joint.contract import meets, touches
 from ..joint.guards import highest_seen, is_looked_at
 from ..observe.along import CALM, ERROR, FASTEST, GOES_ON, LENGTH, RISE, RUN, SEEKS, STANDS, STIFF, sum_of
-from ..observe.observables import DEPTH, KAPPA, SLIP, column_of
+from ..observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of
 from .choice import FAST
 from .dop853 import END
 from .event import FARTHEST, MARGIN
 from .plan import ALONE, DUE, EXPECTED, GROWTH, LEAVE, LONGEST, NEXT, RESTED, STOP_AT, TRIES, UNASKED
+from .span import deepest_between
 from .step_control import GROW, change_of_length, eighth_power
+
+STRAY = 2.0  # on how far depths at the stages are above a cubic: bounds how far they are between them
 
 
 @inlined
@@ -59,11 +64,8 @@ def holds_no_event(ledger, guards, along, time):
     y, end, k, o, mode, h = ledger.y, ledger.end, ledger.k, ledger.o, ledger.mode, ledger.step[LENGTH]
     none = end[along] < ledger.ahead[STOP_AT]
     for j in range(mode.size):
-        # a path from one end to the other strays from the farther end by at most half its length
-        there = column_of(j, DEPTH)
-        fastest = max(ledger.step[sum_of(j, FASTEST)], o[END, column_of(j, SLIP)] * o[END, KAPPA])
-        reach = max(o[0, there], o[END, there]) + 0.5 * MARGIN * h * fastest
-        none = none & (where(meets(mode[j]), reach, -1.0) < 0.0)
+        if not nowhere(meets(mode[j])):
+            none = none & (where(meets(mode[j]), least_bound(ledger, j), -1.0) < 0.0)
         # a root of penetration that falls and rises dips by at most a quarter of what either slope makes of it
         root = time + 1 + j
         lowest, fall, rise = min(y[root], end[root]), k[0, root], k[END, root]
@@ -74,6 +76,45 @@ def holds_no_event(ledger, guards, along, time):
             highest = highest_seen(o, guards.column[g], guards.sign[g], guards.at_stages[g])
             none = none & (where(is_looked_at(guards, g, mode[guards.contact[g]]), highest, -1.0) <= 0.0)
     return none
+
+
+@inlined
+def least_bound(ledger, j):
+    """Return the least depth (m) that is known to be above all depths of contact `j`, in free flight, on its way."""
+    o, h, there = ledger.o, ledger.step[LENGTH], column_of(j, DEPTH)
+    fastest = max(ledger.step[sum_of(j, FASTEST)], o[END, column_of(j, SLIP)] * o[END, KAPPA])
+    return min(deepest_between(o[0, there], o[END, there], MARGIN * h * fastest), highest_control(o, j, h))
+
+
+@inlined
+def highest_control(o, j, h):
+    """Return the highest control point (m), but the first, of a curve above the depths of contact `j` in the step.
+
+    The curve, of the fourth degree over the share x: the cubic through depths and slopes at both ends, and
+    x^2 (1 - x)^2 times STRAY times the most by which stages between are above it, as such a curve is.  Where all these
+    points are below zero the surfaces do not meet, also where they have just parted, the first point being about zero:
+    by Descartes' rule, in Bernstein's form, the curve then goes through zero once at most, and falls there.
+    """
+    there, speed = column_of(j, DEPTH), column_of(j, RATE)
+    begin, end = o[0, there], o[END, there]
+    rise, fall = h * (o[0, speed] * o[0, KAPPA]), h * (o[END, speed] * o[END, KAPPA])
+    above = 0.0 * begin
+    for m in range(1, NODES.size - 1):
+        cubic = CUBIC[m, 0] * begin + CUBIC[m, 1] * rise + CUBIC[m, 2] * end + CUBIC[m, 3] * fall
+        above = max(above, (o[NODES[m], there] - cubic) * BUMP[m])
+    second, third = begin + rise / 3.0, end - fall / 3.0  # of the cubic's own
+    middle = 0.5 * (second + third) + (STRAY / 6.0) * above
+    of_begin, of_end = 0.25 * begin + 0.75 * second, max(0.75 * third + 0.25 * end, end)
+    return max(max(of_begin, of_end), middle)  # noqa: PLW3301 - numbers in lanes know the larger of two
+
+
+def _cubic(x):
+    """Return the weights of value and slope at 0, then at 1, that give the cubic through them at `x`."""
+    return np.stack([(1 - x) ** 2 * (1 + 2 * x), x * (1 - x) ** 2, x**2 * (3 - 2 * x), x**2 * (x - 1)], axis=1)
+
+
+CUBIC = _cubic(SHARES)
+BUMP = np.array([0.0, *(1.0 / (SHARES * (1.0 - SHARES))[1:-1] ** 2), 0.0])  # over x^2 (1 - x)^2
 
 
 @inlined

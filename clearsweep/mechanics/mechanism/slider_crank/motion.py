@@ -64,13 +64,14 @@ def _floating_crank_with_rod(mechanism, p, loads):
     both, swing, rate2 = links.crank_mass + links.rod_mass, links.rod_mass * links.rod_center, p.rod_rate * p.rod_rate
     rx = a.fx - c.fx - links.crank_mass * offset * speed2 * p.c1 + swing * rate2 * p.c2
     ry = a.fy - c.fy - links.crank_mass * offset * speed2 * p.s1 + swing * rate2 * p.s2 - both * links.gravity
+    lightness = 1.0 / both
     turning = (
         c.moment_proximal
         - links.rod_length * (p.c2 * c.fy - p.s2 * c.fx)
-        - swing * (links.gravity * p.c2 + (p.c2 * ry - p.s2 * rx) / both)
+        - swing * (links.gravity * p.c2 + (p.c2 * ry - p.s2 * rx) * lightness)
     )
-    alpha = turning / (links.rod_inertia + swing * arm - swing * swing / both)
-    bx, by = (rx + swing * alpha * p.s2) / both, (ry - swing * alpha * p.c2) / both
+    alpha = turning * (1.0 / (links.rod_inertia + swing * arm - swing * swing * lightness))
+    bx, by = (rx + swing * alpha * p.s2) * lightness, (ry - swing * alpha * p.c2) * lightness
     fx, fy = _crank_pin_force(links, p, bx, by, alpha, -c.fx, -c.fy)
     torque = _floating_crank_torque(links, p, a.fx, a.fy, fx, fy, a.moment_distal)
     pull = speed2 * links.crank_length
@@ -98,11 +99,12 @@ def _floating_rod(mechanism, p, loads):
     near, far = links.rod_center, links.rod_length - links.rod_center
     cx, cy = -c.fx, -c.fy
     turning = b.moment_distal + c.moment_proximal - near * (p.c2 * b.fy - p.s2 * b.fx) + far * (p.c2 * cy - p.s2 * cx)
+    lightness = 1.0 / links.rod_mass
     return (
-        turning / links.rod_inertia,
+        turning * (1.0 / links.rod_inertia),
         c.fx * (1.0 / links.slider_mass),
-        (b.fx + cx) / links.rod_mass,
-        (b.fy + cy) / links.rod_mass - links.gravity,
+        (b.fx + cx) * lightness,
+        (b.fy + cy) * lightness - links.gravity,
     )
 
 
