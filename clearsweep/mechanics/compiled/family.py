@@ -156,18 +156,8 @@ def flatten(value):
 
 
 def numbers_of(value):
-    """Return the same as a list."""
-    numbers: list[float] = []
-    _add_numbers(value, numbers)
-    return numbers
-
-
-def _add_numbers(value, numbers):
-    for part in value:
-        if isinstance(part, tuple):
-            _add_numbers(part, numbers)
-        else:
-            numbers.append(part)
+    """Return the same as a list, which is not to be changed."""
+    return _read(value)[2]
 
 
 def put_numbers(scene, numbers, parameters):
@@ -198,22 +188,50 @@ def empty_entries() -> Iterator[None]:
         _EMPTY.reset(token)
 
 
-_LATEST = [(None, 0)]  # the scene that was asked about last, and the answer: several entries are made of each
+_LATEST = [(None, 0, [])]  # the scene that was asked about last, its number and its numbers: it is asked about often
 _NUMBERED: dict[tuple, int] = {}  # kinds of scenes
 _NUMBERS = itertools.count()  # no number twice, whichever threads ask at a time
 
 
 def form_number(scene):
     """Return a number that scenes have together whose `kinds` are the same; it is looked up faster than these."""
+    return _read(scene)[1]
+
+
+def _read(scene):
+    """Return a scene, the number of its kinds, and its numbers."""
     latest = _LATEST[0]
     if latest[0] is not scene:
-        _LATEST[0] = latest = scene, _NUMBERED.setdefault(kinds(scene), next(_NUMBERS))
-    return latest[1]
+        numbers: list[float] = []
+        form = _walk(scene, numbers)
+        _LATEST[0] = latest = scene, _NUMBERED.setdefault(form, next(_NUMBERS)), numbers
+    return latest
 
 
 def kinds(value):
     """Return the types in nested tuples; numba's own type of them takes a hundred times longer to look up."""
-    return (type(value), *[kinds(part) if isinstance(part, tuple) else type(part) for part in value])
+    return _walk(value, [])
+
+
+def _walk(value, numbers):
+    """Return the same, and add the numbers in them to a list, in their order."""
+    form = (type(value), *map(type, value))
+    if form not in _TUPLES:
+        _TUPLES[form] = tuple(place for place, part in enumerate(value) if isinstance(part, tuple))
+    tuples = _TUPLES[form]
+    if not tuples:  # as of most
+        numbers += value
+        return form
+    inside, first = [form], 0
+    for place in tuples:
+        numbers += value[first:place]
+        inside.append(_walk(value[place], numbers))
+        first = place + 1
+    numbers += value[first:]
+    return tuple(inside)
+
+
+_TUPLES: dict[tuple, tuple[int, ...]] = {}  # types of a tuple and of what is in it -> where tuples are in it
 
 
 def _compiled(function, scene, arrays):
