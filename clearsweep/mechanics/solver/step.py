@@ -1,6 +1,6 @@
 """One step: its stages, its dense output, and the step again where an event cuts it short."""
 
-from ..compiled.family import invoke, kernel
+from ..compiled.family import inlined, invoke, kernel
 from ..compiled.rows import in_rows
 from ..joint.contract import SAME
 from ..observe.along import (
@@ -17,7 +17,7 @@ from ..observe.along import (
     sum_up,
 )
 from ..observe.observables import KAPPA, observed
-from .dop853 import END, ROWS, dense_coefficients, stage_state
+from .dop853 import END, dense_coefficients, stage_state
 from .event import (
     EVALUATIONS,
     IMPLICIT,
@@ -71,13 +71,18 @@ def begin_step(at):
         evaluate(at, work.y, 0)
 
 
+@inlined
+def take_stage(at, h, row):
+    """Fill a row of rates and observables; those below are there already."""
+    stage_state(row, h, at[0].y, at[0].k, at[0].z)
+    evaluate(at, at[0].z, row)
+
+
 @kernel
 def run_stages(at, h, first, last):
     """Fill rows `first` to `last` - 1 of rates and observables; row 0 is there already."""
-    work = at[0]
     for row in range(first, last):
-        stage_state(row, h, work.y, work.k, work.z)
-        evaluate(at, work.z, row)
+        take_stage(at, h, row)
 
 
 @kernel
@@ -86,7 +91,9 @@ def finish_dense(at, h):
     work = at[0]
     if work.method[0] == IMPLICIT:
         return  # the implicit step made it
-    run_stages(at, h, END + 1, ROWS)
+    take_stage(at, h, END + 1)  # one by one: of each row alone its formula is compiled
+    take_stage(at, h, END + 2)
+    take_stage(at, h, END + 3)
     dense_coefficients(h, work.y, work.end, work.k, work.f)
 
 
