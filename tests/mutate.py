@@ -42,6 +42,7 @@ ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
 SCENES = "tests/test_plain.py"
 TALLY, RAMPS = "mechanics/observe/tally.py", "tests/test_tally.py"
+CALM, BESIDE = "mechanics/solver/calm.py", "tests/test_side_by_side.py -k calm"
 HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/observe/along.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
@@ -113,6 +114,13 @@ MUTATIONS = (
         "if x > best:\n            best, kind, contact = x, what",
         SCENES,
     ),
+    # steps that are not looked at
+    Mutation(CALM, "ahead[SPENT] = work.counts[EVALUATIONS]", "ahead[SPENT] += END * calm", BESIDE),
+    Mutation(CALM, "choice[LEFT] -= ahead[CALM_STEPS]", "choice[LEFT] -= 0.0", BESIDE),
+    Mutation(CALM, "due = min(due, turns.marks[mark])", "due = due", BESIDE),
+    Mutation(CALM, "due = min(due, record.times[sample])", "due = due", BESIDE),
+    Mutation(PROSPECT, "(ahead[CALM_STEPS] < ahead[UNASKED])", "(ahead[CALM_STEPS] >= 0.0)", BESIDE),
+    Mutation(PROSPECT, "calm = settled & (", "calm = (step[STANDS] < 0.0) & (", BESIDE),
     # the histogram and the sums
     Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", RAMPS),
     Mutation(HISTOGRAM, "density * (bin_edge(first + 1) - low)", "density * (high - bin_edge(first + 1))", RAMPS),

@@ -10,17 +10,19 @@ from numba import typeof
 import clearsweep
 from clearsweep import simulation
 from clearsweep.mechanics.carried import OF_MECHANISMS, branches, carried
-from clearsweep.mechanics.compiled.family import empty_entries
+from clearsweep.mechanics.compiled.family import NO_ENTRY, empty_entries
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.friction.sliding import Ambrosio, Threlfall
 from clearsweep.mechanics.mechanism.impact_pair import ImpactPair
 from clearsweep.mechanics.mechanism.slider_crank.pose import SliderCrank
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver import loop
-from clearsweep.mechanics.solver.event import EVALUATIONS, STEPS
+from clearsweep.mechanics.solver.choice import COST
+from clearsweep.mechanics.solver.event import EVALUATIONS, REJECTED, STEPS
+from clearsweep.mechanics.solver.plan import CALM_STEPS, GOING, OK
 from clearsweep.simulation import ensemble, run
 from clearsweep.simulation.revolutions import marks_of
-from clearsweep.simulation.start import control_of, start_of
+from clearsweep.simulation.start import NOWHERE, control_of, start_of
 
 CASES = 11  # no multiple of what a register holds
 TIMED = {"run_time"}
@@ -291,12 +293,31 @@ def test_a_calm_step_comes_to_what_one_does_that_is_looked_at():
         runs.append(run.Run(start_of(scene, times, marks)))
         events.append(runs[-1].go(control._replace(stretch=stretch))[1])
     calm, paused = (one.work for one in runs)
-    told = {"whole", "joint", "histogram", "samples", "states", "peaks", "passed", "end", "mode", "proposals"}
+    told = {"whole", "joint", "histogram", "samples", "states", "peaks", "passed", "end", "mode", "method", "proposals"}
+    told.add("choice")  # of the method, by evaluations
     for (name, one), (_, other) in zip(arrays_in(calm), arrays_in(paused), strict=True):
         assert name not in told or np.array_equal(one, other), name
     assert np.array_equal(*events)
     again = paused.counts - calm.counts
     assert again[EVALUATIONS] == again.sum() == calm.counts[STEPS] - 1 > 100
+    assert calm.implicit.choice[COST] > 0.0  # somebody asked
+    assert calm.counts[REJECTED] > 0
+
+
+def test_most_steps_are_calm():
+    """What a case in another lane has not counted yet, when one ends, are its calm steps."""
+    scenes = [simulation.build(case) for case in cases(count=2, **{"save.orbits": "none"})]
+    board = run.board_of(scenes[0])
+    runs = [run.Run(start_of(scene, NOWHERE), lane=run.lane_of(board, lane)) for lane, scene in enumerate(scenes)]
+    for one, scene in zip(runs, scenes, strict=True):
+        run.start(one, control_of(scene, scene.turning.at(0.6), keep_events=False))
+    addresses, status, most = np.array([one.kept.address for one in runs]), np.zeros(2, np.int64), 0.0
+    for end in np.linspace(0.1, 0.5, 40):
+        runs[0].heed(control_of(scenes[0], scenes[0].turning.at(end), keep_events=False))
+        loop.integrate(runs[0].kept, addresses, status, NO_ENTRY, *run.shared(runs[0].lane))
+        most = max(most, runs[1].work.ahead[CALM_STEPS])
+    assert status.tolist() == [OK, GOING]
+    assert most > 5.0
 
 
 # ---------------------------------------------------------------------------------------------- what goes side by side

@@ -179,10 +179,18 @@ class _Ensemble:
     def _tell(self) -> Iterator[Ended]:
         """Yield what has ended meanwhile."""
         ended, self.ended = self.ended, []
-        periods = iter(periods_of([came for _, came in ended if isinstance(came, Outcome)]))
+        outcomes = [came for _, came in ended if isinstance(came, Outcome)]
+        try:
+            periods = iter(periods_of(outcomes))
+        except Exception:  # of one of them, which is told by itself
+            periods = None
         for place, came in ended:
             try:
-                result = judged(came.scene, to_trajectory(came, next(periods))) if isinstance(came, Outcome) else came
+                if isinstance(came, Outcome):
+                    period = next(periods) if periods else periods_of([came])[0]
+                    result = judged(came.scene, to_trajectory(came, period))
+                else:
+                    result = came
             except Exception as error:
                 result = error
             yield place, result

@@ -27,7 +27,7 @@ from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram
 from ..mechanics.observe import tally as tallies
-from ..mechanics.observe.along import Attempt, step_width
+from ..mechanics.observe.along import CALM, Attempt, step_width
 from ..mechanics.observe.between import BETWEEN
 from ..mechanics.observe.record import Record
 from ..mechanics.observe.turns import Turns
@@ -96,7 +96,7 @@ class _Memory:
     def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
         """Return an array of zeros."""
         size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
-        if self.used + size > PIECE:
+        if not self.pieces or self.used + size > PIECE:
             self.pieces.append(np.zeros(max(size, PIECE), np.uint8))
             self.used = 0
         first, self.used = self.used, self.used + -(-size // 8) * 8
@@ -205,7 +205,7 @@ class Run:
         lane, scene, value, begun = self.lane, start.scene, start.scene.value, start.first.size
         self.given[:] = start.given
         lane["begun"][:begun], lane["begun"][begun:] = start.first, 0.0
-        lane["bins"][:] = 0
+        lane["bins"][:], lane["step"][CALM] = 0, 0.0
         lane["mode"][:], lane["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
         put_numbers(value, start.first[: self.parameters.size], self.parameters)
         if start.slid:

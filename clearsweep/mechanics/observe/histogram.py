@@ -40,10 +40,8 @@ class Ramp(NamedTuple):
     """How the time of a force that goes from one value to another at an even rate is divided among bins."""
 
     begun: float  # s, in the bin where it begins
-    ended: float  # s, in the one where it ends, if that is another: less what `density` makes of it
-    density: (
-        float  # s/N, of the bins that it crosses: what the one where it begins adds to those above, the other takes
-    )
+    ended: float  # s, in the one where it ends, if that is another, less what `density` makes of this bin
+    density: float  # s/N, in the bins that it crosses and `ended` takes off beyond; negative where it falls
 
 
 @inlined

@@ -13,10 +13,10 @@ from ..compiled.family import Entry, inlined, invoke, kernel
 from ..compiled.rows import lies_in_lanes
 from ..joint.contract import meets, touches
 from ..observe.along import FASTEST, Attempt, sum_of
-from ..observe.observables import KAPPA, NODES, SHARES, observed
+from ..observe.observables import KAPPA, observed
 from ..observe.tally import Ledger
 from .dop853 import END, SCRATCH, dense_component, dense_state
-from .guarding import ask_laws, evaluate_guards, pass_guards
+from .guarding import evaluate_guards, pass_guards
 from .span import Span, cubic_onset, deepest_between, fold
 
 NOTHING, ONSET, SEPARATION, STOP, GUARD = range(5)  # kinds of events; GUARD and beyond: the guards of joints
@@ -143,16 +143,6 @@ def guard_value(at, g, x):
     else:
         evaluate_dense(at, x)
     evaluate_guards(at, work.z, SCRATCH)
-    return guards.value[0, g]
-
-
-@kernel
-def seen_at_node(at, g, m):
-    """Return the value of guard `g` as seen at the stage of NODES[m]; of a law with the root at the step's end."""
-    work, guards, row = at[0], at[0].guards, NODES[m]
-    if guards.column[g] >= 0:
-        return guards.sign[g] * work.o[row, guards.column[g]]
-    ask_laws(at, work.y if m == 0 else work.end, row)
     return guards.value[0, g]
 
 
@@ -303,23 +293,8 @@ def first_separation(at, j, until):
 
 @kernel
 def first_passage(at, g, until):
-    """Return the share of the step at which the value of guard `g` turns positive; 2 if it does not.
-
-    What is past the share `until` is not wanted.  Where the value follows from forces or rates, the stages say where to
-    look; they are of lower order than the step, so that both ends are looked at.
-    """
+    """Return the share of the step at which guard `g` turns positive; 2 if it does not, up to the share `until`."""
     event = GUARD + g, at[0].guards.contact[g], 0.0
-    if not at[0].guards.of_state[g]:
-        m = 1
-        while m < NODES.size - 1 and seen_at_node(at, g, m) <= 0.0:
-            m += 1
-        xa, xb = SHARES[m - 1], SHARES[m]
-        if xa >= until:
-            return 2.0
-        fa = guard_value(at, g, xa) if m > 1 else seen_at_node(at, g, 0)
-        fb = guard_value(at, g, xb) if m < NODES.size - 1 else seen_at_node(at, g, m)
-        if fa <= 0.0 < fb:
-            return crossing_between(at, event, (xa, fa), (xb, fb))
     xa, fa = 0.0, guard_value(at, g, 0.0)
     for i in range(SPANS):
         if xa >= until:

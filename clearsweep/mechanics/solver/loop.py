@@ -14,6 +14,7 @@ from ..observe.observables import KAPPA, KINETIC
 from ..observe.record import write_sample
 from ..observe.tally import KINETIC_START, enter
 from ..observe.turns import take_start
+from .calm import can_be_calm, count_calm, limit_calm
 from .choice import choose_method
 from .dop853 import END
 from .event import (
@@ -37,6 +38,7 @@ from .plan import (
     ANGLE,
     BEFORE,
     BEGUN,
+    CAN_BE_CALM,
     CONTACT,
     EXPECTED,
     FARTHEST,
@@ -48,7 +50,6 @@ from .plan import (
     LIMIT,
     LOGGED,
     LONGEST,
-    MAY_REST,
     MOST_STEPS,
     NEXT,
     NOT_FINITE,
@@ -71,8 +72,7 @@ from .plan import (
     WINDOW,
     WINDOWED,
 )
-from .prospect import judge, rest
-from .resting import count_rested, may_rest, take_leave
+from .prospect import judge, note_calm
 from .step import begin_step, land, meet, take_step
 from .step_control import GROW, MOST_TRIES, first_length, next_length, proposal_of, shrinking
 
@@ -96,9 +96,9 @@ def enter_alone(at):
 
 
 @kernel
-def rest_alone(at):
+def note_calm_alone(at):
     """Note whether a step is calm."""
-    rest(in_rows(ledger_of(at), 1), at[0].along)
+    note_calm(in_rows(ledger_of(at), 1), at[0].along)
 
 
 @kernel
@@ -119,7 +119,7 @@ def settle_alone(at):
     look_at_guards(at)
     if work.step[STANDS] != 0.0:
         enter_alone(at)
-    rest_alone(at)
+    note_calm_alone(at)
 
 
 @inlined
@@ -132,7 +132,7 @@ def settle_beside(model, addresses, tried, ledger):
         for c in range(addresses.size):
             look_at_guards(found(model, addresses[c]))
     enter(in_rows(ledger, WIDTH), at[0].time)
-    rest(in_rows(ledger, WIDTH), at[0].along)
+    note_calm(in_rows(ledger, WIDTH), at[0].along)
 
 
 @kernel
@@ -155,7 +155,7 @@ def begin(at):
     ahead[BEGUN], ahead[LOGGED], ahead[TRIES] = 1.0, 0.0, 0.0
     ahead[WINDOWED] = 1.0 if control[WINDOW] <= here else 0.0
     ahead[STOP_AT] = next_stop(at, here)
-    ahead[LONGEST], ahead[MAY_REST] = work.longest, 1.0 if may_rest(at) else 0.0
+    ahead[LONGEST], ahead[CAN_BE_CALM] = work.longest, 1.0 if can_be_calm(at) else 0.0
     begin_step(at)  # after a pause the same again, unless the state was put elsewhere
     ahead[REST] = work.counts[STEPS] + control[STRETCH]
     if ahead[NEXT] > 0.0:
@@ -221,7 +221,7 @@ def ready(at):
     """Return GOING where a case is to take a step, whose length then stands in `work.step`, else why not."""
     work = at[0]
     ahead = work.ahead
-    count_rested(at)
+    count_calm(at)
     if ahead[BEGUN] == 0.0:
         begin(at)
     if ahead[LANDING] != 0.0:
@@ -235,7 +235,7 @@ def ready(at):
         ahead[NEXT] = min(ahead[NEXT], work.longest / work.o[0, KAPPA])
         work.step[LENGTH] = ahead[NEXT]
         ahead[ALONE] = 1.0 if work.method[0] == IMPLICIT else 0.0
-        take_leave(at)
+        limit_calm(at)
     return reason
 
 
@@ -284,7 +284,7 @@ def conclude(at):
     """Take from the step that was tried and judged all that is wanted, or reject it; return GOING or the end."""
     work = at[0]
     ahead, step = work.ahead, work.step
-    count_rested(at)
+    count_calm(at)
     if work.method[0] != IMPLICIT and work.takes_steps != 0:
         work.counts[EVALUATIONS] += END
     h, step[GOES_ON] = step[LENGTH], 0.0
@@ -325,7 +325,7 @@ def integrate(model, addresses, status, together, tried, ledger):
     ----------
     model : Kept, a Work; of what form all cases are.
     addresses : (cases,) int64, of their Works, kept as well, each in a lane of one Board.
-    status : (cases,) int64, zeros, filled: GOING, OK or the reason why a case ended early; PAUSED, or TURNS_STIFF, its
+    status : (cases,) int64, filled: GOING, OK or the reason why a case ended early; PAUSED, or TURNS_STIFF, its
         `work.slopes` being needed: call again to go on.
     together : the Entry that takes a step in every lane of the Board, see `attempt`; NO_ENTRY for one after the other.
     tried, ledger : Attempt and Ledger, the arrays of the Board that it works on, those of its first lane.
@@ -338,7 +338,8 @@ def integrate(model, addresses, status, together, tried, ledger):
         explicit = 0
         for c in range(addresses.size):
             at = found(model, addresses[c])
-            if status[c] == GOING and at[0].step[CALM] != 0.0:
+            if at[0].step[CALM] != 0.0:
+                status[c] = GOING
                 explicit += 1
                 continue
             status[c] = ready(at)

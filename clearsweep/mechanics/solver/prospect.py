@@ -1,4 +1,6 @@
-"""Whether a step is good, whether it can hold an event at all, and how long the next may be: of one case or of several.
+"""Whether a step is good, whether it can hold an event, how long the next may be, and whether it follows unseen.
+
+All of one case or of several.
 
 Free flight is short enough to be searched: a journal may travel so far in a step, see `event.FARTHEST`.
 """
@@ -14,7 +16,7 @@ from ..observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, colum
 from .choice import FAST
 from .dop853 import END
 from .event import FARTHEST, MARGIN
-from .plan import ALONE, DUE, EXPECTED, GROWTH, LEAVE, LONGEST, NEXT, RESTED, STOP_AT, TRIES, UNASKED
+from .plan import ALONE, CALM_STEPS, DUE, EXPECTED, GROWTH, LONGEST, MOST_CALM, NEXT, STOP_AT, TRIES, UNASKED
 from .span import deepest_between
 from .step_control import GROW, change_of_length, eighth_power
 
@@ -43,17 +45,17 @@ def judge(ledger, guards, along, time):
 
 
 @inlined
-def rest(ledger, along):
+def note_calm(ledger, along):
     """Note which of the steps that were entered are calm, and how long the next is after these.
 
     Of such a step nothing is wanted but its entry into the histogram, and nothing is due before the next.
     """
     step, ahead = ledger.step, ledger.ahead
     settled = (step[STANDS] != 0.0) & (step[SEEKS] == 0.0)
-    settled = settled & ((step[STIFF] == 0.0) | (ahead[RESTED] < ahead[UNASKED]))
-    calm = settled & (ledger.end[along] < ahead[DUE]) & (ahead[RESTED] < ahead[LEAVE])
+    settled = settled & ((step[STIFF] == 0.0) | (ahead[CALM_STEPS] < ahead[UNASKED]))
+    calm = settled & (ledger.end[along] < ahead[DUE]) & (ahead[CALM_STEPS] < ahead[MOST_CALM])
     step[CALM] = step[GOES_ON] = where(calm, 1.0, 0.0)
-    ahead[RESTED] = ahead[RESTED] + step[CALM]
+    ahead[CALM_STEPS] = ahead[CALM_STEPS] + step[CALM]
     ahead[NEXT] = where(calm, min(ahead[NEXT], ahead[LONGEST] / ledger.o[END, KAPPA]), ahead[NEXT])
     step[LENGTH] = where(calm, ahead[NEXT], step[LENGTH])
 

@@ -9,9 +9,9 @@ from ..compiled.family import inlined, kernel
 def deepest_between(depth_begin, depth_end, reach):
     """Return how deep (m) a path no longer than `reach` (m) between two depths (m) can have gone.
 
-    What it goes beyond the one depth it has to come back by, and the rest, to the other.
+    What it goes beyond the one depth it has to come back by, and the rest, to the other; no less deep than either.
     """
-    return 0.5 * (depth_begin + depth_end + reach)
+    return max(max(depth_begin, depth_end), 0.5 * (depth_begin + depth_end + reach))  # noqa: PLW3301 - as in prospect
 
 
 class Span(NamedTuple):
