@@ -184,6 +184,7 @@ class _Ensemble:
             periods = iter(periods_of(outcomes))
         except Exception:  # of one of them, which is told by itself
             periods = None
+        result: Trajectory | Exception
         for place, came in ended:
             try:
                 if isinstance(came, Outcome):
