@@ -285,10 +285,10 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
 
 def test_a_calm_step_comes_to_what_one_does_that_is_looked_at():
     """A run that pauses after every step looks at each; it only evaluates anew where it goes on, but after the last."""
-    (case,) = cases(count=1, **{"simulate.tolerance": 1e-6})
+    _, case = cases(count=2, **{"simulate.tolerance": 1e-4, "simulate.revolutions": 2.2})
     scene = simulation.build(case)
-    control = control_of(scene, scene.turning.at(0.6), keep_events=True)
-    times, marks, runs, events = np.linspace(0.0, 1e-3, 5), marks_of(scene, 0.6), [], []
+    control = control_of(scene, scene.turning.at(2.2), keep_events=True)
+    times, marks, runs, events = np.linspace(0.0, 1e-3, 5), marks_of(scene, 2.2), [], []
     for stretch in (control.stretch, 1):
         runs.append(run.Run(start_of(scene, times, marks)))
         events.append(runs[-1].go(control._replace(stretch=stretch))[1])
