@@ -91,7 +91,7 @@ class _Memory:
 
     def __init__(self) -> None:
         self.pieces: list[np.ndarray] = []
-        self.used = PIECE  # bytes of the latest piece
+        self.used = 0  # bytes of the latest piece
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
         """Return an array of zeros."""
