@@ -22,8 +22,9 @@ test-quick: $(READY) lint
 	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not plain and not heavy"
 
 # The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
-PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain compatible direction dual elastic_laws event_search \
-	film friction_laws friction_memory karnopp law_limit laws one_block plastic_law roughness tally wear))
+PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain asperities compatible direction dual elastic_laws \
+	event_search every_transition every_wear_law film film_balance friction_laws friction_memory karnopp law_limit \
+	laws one_block plastic_law reynolds_film roughness spread_walls tally wear))
 test-plain: $(READY)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -m "not slow and not compiled" $(PLAIN)
 	$(BIN)/python -m coverage report
@@ -84,7 +85,7 @@ $(DOCS)/.ready: pyproject.toml constraints.txt
 	$(DOCS)/bin/python -m pip install --quiet --constraint constraints.txt --editable ".[docs]"
 	touch $@
 
-# ARGS: --kills N, --lives N, --grids N, --flips N, --attempts no, --seed N, --write (docs/reliability.md)
+# ARGS: --kills N, --lives N, --grids N, --flips N, --exits N, --attempts no, --seed N, --write (docs/reliability.md)
 torture: $(READY)
 	$(BIN)/python tests/reliability.py $(ARGS)
 

@@ -1,6 +1,41 @@
-"""`python -m clearsweep` is the same as `clearsweep`."""
+"""The program `clearsweep`; `python -m clearsweep` is the same."""
 
-from .cli import main
+import atexit
+import contextlib
+import os
+import signal
+import sys
+
+from . import cli
+from .sweeping import signals
+
+
+def main() -> None:
+    """Run the command line and end the process with its exit code, whatever happens while the interpreter ends."""
+    decided: list[int] = []
+    # The function that is registered first is called last: after it the interpreter would end, where a thread of any
+    # library can still abort the process.
+    atexit.register(_leave, decided)
+    signals.end_with_run()
+    try:
+        cli.main()
+    except SystemExit as outcome:
+        decided.append(int(outcome.code or 0))
+    except KeyboardInterrupt:  # between the last word and here
+        decided.append(cli.INTERRUPTED)
+    for signum in signals.SIGNALS:
+        signal.signal(signum, signal.SIG_IGN)
+    sys.exit(decided[0])
+
+
+def _leave(decided: list[int]) -> None:
+    """End the process at once where its exit code is decided; a forked child, whose list is empty, ends as usual."""
+    if decided:
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, full or None
+                stream.flush()
+        os._exit(decided[0])
+
 
 if __name__ == "__main__":
     main()

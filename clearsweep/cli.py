@@ -1,6 +1,7 @@
 """The command line: each verb parses, calls one function and prints; what is heavy is imported inside the verb."""
 
 import contextlib
+import errno
 import json
 import sys
 import traceback
@@ -68,8 +69,11 @@ class _Verb(click.Command):
 
     def invoke(self, context: click.Context) -> Any:
         """Run the verb, its options read."""
+        from .language import phases
+
         resources.check_space()
-        return super().invoke(context)
+        with phases.shown():
+            return super().invoke(context)
 
 
 class _Verbs(click.Group):
@@ -171,8 +175,11 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Of the figures, mm.")
 @click.option("--median", is_flag=True, help="Maps show the median over the axes left out, not the worst case.")
 @click.option("--all", "all_cases", is_flag=True, help="Of all cases in DIR, not of the grid last run there alone.")
+@click.option("--partial", is_flag=True, help="Of the cases finished so far, if the run is not finished.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
-def report(directories: tuple[Path, ...], out: Path | None, median: bool, all_cases: bool, **more: Any) -> None:
+def report(
+    directories: tuple[Path, ...], out: Path | None, median: bool, all_cases: bool, partial: bool, **more: Any
+) -> None:
     """Write the report of a run (default: the newest below results) as one page that needs no network.
 
     Of two, DIR and OTHER, compare them case by case instead (default OTHER/compared.html).
@@ -185,11 +192,16 @@ def report(directories: tuple[Path, ...], out: Path | None, median: bool, all_ca
         raise InputError("report: takes one run, with --all or without, or two to compare; leave the others out")
     if len(directories) == 2:
         with _writing():
-            first, second = (store.open(directory) for directory in directories)
+            first, second = (reports.open(directory, partial=partial) for directory in directories)
             _write(reports.compared(first, second), out or second.directory / "compared.html", **more)
         return
     directory = directories[0] if directories else store.newest(RESULTS)
-    with everything(directory) if all_cases else contextlib.nullcontext(store.open(directory)) as stored, _writing():
+    with (
+        (
+            everything(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
+        ) as stored,
+        _writing(),
+    ):
         _write(reports.of(stored, typical=median), out or directory / "report.html", **more)
 
 
@@ -333,6 +345,7 @@ def _writing() -> Iterator[None]:
     except ClearsweepError:
         raise
     except OSError as error:
+        room = "make room or " if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else ""
         raise InputError(
-            f"{error.filename or 'a file'}: cannot be written ({error.strerror or error}); choose another place"
+            f"{error.filename or 'a file'}: cannot be written ({error.strerror or error}); {room}choose another place"
         ) from error

@@ -6,6 +6,8 @@ never fitted.
 
 import csv
 import json
+import math
+import re
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
@@ -14,12 +16,18 @@ from typing import NamedTuple
 import numpy as np
 
 from .contracts.case import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER
+from .contracts.catalogue import LARGEST
 from .grid.case_table import head_of, rows_of_csv
 from .grid.document import refuse_endless
 from .language import quantity
 from .language.errors import InputError, nearest
 
-_LARGEST = 64 * 2**20  # bytes of a file
+_LARGEST_FILE = 64 * 2**20  # bytes of a file
+_SHOWN = 200  # rows of the table to read; --json has all
+_AGREEING = 0.05  # share of the depth; a table that is rounded more coarsely is not compared
+_NOISE = 1e-9  # share of the depth that sums of numbers in double precision may differ by
+_ROUNDED = ("depth", "clearance")  # columns whose rounding counts
+_DIGITS = frozenset("0123456789+-.eE ")
 #: Column -> SI unit, and the names by which its head may begin: `contact_pressure [MPa]` or `contact_pressure_MPa`.
 COLUMNS = {
     "time": ("s", ("time", "t")),
@@ -36,7 +44,7 @@ class Series(NamedTuple):
     """A table, column by column, in SI."""
 
     columns: Mapping[str, np.ndarray]  # by the names of COLUMNS, each (rows,)
-    rounding: Mapping[str, float]  # of each column: one in the last digit that is written
+    rounding: Mapping[str, np.ndarray]  # (rows,) of depth and clearance: half of the last digit that is written, SI
     name: str
 
 
@@ -61,10 +69,10 @@ def coefficient_of(written: str, hardness: str | None) -> tuple[float, float | N
         value = _read("--coefficient", written, "m^2/N")
         if value < 0.0:
             raise InputError(f"--coefficient: found {written}; allowed: at least 0 m^2/N")
+        if not 1.0 / LARGEST <= value <= LARGEST and (value or _has_digit(written)):
+            raise InputError(f"--coefficient: found {written}; allowed: 0, or {1.0 / LARGEST:g} to {LARGEST:g} m^2/N")
         return value, None
-    pressure = _read("--hardness", hardness, "Pa")
-    if pressure <= 0.0:
-        raise InputError(f"--hardness: found {hardness}; allowed: above 0 Pa")
+    pressure = _positive("--hardness", hardness, "Pa")
     try:
         number = float(written)
     except ValueError:
@@ -80,32 +88,49 @@ def coefficient_of(written: str, hardness: str | None) -> tuple[float, float | N
 
 def area_of(written: str) -> float:
     """Return the area (m^2) that is written, '100 mm^2'.  Raises InputError."""
-    area = _read("--area", written, "m^2")
-    if area <= 0.0:
-        raise InputError(f"--area: found {written}; allowed: above 0 m^2")
-    return area
+    return _positive("--area", written, "m^2")
+
+
+def _positive(option: str, written: str, unit: str) -> float:
+    """Return a quantity that is above zero, in SI, and that can be divided by."""
+    value = _read(option, written, unit)
+    if value <= 0.0 and not (value == 0.0 and _has_digit(written)):
+        raise InputError(f"{option}: found {written}; allowed: above 0 {unit}")
+    if not 1.0 / LARGEST <= value <= LARGEST:
+        raise InputError(f"{option}: found {written}; allowed: {1.0 / LARGEST:g} to {LARGEST:g} {unit}")
+    return value
+
+
+def _has_digit(written: str) -> bool:
+    """Return whether a number as it is written is not zero, although it may be too small for a float."""
+    return re.match(r"[\s+-]*[0.]*[1-9]", written) is not None
 
 
 def read(file: str | PathLike) -> Series:
     """Return the series in a CSV file.  Raises InputError, with row and column."""
     path = Path(file)
     try:
-        refuse_endless(path, _LARGEST)
+        refuse_endless(path, _LARGEST_FILE)
         heads, rows = rows_of_csv(path)
     except (OSError, ValueError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    for line, row in rows:
+        if len(row) != len(heads):
+            raise InputError(f"{path}:{line}: the row has {len(row)} cells, the head {len(heads)}; write every value")
     columns: dict[str, np.ndarray] = {}
-    rounding: dict[str, float] = {}
+    rounding: dict[str, np.ndarray] = {}
     for place, head in enumerate(heads):
         name, unit = _column(head)
         if name in columns:
             raise InputError(f"{path}:1:{place + 1}: '{head.strip()}' is a second column of {name}; keep one of them")
         if name:
-            cells = [_cell(f"{path}:{line}:{place + 1}", row, place, len(heads)) for line, row in rows]
-            columns[name] = np.array([_read(where, f"{text} {unit}", COLUMNS[name][0]) for where, text in cells])
-            rounding[name] = max((_last_digit(text) for _, text in cells), default=0.0) * quantity.read(
-                f"1 {unit}", COLUMNS[name][0]
+            texts = [row[place] for _, row in rows]
+            columns[name] = _values(
+                texts, unit, COLUMNS[name][0], f"{path}:{{}}:{place + 1}", [line for line, _ in rows]
             )
+            if name in _ROUNDED:
+                scale = 0.5 * quantity.read(f"1 {unit}", COLUMNS[name][0])
+                rounding[name] = scale * np.array([_last_digit(text) for text in texts])
     _check(path, columns, heads)
     return Series(columns, rounding, str(path))
 
@@ -131,15 +156,34 @@ def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
     rate, steps = pressure * np.abs(columns["speed"]), np.diff(columns["time"])
     sums = {"trapezoidal": 0.5 * (rate[1:] + rate[:-1]), "left": rate[:-1], "right": rate[1:]}
     depth = {rule: coefficient * np.concatenate([[0.0], np.cumsum(way * steps)]) for rule, way in sums.items()}
+    if max(way[-1] for way in depth.values()) > LARGEST:
+        raise InputError(
+            f"{series.name}: {coefficient:.3g} m^2/N with pressures up to {pressure.max():.3g} Pa wears more than "
+            f"{LARGEST:g} m; check the units of the coefficient, the area and the columns"
+        )
     implied = None
     if "depth" in columns:
         work = sums["trapezoidal"] * steps
-        implied = np.divide(np.diff(columns["depth"]), work, out=np.full(len(work), np.nan), where=work > 0.0)
+        with np.errstate(over="ignore"):
+            implied = np.divide(np.diff(columns["depth"]), work, out=np.full(len(work), np.nan), where=work > 0.0)
     worn = Worn(series, coefficient, pressure, depth, implied, (), ())
     remarks = [*_of_depth(worn), *_of_clearance(series), *_of_area(series)]
     if coefficient > 0.0:
         (remarks if _of_depth(worn) else notes).append(_of_unit(worn))
     return worn._replace(remarks=tuple(remarks), notes=tuple(notes))
+
+
+def _tolerance(worn: Worn) -> np.ndarray:
+    """Return how far (m) the growth of the table's depth may be off, (rows,): half a last digit at either end."""
+    half = worn.series.rounding["depth"]
+    first = half[0] if worn.series.columns["depth"][0] else 0.0
+    return np.asarray(half + first + _NOISE * worn.depth["right"][-1])
+
+
+def _is_coarse(worn: Worn) -> bool:
+    """Return whether the table's depth is rounded too coarsely to be compared."""
+    compared = worn.implied is not None and worn.coefficient > 0.0
+    return compared and bool(_tolerance(worn)[-1] > _AGREEING * worn.depth["trapezoidal"][-1])
 
 
 def _of_depth(worn: Worn) -> list[str]:
@@ -148,16 +192,16 @@ def _of_depth(worn: Worn) -> list[str]:
     if implied is None or worn.coefficient == 0.0:
         return []
     grown = columns["depth"] - columns["depth"][0]
-    unit, time = worn.series.rounding["depth"], columns["time"]
-    agreeing = {rule: np.abs(np.diff(grown) - np.diff(way)) <= unit for rule, way in worn.depth.items()}
+    time, off = columns["time"], _tolerance(worn)[1:]
+    agreeing = {rule: np.abs(grown[1:] - way[1:]) <= off for rule, way in worn.depth.items()}
     lengths = {rule: len(near) if near.all() else int(np.argmin(near)) for rule, near in agreeing.items()}
     best = max(lengths, key=lambda rule: lengths[rule])
     if lengths[best] == len(time) - 1:
         return []
-    ends = {rule: f"{1e6 * way[-1]:.3f}" for rule, way in worn.depth.items()}
+    ends = {rule: _um(way[-1]) for rule, way in worn.depth.items()}
     known = implied[np.isfinite(implied)]
     sentence = (
-        f"Wear depth: the table grows by {1e6 * grown[-1]:.3f} um, its own pressures and speeds with "
+        f"Wear depth: the table grows by {_um(grown[-1])} um, its own pressures and speeds with "
         f"{worn.coefficient:.3g} m^2/N give {ends['trapezoidal']} um (trapezoidal rule; {ends['left']} with the first "
         f"values of each step, {ends['right']} with the last). "
     )
@@ -165,7 +209,7 @@ def _of_depth(worn: Worn) -> list[str]:
         sentence += f"Its steps follow one of these sums, the {best} one, up to {time[lengths[best]]:g} s. "
     else:
         sentence += "Its steps follow none of these sums, from the first on. "
-    if not _one_coefficient(worn, unit):
+    if len(known) and not _one_coefficient(worn):
         sentence += (
             f"No one coefficient gives its depth: what its steps ask for goes from {known[0]:.3g} to {known[-1]:.3g} "
             "m^2/N."
@@ -173,13 +217,14 @@ def _of_depth(worn: Worn) -> list[str]:
     return [sentence.strip()]
 
 
-def _one_coefficient(worn: Worn, unit: float) -> bool:
+def _one_coefficient(worn: Worn) -> bool:
     """Return whether one coefficient gives every step of the table's depth, by some rule and within its rounding."""
     columns, depth = worn.series.columns, np.diff(worn.series.columns["depth"])
+    unit = worn.series.rounding["depth"][1:] + worn.series.rounding["depth"][:-1]
     rate, steps = worn.pressure * np.abs(columns["speed"]), np.diff(columns["time"])
     most = np.maximum(rate[1:], rate[:-1]) * steps
     least = np.minimum(rate[1:], rate[:-1]) * steps
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):
         low, high = (
             np.where(most > 0.0, (depth - unit) / most, 0.0),
             np.where(least > 0.0, (depth + unit) / least, np.inf),
@@ -193,7 +238,7 @@ def _of_clearance(series: Series) -> list[str]:
         return []
     clearance, depth = series.columns["clearance"], series.columns["depth"]
     change, grown = clearance[-1] - clearance[0], depth[-1] - depth[0]
-    if abs(change - grown) <= series.rounding["clearance"] + series.rounding["depth"]:
+    if abs(change - grown) <= sum(float(series.rounding[name][[0, -1]].sum()) for name in _ROUNDED):
         return []
     way = "shrinks" if change < 0.0 else "grows"
     return [
@@ -231,7 +276,7 @@ def _of_unit(worn: Worn) -> str:
 def facts(worn: Worn, number: float | None = None) -> str:
     """Return all of it as JSON, in SI; `number` is the dimensionless coefficient, where a hardness was given."""
     columns = {name: values.tolist() for name, values in worn.series.columns.items()}
-    implied = None if worn.implied is None else [None if np.isnan(k) else k for k in worn.implied.tolist()]
+    implied = None if worn.implied is None else [k if math.isfinite(k) else None for k in worn.implied.tolist()]
     return json.dumps(
         {
             "coefficient": worn.coefficient,
@@ -244,7 +289,7 @@ def facts(worn: Worn, number: float | None = None) -> str:
             "contradictions": list(worn.remarks),
             "notes": list(worn.notes),
         },
-        indent=2,
+        indent=2 if len(worn.pressure) <= _SHOWN else None,  # Python's own encoder of indented text takes a minute
         allow_nan=False,
     )
 
@@ -257,24 +302,34 @@ def text(worn: Worn, number: float | None = None) -> str:
     if worn.implied is not None:
         heads += ["table, um", "its k, m^2/N"]
         cells += [1e6 * columns["depth"], np.concatenate([[np.nan], worn.implied])]
+    cells = [column[:_SHOWN] for column in cells]
     rows = [[f"{value:.4g}" for value in row] for row in zip(*cells, strict=True)]
     places = slice(3, 7)
     for row, values in zip(rows, zip(*cells, strict=True), strict=True):
-        row[places] = [f"{value:.3f}" for value in values[places]]
+        row[places] = [_um(1e-6 * value) for value in values[places]]
     rows = [["-" if cell == "nan" else cell for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
     lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (heads, *rows)]
+    if len(columns["time"]) > _SHOWN:
+        lines.append(f"... {len(columns['time']) - _SHOWN:,} more rows; --json has all")
     beside = "" if number is None else f" (dimensionless {number:.3g})"
-    ends = ", ".join(f"{1e6 * worn.depth[rule][-1]:.3f} um {rule}" for rule in rules)
+    ends = ", ".join(f"{_um(worn.depth[rule][-1])} um {rule}" for rule in rules)
     lines += ["", f"k = {worn.coefficient:.4g} m^2/N{beside}; depth after {columns['time'][-1]:g} s: {ends}", ""]
-    if "depth" in columns and not worn.remarks:
+    if _is_coarse(worn):
+        lines += ["The table's depth is rounded too coarsely to be compared with its own pressures and speeds.", ""]
+    elif "depth" in columns and not worn.remarks:
         lines += ["The table agrees with its own pressures and speeds.", ""]
     if worn.remarks:
         lines += ["The table contradicts its own equations:", *(f"* {remark}" for remark in worn.remarks), ""]
-    doubt = []
+    lines += [f"Note: {note}" for note in worn.notes]
     if number is not None and number > DOUBTFUL_WEAR_NUMBER:
-        doubt = [f"Note: the dimensionless coefficient {number:.3g} should be far below 1."]
-    return "\n".join([*lines, *(f"Note: {note}" for note in worn.notes), *doubt])
+        lines.append(f"Note: the dimensionless coefficient {number:.3g} should be far below 1.")
+    return "\n".join(lines)
+
+
+def _um(depth: float) -> str:
+    """Return a depth (m) in um, to the nanometre where it is of a size that occurs."""
+    return f"{1e6 * depth:.3f}" if abs(depth) < 1.0 else f"{1e6 * depth:.4g}"
 
 
 def _column(head: str) -> tuple[str, str]:
@@ -290,17 +345,28 @@ def _column(head: str) -> tuple[str, str]:
     return "", ""
 
 
-def _cell(where: str, row: list[str], place: int, count: int) -> tuple[str, str]:
-    """Return a cell with where it stands; an InputError where the row does not fit its head."""
-    if len(row) != count:
-        raise InputError(f"{where}: the row has {len(row)} cells, the head {count}; write a value for every column")
-    return where, row[place].strip()
+def _values(texts: list[str], unit: str, si: str, place: str, lines: list[int]) -> np.ndarray:
+    """Return the numbers (rows,) in `texts`, which are in `unit`, in the SI unit `si`; `place` takes a line number."""
+    if frozenset().union(*texts) <= _DIGITS:  # bare numbers, a million of which are read at once
+        scale = quantity.exact(f"1 {unit}", si)
+        exact = max(scale.numerator, scale.denominator) < 2**53
+        try:
+            values = np.array(texts, float)
+        except ValueError:
+            exact = False
+        if exact:
+            with np.errstate(over="ignore"):
+                values = values * float(scale.numerator) / float(scale.denominator)
+            if np.isfinite(values).all():
+                return values
+    cells = zip(texts, lines, strict=True)
+    return np.array([_read(place.replace("{}", str(line)), f"{text.strip()} {unit}", si) for text, line in cells])
 
 
 def _last_digit(text: str) -> float:
     """Return one in the last digit of a number that is written."""
-    mantissa, _, power = text.lower().partition("e")
-    return 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+    mantissa, _, power = text.strip().lower().partition("e")
+    return 10.0 ** min(int(power or 0) - len(mantissa.partition(".")[2]), 300)
 
 
 def _read(where: str, written: str, unit: str) -> float:
@@ -317,6 +383,12 @@ def _check(path: Path, columns: Mapping[str, np.ndarray], heads: list[str]) -> N
         if name not in columns:
             near = next((nearest(head_of(head)[0], names) for head in heads if nearest(head_of(head)[0], names)), "")
             raise InputError(f"{path}:1:1: has no column of {name}{near} (known: {_KNOWN})")
+    for name, values in columns.items():
+        if values.size and np.abs(values).max() > LARGEST:
+            row = int(np.argmax(np.abs(values)))
+            raise InputError(
+                f"{path}: row {row + 2}: found a {name} of {values[row]:.3g}; allowed: at most {LARGEST:g}, SI"
+            )
     if len(columns["time"]) < 2:
         raise InputError(f"{path}: has {len(columns['time'])} rows; a series has at least 2")
     late = np.flatnonzero(np.diff(columns["time"]) <= 0.0)

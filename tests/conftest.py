@@ -5,12 +5,22 @@ Python (marker `plain`, `make test-plain`); compiled code is kept between runs, 
 the cache is what it tests.
 """
 
+import signal
 from pathlib import Path
 
 import pytest
 from grid_fake import load
 
 from clearsweep.language.errors import InputError
+
+SLOW_LIMIT = 3600.0  # s that a test may take that is marked slow
+
+
+def pytest_collection_modifyitems(items):
+    """Give slow tests more time than `timeout` in pyproject.toml."""
+    for item in items:
+        if item.get_closest_marker("slow") and not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(SLOW_LIMIT))
 
 
 @pytest.fixture
@@ -35,3 +45,11 @@ def told(at):
         return caught.value.problems
 
     return problems
+
+
+@pytest.fixture
+def hang_up_heeded():
+    """Let this process heed SIGHUP, though the tests may run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)

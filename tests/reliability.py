@@ -1,7 +1,7 @@
-"""Tortures clearsweep and says what came of it: kills, mutated grids, flipped bits, and the list of an adversary.
+"""Tortures clearsweep and says what came of it: kills, mutated grids, flipped bits, exit codes, an adversary's list.
 
-`python tests/reliability.py [--kills N] [--lives N] [--grids N] [--flips N] [--attempts no] [--seed N] [--write]` ends
-with 1 where anything fell short; with `--write` it writes docs/reliability.md.
+`python tests/reliability.py [--kills N] [--lives N] [--grids N] [--flips N] [--exits N] [--attempts no] [--seed N]
+[--write]` ends with 1 where anything fell short; with `--write` it writes docs/reliability.md.
 """
 
 import argparse
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import torture
 import torture_attempts
+import torture_exits
 import torture_flips
 import torture_grids
 
@@ -43,6 +44,12 @@ KILLS_TEXT = (
     "again; what is left is compared with an undisturbed run. Numbers of rows and values are sums over the runs."
 )
 
+
+EXITS_TEXT = (
+    "Every verb, and the same from Python, run again and again, two programs at a time: as they are, and with threads "
+    "of libraries held back until the interpreter ends, as a loaded machine does by chance. Each has to end with 0."
+)
+EXITS_HEAD = ("program", "runs", "other exit codes", "runs with late threads", "other exit codes")
 
 LIVES_TEXT = (
     "The same with four lives of some dozens of blocks of revolutions each: they go on after the last block that was "
@@ -127,6 +134,17 @@ def attempts(_count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str
     return not any(each.fault for each in results), rows
 
 
+def exits(count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
+    """Run every verb many times; return whether each ended with 0, and rows for the page."""
+    found = torture_exits.exits(count, -(-count // 10), folder)
+    rows = [
+        [name, *(f"{number}" for codes in both for number in (len(codes), sum(code != 0 for code in codes)))]
+        for name, both in found.items()
+    ]
+    totals = [str(sum(int(row[k]) for row in rows)) for k in range(1, len(EXITS_HEAD))]
+    return totals[1] == totals[3] == "0", [*rows, ["all", *totals]]
+
+
 def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
     """Return rows as a table of Markdown."""
     lines = [head, ("---",) * len(head), *rows]
@@ -150,6 +168,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--lives", type=int, default=20, help="kills of lives")
     parser.add_argument("--grids", type=int, default=500)
     parser.add_argument("--flips", type=int, default=200)
+    parser.add_argument(
+        "--exits", type=int, default=100, help="runs of all verbs together; of each a tenth as many with late threads"
+    )
     parser.add_argument("--attempts", choices=("yes", "no"), default="yes")
     parser.add_argument("--seed", type=int, default=random.randrange(10**6))
     parser.add_argument("--write", action="store_true", help=f"write what was measured into {PAGE.relative_to(ROOT)}")
@@ -161,6 +182,7 @@ def main(arguments: list[str] | None = None) -> int:
             ("Mutated grids", GRIDS_TEXT, ("", ""), options.grids, grids),
             ("Flipped bits", FLIPS_TEXT, FLIPS_HEAD, options.flips, flips),
             ("Attempts", ATTEMPTS_TEXT, ATTEMPTS_HEAD, int(options.attempts == "yes"), attempts),
+            ("Exits", EXITS_TEXT, EXITS_HEAD, options.exits, exits),
             ("Kills", KILLS_TEXT, ("", ""), options.kills, kills),
             ("Killed lives", LIVES_TEXT, ("", ""), options.lives, lives),
         ):
@@ -173,7 +195,7 @@ def main(arguments: list[str] | None = None) -> int:
                 print(f"\n{title}, {time.monotonic() - begin:.0f} s\n\n{tables[title][1]}\n", flush=True)
     print("nothing fell short" if good else f"SOMETHING FELL SHORT, try --seed {options.seed} again")
     if options.write:
-        numbers = ("kills", "lives", "grids", "flips", "attempts")
+        numbers = ("kills", "lives", "grids", "flips", "exits", "attempts")
         asked = " ".join(f"--{name} {getattr(options, name)}" for name in numbers)
         command = f"python tests/reliability.py {asked} --seed {options.seed} --write"
         PAGE.write_text(page(command, tables), encoding="utf-8")

@@ -36,12 +36,14 @@ class Run(OfFrame):
         name="slider-crank-clearance",
         bodies=None,
         further=None,
+        strength=None,
+        checked=False,
     ):
         self.histories = histories
         self.further = further or {}  # channel -> its value at all times
         sweep = SWEEP if sweep is None else sweep
         bins = 360 if wear else 0
-        self.layout = _layout(mechanism, joints, bins)
+        self.layout = _layout(mechanism, joints, bins, strength, checked)
         self.grid = _record(name, mechanism, joints, sweep, bodies)
         points = [dict(zip(sweep, values, strict=True)) for values in itertools.product(*sweep.values())]
         rows = [self._row(point, index < failures) for index, point in enumerate(points)]
@@ -185,12 +187,21 @@ class Run(OfFrame):
         }
 
 
-def _layout(mechanism, joints, bins):
-    """Return the layout of a case with clearance in these joints."""
-    contact = case.Contact("lankarani-nikravesh", "power", {})
+def _layout(mechanism, joints, bins, strength, checked):
+    """Return the layout of a case with clearance in these joints, of this yield strength (Pa) or none that is known.
+
+    checked : its errors and its horizon are asked for.
+    """
+    material = strength and case.Materials(*[case.Material(207e9, 0.3, strength)] * 2)
+    contact = case.Contact("lankarani-nikravesh", "power", {}, material)
     wear = case.Wear("archard", "hertz-line", bins, {}) if bins else None
     parts = tuple(case.Joint(name.replace("_", "-"), 5e-4, contact, wear=wear) for name in joints)
-    made = case.Case(case.Mechanism(mechanism, {}), parts, case.Simulate(1e-8, "auto", 1, 1), case.Save("last", 720))
+    made = case.Case(
+        case.Mechanism(mechanism, {}),
+        parts,
+        case.Simulate(1e-8, "auto", 1, 1, horizon=checked, error_check=checked),
+        case.Save("last", 720),
+    )
     return Layout.of(made, simulation.catalogue())
 
 

@@ -17,6 +17,7 @@ JOINT = {
     "bearing_radius": 0.01,
     "length": 0.02,
     "flange": True,
+    "walls": "ends",
     "contact": CONTACT,
 }
 RPM = 0.10471975511965977  # rad/s
@@ -49,7 +50,7 @@ def spatial(*opened, ideal="spherical", **joint):
 
 def planar(joint="crank-rod", **keys):
     """Return the same in the plane."""
-    grid = spatial(joint, axial_clearance=None, flange=None, type=None, **keys)
+    grid = spatial(joint, axial_clearance=None, flange=None, walls=None, type=None, **keys)
     mechanism = grid["mechanism"]
     del mechanism["spatial"], mechanism["ideal"], mechanism["gravity"]
     mechanism["rod"] |= {"inertia": ROD["inertia"][2], "center": ROD["center"][0]}

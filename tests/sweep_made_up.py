@@ -8,9 +8,10 @@ from pathlib import Path
 from fake_sweeps import sweep
 
 from clearsweep.language.errors import ClearsweepError
-from clearsweep.sweeping.signals import Stopped
+from clearsweep.sweeping.signals import Stopped, end_with_run
 
 directory, source, options = sys.argv[1:]
+end_with_run()
 try:
     result = sweep(json.loads(source), directory, **json.loads(options))
 except (Stopped, ClearsweepError) as error:

@@ -10,7 +10,7 @@ from scipy import stats
 from test_tally import add_ramp, filled
 
 from clearsweep.mechanics.observe import tally as tallies
-from clearsweep.mechanics.observe.histogram import BINS
+from clearsweep.mechanics.observe.histogram import BINS, time_above
 from clearsweep.simulation import batch_means, load_case, sums
 
 WORN = {
@@ -134,7 +134,7 @@ def test_the_force_exceeded_for_a_hundredth_of_the_time_is_that_of_the_ramps():
 
 @pytest.mark.parametrize("force", [120.0, 121.3, 200.0, 299.0])
 def test_the_time_above_a_force_is_that_of_the_ramp(force):
-    assert sums._time_above(force, filled(FORCES, 1.0)) == pytest.approx((300.0 - force) / 200.0, abs=1e-9)
+    assert time_above(force, filled(FORCES, 1.0)) == pytest.approx((300.0 - force) / 200.0, abs=1e-9)
 
 
 def test_blocks_become_longer_as_a_run_grows_and_all_of_them_count():

@@ -253,7 +253,7 @@ def test_init_writes_a_grid_that_loads_and_never_overwrites(run_cli, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("5000 rpm", '"1 \\e]0;title\\a\\e[31mx"'),
+        ("1500 rpm", '"1 \\e]0;title\\a\\e[31mx"'),
         ("drive:", '"\\e[2Jkey": 1\ndrive:'),
         ("drive:", '"a\\u202eb": 1\ndrive:'),
     ],

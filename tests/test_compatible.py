@@ -121,6 +121,20 @@ def loaded(source):
     return grid.load(source, simulation.catalogue())
 
 
+def test_scattered_points_are_fitted_by_least_squares_of_the_logarithm_of_their_force(tmp_path):
+    rows = [(0.5, 0.11e-3), (1.0, 0.19e-3), (2.0, 0.52e-3), (4.0, 0.95e-3), (9.0, 3.1e-3)]  # um, kN
+    joint_of_points = loaded(with_points(tmp_path, "points.csv", rows)).case(0).joints[0]
+    x, y = (np.log([scale * row[k] for row in rows]) for k, scale in ((0, 1e-6), (1, 1e3)))
+    exponent = np.sum((x - x.mean()) * (y - y.mean())) / np.sum((x - x.mean()) ** 2)
+    logarithm = y.mean() - exponent * x.mean()
+    derived = registry.derived(joint_of_points)
+    assert derived["contact.exponent"][0] == pytest.approx(exponent, rel=1e-12)
+    assert derived["contact.stiffness"][0] == pytest.approx(math.exp(logarithm), rel=1e-10)
+    off = np.exp(logarithm + exponent * x - y) - 1.0
+    assert derived["contact.fit_residual"][0] == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-10)
+    assert off.max() > 0.05
+
+
 def test_points_of_one_s_own_give_stiffness_and_exponent_without_a_material(tmp_path):
     rows = [(pen, 1e-3 * 3e9 * (1e-6 * pen) ** 1.2) for pen in (0.5, 1.0, 3.0, 10.0)]
     source = with_points(tmp_path, "points.csv", rows)

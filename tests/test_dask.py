@@ -1,6 +1,7 @@
 """A dask cluster is one more place where cases run: same results, and the death of a worker costs nothing."""
 
 import http.server
+import json
 import os
 import signal
 import socket
@@ -8,40 +9,55 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 from pathlib import Path
 from types import SimpleNamespace
+from typing import ClassVar, NamedTuple
 
 import pytest
 from fake_physics import DIES, GOOD, HANGS, grid
 from test_sweep import quiet, same_results, wait_for
 
-from clearsweep.language.errors import InputError, SchedulerLostError
+from clearsweep.language.errors import InputError, SchedulerLostError, StorageError
 from clearsweep.sweeping import executors
 
 pytestmark = pytest.mark.heavy
 
 pytest.importorskip("distributed")
 
+HERE = Path(__file__).parent
+#: Prints address and processes of a cluster, and keeps it until stdin is closed.
+RUN_CLUSTER = """
+import json, sys
+from distributed import LocalCluster
+if __name__ == "__main__":
+    options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
+    cluster = LocalCluster(n_workers=2, threads_per_worker=1, **options)
+    facts = {"address": cluster.scheduler_address, "workers": [nanny.pid for nanny in cluster.workers.values()]}
+    print(json.dumps(facts), flush=True)
+    sys.stdin.read()
+"""
 
-@pytest.fixture(autouse=True)
-def hard_limit():
-    """End the tests where a cluster hangs, which no exception would."""
-    before = signal.signal(signal.SIGALRM, lambda *_: pytest.fail("hangs"))
-    signal.alarm(100)  # each takes a few seconds where the machine has nothing else to do
-    yield
-    signal.alarm(0)
-    signal.signal(signal.SIGALRM, before)
+
+class Cluster(NamedTuple):
+    """A cluster that somebody else runs."""
+
+    address: str
+    workers: list[int]  # their processes
 
 
 @pytest.fixture(scope="module")
 def cluster():
-    """Return a cluster of two workers on this machine, as somebody else would run it."""
-    from distributed import LocalCluster
-
-    with LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs=50
-    ) as running:
-        yield running
+    """Return a cluster of two workers on this machine, in processes of their own that can be ended at any time."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent)])}
+    program = [sys.executable, "-c", RUN_CLUSTER]
+    with subprocess.Popen(
+        program, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        try:
+            yield Cluster(**json.loads(process.stdout.readline()))
+        finally:
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 def test_a_worker_that_is_killed_costs_no_case(cluster, tmp_path):
@@ -51,19 +67,39 @@ def test_a_worker_that_is_killed_costs_no_case(cluster, tmp_path):
     def kill_one():
         while len(list(tmp_path.glob("run/parts/*"))) < 2:
             time.sleep(0.01)
-        os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
+        os.kill(cluster.workers[0], signal.SIGKILL)
 
     killer = threading.Thread(target=kill_one)
     killer.start()
-    result = quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.scheduler_address)
+    result = quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.address)
     killer.join()
     assert (result.ok, result.failed, result.missing) == (60, 0, 0)
     assert same_results(tmp_path / "run", tmp_path / "alone")
 
 
+@pytest.mark.parametrize("folder", ["parts", "shards"])
+def test_what_a_node_damages_while_a_run_works_is_said_and_computed_again(cluster, tmp_path, folder):
+    source = grid(60, (GOOD + 0.03,), wear=True)
+
+    def damage_one():
+        wait_for(lambda: len(list(tmp_path.glob("run/parts/*"))) >= 2)
+        path = next(tmp_path.glob(f"run/{folder}/*"))
+        path.write_bytes(path.read_bytes()[:-7])  # as a node whose disk lies
+
+    damager = threading.Thread(target=damage_one)
+    damager.start()
+    with pytest.raises(StorageError, match=r"damaged or removed .*run the same command again"):
+        quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.address)
+    damager.join()
+    again = quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.address)
+    assert (again.ok, again.failed, again.missing) == (60, 0, 0)
+    assert 0 < again.ran < 60
+    assert same_results(tmp_path / "run", quiet(source, tmp_path / "alone").directory)
+
+
 def test_a_case_that_kills_its_worker_twice_has_crashed_and_the_others_go_on(cluster, tmp_path):
     source = grid(1, (GOOD, 0.001, 0.002, 0.003, DIES))
-    result = quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.scheduler_address)
+    result = quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.address)
     assert (result.ok, result.failed, result.missing) == (4, 1, 0)
     failed = result.open().summary.query("status != 'ok'")
     assert set(failed["status"]) == {"crashed"}
@@ -133,8 +169,7 @@ def scheduler():
         ["distributed.cli.dask_scheduler", "--port", str(port), *options],
         ["distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny", *options],
     )
-    here = Path(__file__).parent
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parent)])}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent)])}
     quietly = {"env": environment, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     programs = [subprocess.Popen([sys.executable, "-m", *command], **quietly) for command in commands]
     yield programs[0], address
@@ -174,3 +209,26 @@ def test_a_scheduler_that_is_asked_in_vain_is_lost(monkeypatch, silence):
     ) as lost:
         assert workers.jobs
     assert lost.value.exit_code == 4
+
+
+def test_a_cluster_that_does_not_close_is_given_up(monkeypatch):
+    class Stuck:
+        """A cluster whose lock nobody gives back."""
+
+        _instances: ClassVar = weakref.WeakSet()  # which are closed when the interpreter ends
+
+        def close(self, timeout):
+            """Wait for ever."""
+            threading.Event().wait()
+
+    monkeypatch.setattr(executors, "PATIENCE", 0.1)
+    stuck = Stuck()
+    Stuck._instances.add(stuck)
+    workers = executors.Dask.__new__(executors.Dask)
+    workers._executor = SimpleNamespace(shutdown=lambda wait: None)
+    workers._client = workers._cluster = stuck
+    stuck.workers = {}
+    begin = time.monotonic()
+    workers.close()
+    assert time.monotonic() - begin < 5.0
+    assert not Stuck._instances

@@ -75,7 +75,7 @@ def driven(tmp_path):
             batches = Batches(np.arange(CASES), ids, 1, 0.0)
             batches.learn(Manifest("x", 4, 0, 4.0))  # of four slow cases: batches of several, not of all
             job = Job(held.path, held_grid, Fake, None)
-            driver = Driver(executor, held, job, batches, None, progress.Silent())
+            driver = Driver(executor, held, job, batches, None, progress.Cases(CASES))
             assert driver.run()
             rows = held.rows()
             assert not rows["failed"].any()

@@ -11,6 +11,7 @@ import clearsweep
 from clearsweep import grid, report, simulation
 from clearsweep.contracts.catalogue import Figure, Shown
 from clearsweep.contracts.layout import Layout, markdown
+from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.mechanics.observe import tally as tallies
 from clearsweep.simulation import figures
@@ -43,7 +44,7 @@ def test_a_case_gives_the_same_bits_whatever_ran_before_in_its_process():
 
     def figures_of(case):
         result = simulation.solve(case)
-        return {name: value for name, value in result.summary.items() if name != "run_time"}, result.events.tobytes()
+        return {name: value for name, value in result.summary.items() if name not in TIMINGS}, result.events.tobytes()
 
     first = figures_of(held)
     assert figures_of(other) != first
@@ -121,8 +122,8 @@ def test_figures_have_names_of_their_own_and_need_what_there_is():
     names = [figure.name for figure in figures.FIGURES]
     assert len(set(names)) == len(names)
     needs = {need for figure in figures.FIGURES for need in figure.needs}
-    of_case = {"turns", "rests", "free", "horizon", "until", "life"}
-    assert needs <= of_case | {"wear", "film", "spatial", "axial", "judged"}
+    of_case = {"turns", "rests", "free", "horizon", "error_check", "until", "life", "uncertain"}
+    assert needs <= of_case | {"wear", "film", "friction", "spatial", "axial", "strength", "judged"}
     assert {figure.of for figure in figures.FIGURES} == {"joint", "output", "case"}
 
 

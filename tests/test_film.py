@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from law_cases import RECIPES, names
 from mechanism_cases import changed, slider_crank
-from scipy.integrate import quad
 
 import clearsweep
 from clearsweep import simulation
@@ -18,17 +17,16 @@ from clearsweep.judging import validity
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.dual import Dual
 from clearsweep.mechanics.joint import lubricated, registry
-from clearsweep.mechanics.joint.dry import Gap
 from clearsweep.mechanics.joint.film import finite, long, short
 from clearsweep.mechanics.joint.film.contract import (
     FilmMotion,
-    asperity_load,
     dry_share,
     film_couples,
     film_force,
     film_pressure,
 )
-from clearsweep.mechanics.joint.film.transition import GreenwoodTripp, Ramp
+from clearsweep.mechanics.joint.film.transition import Ramp
+from clearsweep.simulation.remarks import passive_film
 from clearsweep.verify import films
 
 LAWS, SHEARS = names("film"), names("film-friction")
@@ -190,39 +188,6 @@ def test_a_film_has_exact_derivatives(name):
 # ---------------------------------------------------------------------------------------------- joints
 
 
-def spun(gap, rate):
-    """Return the Gap with a rotation of everything at `rate` (rad/s) added, its velocities and spins with it."""
-    return Gap(
-        gap.x, gap.y, gap.vx - rate * gap.y, gap.vy + rate * gap.x, gap.spin_proximal + rate, gap.spin_distal + rate
-    )
-
-
-GAP = Gap(2e-4, -1e-4, 0.03, 0.05, 120.0, -40.0)
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_a_rotation_of_everything_changes_no_force_and_no_shear(name):
-    for journal, friction in itertools.product((None, "rod"), SHEARS):
-        term = registry.joint_term(oiled(name, friction)._replace(journal=journal), "slider")
-        still, turned = (lubricated.floating(term, gap) for gap in (GAP, spun(GAP, 314.0)))
-        for field in ("radial", "tangential", "on_journal", "on_bearing"):
-            assert getattr(turned, field) == pytest.approx(getattr(still, field), rel=1e-11)
-        if friction == "butenschoen":  # forces and couples together have no moment, so neither does the loss change
-            assert turned.lost == pytest.approx(still.lost, rel=1e-11)
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_what_a_film_takes_is_what_its_forces_do_to_both_bodies(name):
-    for journal in (None, "rod"):
-        term = registry.joint_term(oiled(name, "butenschoen")._replace(journal=journal), "slider")
-        film = lubricated.floating(term, GAP)
-        load = lubricated.load_of(term, film, 0.0)
-        power = load.fx * GAP.vx + load.fy * GAP.vy
-        power += load.moment_proximal * GAP.spin_proximal + load.moment_distal * GAP.spin_distal
-        assert film.lost == pytest.approx(-power, rel=1e-12)
-        assert film.lost > 0.0
-
-
 def test_shear_has_petroffs_couple_where_the_journal_is_concentric():
     petroff = 2.0 * math.pi * 0.4 * 0.02**3 * 0.04 / 5e-4 * 100.0
     for name in SHEARS:
@@ -324,7 +289,10 @@ def test_a_viscosity_at_a_temperature_is_walthers():
             {"viscosity": OIL, "temperature": 333.0, "thermal": {"conductance": 20.0, "ambient": 300.0}},
             "is written beside thermal",
         ),
-        ({"viscosity": 0.1, "transition": {"law": "greenwood-tripp", "roughness": "0.4 um"}}, "twice E* of both"),
+        (
+            {"viscosity": 0.1, "transition": {"law": "greenwood-tripp", "roughness": "0.4 um"}},
+            "write E* of both bodies",
+        ),
     ],
 )
 def test_an_oil_or_asperities_that_cannot_be_are_refused(changes, sentence):
@@ -333,29 +301,32 @@ def test_an_oil_or_asperities_that_cannot_be_are_refused(changes, sentence):
     assert sentence in str(caught.value)
 
 
-def test_asperities_bear_the_integral_of_their_pressure_over_the_arc():
-    term = GreenwoodTripp(0.0, 2e-6, 3.0, 0.4e-6, 50e-6)
-    for depth in (-1.5e-6, -0.5e-6, 0.0, 1e-6):
-        eccentricity = 50e-6 + depth
-        edge = math.acos(min((50e-6 - 1.6e-6) / eccentricity, 1.0))
-
-        def pressure(angle, eccentricity=eccentricity):
-            near = 4.0 - (50e-6 - eccentricity * math.cos(angle)) / 0.4e-6
-            return 3.0 * max(near, 0.0) ** 6.804 * math.cos(angle)
-
-        assert asperity_load(term, depth) == pytest.approx(quad(pressure, -edge, edge, epsrel=1e-10)[0], rel=1e-8)
-    assert asperity_load(term, -1.6e-6) == asperity_load(term, -1.0) == 0.0
-    assert asperity_load(Ramp(0.0, 1e-6), 0.0) == 0.0
-
-
 def test_the_remarks_on_films_name_joint_and_figures():
-    held, beyond, flow = validity.films([validity.Lubricated("rod-slider", 0.99, 0.25, 1.05, False, 62.0)])
+    held, beyond, flow, fed = validity.films([validity.Lubricated("rod-slider", 0.99, 0.25, 1.05, False, 62.0, 0.02)])
     assert "rod-slider is beyond the eccentricity ratio 0.99" in held
     assert "for 25 % of the time" in held
     assert "reaches 1.05 clearances" in beyond
     assert "Taylor number of 62" in flow
-    assert validity.films([validity.Lubricated("rod-slider", 0.99, 0.0, 0.9, False, 5.0)]) == ("", "", "")
+    assert "the film of rod-slider gives back 2 % of what it takes" in fed
+    assert fed.endswith("choose film.law: reynolds")
+    assert validity.films([validity.Lubricated("rod-slider", 0.99, 0.0, 0.9, False, 5.0, 1e-5)]) == ("", "", "", "")
     assert validity.films([validity.Lubricated("rod-slider", 0.99, 0.0, 1.1, True, 5.0)])[1] == ""
+    short = validity.Lubricated("rod-slider", 0.99, 0.0, 0.9, False, 5.0, 0.02, "short")
+    assert validity.films([short])[3].endswith("choose film.law: short")
+
+
+@pytest.mark.parametrize(("length", "law"), [(6e-3, "short"), (9e-3, "reynolds"), (79e-3, "reynolds"), (81e-3, "long")])
+def test_the_film_that_a_remark_recommends_is_allowed_at_the_length_of_the_bearing(length, law):
+    def read(name):
+        film = {"law": name, "viscosity": "0.4 Pa*s"}
+        changes = {"joints.rod-slider.film": film, "joints.rod-slider.length": length}
+        return clearsweep.load_case(film_grid(**changes)).case.joints[0]
+
+    assert passive_film(read("short")) == law
+    assert read(law).film.law == law
+    if law != "reynolds":
+        with pytest.raises(InputError, match="film 'reynolds' allows"):
+            read("reynolds")
 
 
 def test_the_table_of_stability_has_thirty_films_each_level_as_often():

@@ -11,9 +11,13 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import grid
+from clearsweep.contracts import catalogue
+from clearsweep.contracts.layout import Column
 from clearsweep.judging import verdict
 from clearsweep.language import expression
 from clearsweep.language.errors import InputError
+from clearsweep.report.sections import verdict as section_of_verdict
+from clearsweep.report.study import prepare
 from clearsweep.sweeping import closing
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"
@@ -45,10 +49,35 @@ def test_both_ends_of_a_range_count():
     assert margins == pytest.approx([-0.5, 1 / 3, -1 / 3])
 
 
-def test_null_is_within_its_limit_and_has_no_margin():
-    exceeded, margins = judged({"force": 8.0, "length": 1.0}, force=[math.nan, math.nan], length=[0.5, math.nan])
-    assert exceeded == ["", ""]
-    assert margins == pytest.approx([0.5, math.nan], nan_ok=True)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_null_or_not_finite_exceeds_its_limit_and_leaves_no_margin(value):
+    limits = {"force": {"at_most": 8.0, "at_least": -8.0}, "length": 1.0}
+    exceeded, margins = judged(limits, force=[4.0, value, value], length=[0.5, 0.5, 2.0])
+    assert exceeded == ["", "force", "force,length"]
+    assert margins == pytest.approx([0.5, math.nan, math.nan], nan_ok=True)
+
+
+@pytest.mark.parametrize("times", [math.nan, math.inf, 1e300])
+def test_a_limit_that_is_null_or_overflows_judges_nothing_and_warns_of_nothing(times, recwarn):
+    exceeded, margins = judged({"force": {"at_most": 1e308, "times": "ideal"}}, force=[1.0, 1.0], ideal=[times, 1.0])
+    assert (exceeded, np.isnan(margins).tolist()) == (["force", ""], [True, False])
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    ("null", "most", "least"), [(catalogue.NOTHING, "", ""), (catalogue.ENDLESS, "x", ""), ("", "x", "x")]
+)
+def test_a_null_counts_by_what_it_means(null, most, least):
+    columns = [Column("x", "1", "", null=null)]
+    for kind, expected in (("at_most", most), ("at_least", least)):
+        limits = verdict.limits_of({"x": {kind: 5.0}}, columns)
+        found = verdict.Verdict((), limits).judge({"x": np.array([math.nan, 5.0])})
+        assert found["limits_exceeded"].tolist() == [expected, ""]
+
+
+def test_no_margin_is_beyond_a_float():
+    exceeded, margins = judged({"force": 1e-310}, force=[1.0])
+    assert (exceeded, np.isfinite(margins).tolist()) == (["force"], [True])
 
 
 def test_a_limit_of_zero_is_judged_without_margin():
@@ -206,8 +235,30 @@ def test_the_closing_lines_count_cases_that_exceed_limits(ran):
     assert "Limits: 3 of 3 cases exceed at least one" in text
     assert f"{PEAK} at most 0.1015 N: 1 exceed it" in text
     assert "steps at least 2 times rhs_evaluations: 3 exceed it" in text
-    assert f"case {facts['limits']['worst']['case_id']}" in text
+    assert f"case {facts['limits']['worst']['case_id'][:8]}" in text
     assert closing.of_run(ran()[0])["limits"] is None
+
+
+@pytest.mark.parametrize("text", [f"{PEAK} / (0 * steps)", f"0 * {PEAK} / (0 * steps)"])
+def test_an_infinite_or_undefined_figure_is_no_good_case_wherever_a_run_is_judged(ran, text):
+    limits = {"ratio": "5 N", PEAK: "1 kN"}
+    result, summary = ran(limits=limits, figures={"ratio": text})
+    good = summary[summary["status"] == "ok"]
+    assert good["limits_exceeded"].tolist() == ["ratio"] * 3
+    assert good[["ratio", "margin"]].isna().all(axis=None)
+    facts = closing.of_run(result)
+    assert (facts["limits"]["exceeding"], facts["limits"]["unknown"], facts["limits"]["worst"]) == (3, 3, None)
+    assert facts["limits"]["each"]["ratio"] == {"limit": "at most 5\u00a0N", "cases": 3, "unknown": 3}
+    told = closing.run_text(facts)
+    assert "ratio at most 5 N: 3 exceed it (3 of them cannot be judged: null)" in told
+    assert "3 cases cannot be judged" in told
+    study = prepare(clearsweep.open(result.directory))
+    points = section_of_verdict.sections(study)[0].blocks[0].texts
+    assert points[0].startswith("3 of 3 cases exceed at least one limit")
+    assert points[1].startswith("3 cases cannot be judged by ratio")
+    rows = {row[0]: row for row in section_of_verdict._table(study).rows}
+    assert [cell.value for cell in rows["ratio"][2:5]] == [3, 3, 3]
+    assert [cell.value for cell in rows[PEAK][2:5]] == [0, 0, 3]
 
 
 def test_a_case_from_python_is_judged_like_one_of_a_sweep():
@@ -224,3 +275,14 @@ def test_until_cannot_judge_an_own_figure():
     source["simulate"] = {"until": {"figure": "headroom", "relative_ci": 0.1, "max_revolutions": 100}}
     with pytest.raises(InputError, match="headroom"):
         grid.load(source, fake_physics.CATALOGUE)
+
+
+def test_margins_far_beyond_a_bound_from_above_are_told_as_its_multiples():
+    force, film = verdict.Limit("force", "at_most", 5.0), verdict.Limit("film", "at_least", 2.0)
+    words = verdict.margin_words
+    assert words(1.0 - 31.4, (force, film), "force") == "31 times the limit"  # -3.04e+03 % once
+    assert words(-0.5, (force, film), "force") == "\u221250\u00a0%"
+    assert words(0.32, (force,), "") == "32\u00a0%"
+    # a value below zero under a bound from below is no multiple of it
+    assert "times" not in words(-3.0, (force, film), "film")
+    assert "times" not in words(-3.0, (verdict.Limit("force", "at_most", -1.0),), "force")

@@ -50,7 +50,7 @@ def test_its_contacts_are_those_of_quadruple_precision(name):
     truth = PROBLEMS[name]["events"]
     assert [(e["joint"], e["kind"]) for e in path.events] == [(joint, kind) for _, joint, kind, _, _ in truth]
     moments = np.array([row[0] for row in truth])
-    assert np.max(np.abs(path.events["t"] - moments)) <= 1e-9 * times[-1]
+    assert np.max(np.abs(path.events["t"] - moments), initial=0.0) <= 1e-9 * times[-1]  # a film may bear for ever
     peaks = np.array([row[4] for row in truth])
     assert path.events["force_peak"] == pytest.approx(peaks, rel=1e-6, abs=1e-6)
 

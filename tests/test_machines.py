@@ -9,7 +9,9 @@ import pytest
 
 from clearsweep import grid, simulation
 from clearsweep.contracts.machine import Course, Motor, Push, Spring, Tabled
+from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics.mechanism.loads import keys
 from clearsweep.report import mechanism as pictures
 from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
 from clearsweep.simulation.turning import followed
@@ -321,3 +323,18 @@ def test_the_picture_names_every_body_joint_and_load(tmp_path):
     for name in ("crank", "coupler", "rocker", "ground-crank", "coupler-rocker (open)", "brake"):
         assert f">{name}<" in text
     assert pictures.draw(file, tmp_path / "mechanism.png").stat().st_size > 5_000
+
+
+def test_the_keys_say_where_a_spring_holds_its_second_body_and_it_does():
+    between = {"anchor": ["300 mm", 0], "stiffness": "2 kN/m"}
+    loads = {body: {"between": ["ground", body], **between} for body in ("rod", "slider")}
+    source = changed(SLIDER_CRANK, loads=loads)
+    made = machine_of(source)
+    far = {spring.name: made.bodies[spring.name].points[spring.second.point] for spring in made.loads}
+    assert far == {"rod": made.bodies["rod"].center, "slider": (0.0, 0.0)}  # the slider's frame is at its pin
+    told = keys(LoadOutline("rod", "spring", "rod"), {"ground": (), "rod": (), "slider": ()}, ())
+    (section,) = (each for each in told if each.path.endswith(".between"))
+    assert "the second at a slider's pin, of any other body at the centre of mass" in section.text
+    planar = keys(LoadOutline("rod", "spring", "rod"), {"ground": ("rail",), "rod": ("big",)}, ())
+    words = {choice.name: choice.text for each in planar for choice in each.words}
+    assert words["point"] == "the point where it acts; center: the centre of mass"

@@ -3,6 +3,7 @@
 import math
 import re
 
+import numpy as np
 import pytest
 from fake_physics import Fake, grid
 from mechanism_cases import slider_crank
@@ -10,13 +11,14 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.grid import check_memory, largest_history, load
 from clearsweep.judging.validity import (
-    THRESHOLDS,
     Reached,
     Remarks,
+    Rubbed,
     imbalance,
     message_of,
-    surfaces_of,
+    pv_high,
     too_deep,
+    worn_away,
     worn_through,
 )
 from clearsweep.simulation import catalogue, scene
@@ -72,6 +74,31 @@ def test_wear_deeper_than_the_clearance_is_named():
     assert "is the coefficient in mm^2/N?" in path.message
 
 
+def test_wear_and_pressure_times_speed_that_no_bush_bears_are_flagged_with_what_is_usual():
+    radius, thousand_hours = 0.01, 1000.0 * 3600.0
+    hard = Rubbed("pin", 0.59 / thousand_hours, 12e6, radius)
+    assert worn_away([hard]).startswith("worn-away: pin loses 590 mm in 1000 h at a bearing radius of 10 mm; ")
+    assert "mean pV of 12 MPa m/s; dry bushes run at 1 to 3 MPa m/s" in pv_high([hard])
+    usual = Rubbed("pin", 0.9 * radius / thousand_hours, 3e6, radius)
+    assert worn_away([usual]) == pv_high([usual]) == ""
+    assert pv_high([hard._replace(oiled=True)]) == ""
+
+
+@pytest.mark.compiled
+def test_the_mean_pressure_times_speed_is_that_of_the_histories():
+    changes = {"joints.rod-slider.wear": WEAR | {"coefficient": 1e-12}}
+    changes |= {"simulate.revolutions": 0.5, "simulate.discard": 0.0, "simulate.tolerance": 1e-6}
+    ready = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
+    path = clearsweep.simulate(ready, times=np.linspace(0.0, ready.turning.at(0.5), 40001))
+    joint, force = ready.case.joints[0], path["joints/rod_slider/force_normal"]
+    x, y, vx, vy = (path[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
+    along = (x * vy - y * vx) / np.maximum(np.hypot(x, y), 1e-12)
+    slip = along + (joint.bearing_radius - joint.clearance) * path["rod/rate"]  # the slider does not turn
+    speed = np.where(force > 0.0, np.abs(slip), 0.0)
+    mean = force.mean() / (2.0 * joint.bearing_radius * joint.length) * speed.mean()
+    assert path.summary["rod_slider_pv_mean"] == pytest.approx(mean, rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("penetration", "clearance", "radius", "said"),
     [
@@ -96,7 +123,7 @@ def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
 
 
 def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
-    told, nothing = Remarks(surfaces_of({}, ["pair"])), {f"pair_{figure}": [0.0, 0.0] for figure in THRESHOLDS}
+    told, nothing = Remarks(["pair"]), {"pair_onset_rate_max": [0.0] * 2, "pair_law_limit_fraction": [0.0] * 2}
     joint = Reached("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
     message = message_of("", too_deep([joint]), worn_through([joint]), imbalance(0.024, 1e-8, 10.0))
     told.add({"case_id": ["a", "b"], "message": ["", message], **nothing})

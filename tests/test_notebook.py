@@ -11,7 +11,6 @@ from fake_sweeps import sweep
 import clearsweep
 from clearsweep import simulation
 from clearsweep.contracts import results
-from clearsweep.simulation.telling import Telling
 
 PAIR = {
     "mechanism": {"type": "impact-pair", "masses": ["0.2 kg", "0.2 kg"], "speed": "1 m/s"},
@@ -77,14 +76,3 @@ def test_an_opened_run_writes_its_report(tmp_path, monkeypatch):
     assert run.report() == tmp_path / "run" / "report.html"
     assert run.report("x.html") == "x.html"
     assert written[0][0] is run
-
-
-def test_a_long_run_says_how_far_it_is(capsys, monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr("clearsweep.simulation.telling.time.monotonic", lambda: now[0])
-    telling = Telling(2.0, 10.0)
-    for _ in range(8):
-        assert telling.see(None) is False  # it ends no run
-        now[0] += 1.0
-    told = capsys.readouterr().err.splitlines()
-    assert told == ["revolution 4 of 10, 2 s spent, about 3 s left", "revolution 9 of 10, 7 s spent, about 0.8 s left"]

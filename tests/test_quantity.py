@@ -196,3 +196,37 @@ def test_the_exponent_in_a_unit_is_written_as_a_user_would():
 def test_bare_numbers_need_no_unit_table():
     code = "import sys, clearsweep.language.quantity as q; q.read('5e-4', 'm'); sys.exit('pint' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+PROBED = """
+import importlib.machinery, sys
+class Folders:  # in the working directory, as `python -m` finds them where the packages are not installed
+    def find_spec(self, name, path=None, target=None):
+        if name in ("dask", "uncertainties", "babel"):
+            found = importlib.machinery.ModuleSpec(name, None, is_package=True)
+            found.submodule_search_locations = []
+            return found
+sys.meta_path.insert(0, Folders())
+from clearsweep.language import quantity
+assert quantity.read("1 mm", "m") == 1e-3
+assert not {"dask", "uncertainties", "babel"} & sys.modules.keys()
+"""
+
+
+def test_a_folder_called_like_a_package_that_pint_looks_for_does_no_harm():
+    subprocess.run([sys.executable, "-c", PROBED], check=True)
+
+
+def test_what_is_wrong_with_the_unit_table_is_no_bad_unit(monkeypatch):
+    def broken():
+        raise ImportError("No module named 'dask.base'")
+
+    monkeypatch.setattr(quantity, "_table", broken)
+    with pytest.raises(ImportError, match="dask"):
+        quantity.read("1 mm/s^0.123", "m")
+
+
+@pytest.mark.parametrize("written", ["*", "mm*", "/)/^(1/2)/", "^0", "mm Pa°", "rev//mm ^0", "()", "m(s)", "(m", "1 /"])
+def test_what_cannot_be_a_unit_is_refused_as_one(written):
+    with pytest.raises(InputError):
+        quantity.read(f"1 {written}", "m")

@@ -7,16 +7,16 @@ import pytest
 from matplotlib.figure import Figure
 from report_fake import Run
 
+from clearsweep.judging import validity
 from clearsweep.language import wording
 from clearsweep.report import motion, study
-from clearsweep.report.section import Cards
-from clearsweep.report.sections import drivers, headline, summary, tradeoffs, verdict
+from clearsweep.report.section import Cards, Points
+from clearsweep.report.sections import drivers, headline, peaks, summary, tradeoffs, verdict
+from clearsweep.report.table import Quantity
 
 JOINT, P99, PEAK = "joints.rod-slider", "rod_slider_force_p99", "rod_slider_force_peak"
 SLOW, FAST = 30.0, 500.0  # rad/s: forces of 10 N and of 10 kN
 SPEEDS = {"drive.speed": [SLOW, 150.0, FAST], f"{JOINT}.clearance": [5e-5, 5e-4]}
-POLYMER = {"young": 0.5e9, "poisson": 0.4, "density": 2200.0}
-BEARS = 4.767e-3  # m/s: 1e-5 sqrt(0.5e9 / 2200)
 
 
 @pytest.fixture
@@ -70,31 +70,111 @@ def test_no_peak_is_named_twice(run):
     assert not any(text.startswith("Largest peak") for text in headline.sentences(study.prepare(run)))
 
 
-def test_cards_and_pictures_have_the_elastic_range_of_the_joints_material(run):
-    run.grid["joints"]["rod-slider"]["contact"] = {**run.grid["joints"]["rod-slider"]["contact"], "material": POLYMER}
-    prepared = study.prepare(run)
+def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(run):
+    made = Run(SPEEDS, strength=600e6)
+    made.summary["rod_slider_yield_speed"] = 0.35
+    prepared = study.prepare(made)
     (cards,) = summary.sections(prepared)[0].blocks
     assert isinstance(cards, Cards)
-    assert {name: beside for name, _, beside in cards.cards}["Fastest onset"] == "its material elastic to 4.8\u00a0mm/s"
+    beside = {name: beside for name, _, beside in cards.cards}["Fastest onset"]
+    assert beside == "its contact first yields at 0.35\u00a0m/s"
     captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
-    assert "Its material stays elastic up to about 4.8\u00a0mm/s." in captions
-    case_id = prepared.cases.index[0]
-    (picture,) = motion.onsets(prepared, case_id, run.events(case_id), run.orbit(case_id))
-    axes = Figure().subplots()
-    picture.paint(axes)
-    assert axes.lines[-1].get_ydata() == pytest.approx([BEARS, BEARS], rel=1e-3)
+    assert "The contact first yields at 0.35\u00a0m/s." in captions
+    assert lines(made) == pytest.approx({"first yield (rod-slider)": 0.35})
+    made.summary["rod_slider_yield_speed"] = 40.0  # far beyond: a line would press all onsets to the bottom
+    assert lines(made) == {}
 
 
-def test_joints_of_different_materials_have_a_line_each():
-    run = Run({}, joints=("crank_rod", "rod_slider"))
-    run.grid["joints"]["rod-slider"]["contact"] = {**run.grid["joints"]["rod-slider"]["contact"], "material": POLYMER}
+def test_unknown_strengths_are_not_judged(run):
     prepared = study.prepare(run)
+    (cards,) = summary.sections(prepared)[0].blocks
+    assert {name: beside for name, _, beside in cards.cards}["Fastest onset"] == "first yield not judged"
+    captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
+    assert any("is not judged: it takes a yield strength or a hardness" in caption for caption in captions)
+    assert lines(run) == {}
+
+
+STEEL = {"young": 207e9, "poisson": 0.3, "yield_strength": 600e6}
+
+
+@pytest.mark.parametrize("kind", ["a column without a value", "spatial, guide: no column"])
+def test_a_joint_that_cannot_be_judged_is_not_asked_for_the_strength_it_has(kind):
+    made = Run(SPEEDS, strength=600e6 if kind.startswith("a column") else None)
+    made.summary["rod_slider_yield_speed"] = np.nan
+    contact = {"law": "flores", "elastic": "johnson", "restitution": 0.7, "material": STEEL}
+    made.grid["joints"]["rod-slider"]["contact"] = contact
+    prepared = study.prepare(made)
+    captions = " ".join(picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures)
+    assert "is not judged for this kind of joint or law." in captions
+    assert "it takes a yield strength" not in captions
+    (cards,) = summary.sections(prepared)[0].blocks
+    assert {name: beside for name, _, beside in cards.cards}["Fastest onset"] == "first yield not judged"
+
+
+def test_closing_lines_claim_nothing_of_joints_that_cannot_be_judged():
+    remarks = validity.Remarks(["rod_slider"])
+    columns = {"rod_slider_onset_rate_max": [9.0], "rod_slider_law_limit_fraction": [0.0]}
+    for judged in ({}, {"rod_slider_yield_speed": [None]}):
+        remarks.add({"case_id": ["a"], "message": [""], **columns, **judged})
+    assert remarks.sentences() == []
+
+
+def lines(made):
+    """Return label -> speed (m/s) of the lines in the picture of the onsets of a run's first case."""
+    prepared = study.prepare(made)
     case_id = prepared.cases.index[0]
-    (picture,) = motion.onsets(prepared, case_id, run.events(case_id), run.orbit(case_id))
+    (picture,) = motion.onsets(prepared, case_id, made.events(case_id), made.orbit(case_id))
     axes = Figure().subplots()
     picture.paint(axes)
-    lines = {line.get_label(): line.get_ydata()[0] for line in axes.lines if line.get_label().startswith("elastic")}
-    assert lines == pytest.approx(
-        {"elastic up to here (steel, crank-rod)": 0.05, "elastic up to here (its material, rod-slider)": BEARS},
-        rel=1e-3,
-    )
+    return {line.get_label(): line.get_ydata()[0] for line in axes.lines if line.get_label().startswith("first yield")}
+
+
+def test_joints_have_a_line_each():
+    run = Run({}, joints=("crank_rod", "rod_slider"), strength=600e6)
+    run.summary["crank_rod_yield_speed"], run.summary["rod_slider_yield_speed"] = 0.2, 0.4
+    assert lines(run) == pytest.approx({"first yield (crank-rod)": 0.2, "first yield (rod-slider)": 0.4})
+
+
+def test_an_error_beyond_the_horizon_is_said_to_check_nothing():
+    made = Run(SPEEDS, checked=True)
+    frame = made.summary
+    frame["horizon_revolutions"] = [1.98, 1.98, 5.0, np.nan, 3.0, 2.5]
+    frame["rod_slider_force_peak_revolution"] = [3, 2, 4, 7, 3, 2]
+    frame["rod_slider_force_peak_difference"] = 2.02e-4
+    prepared = study.prepare(made)
+    (section,) = peaks.sections(prepared)
+    table = next(table for table in section.tables if table.key == "certainty")
+    place = [column.name for column in table.columns].index("error of force peak")
+    cells = {row[0]: row[place] for row in table.rows}
+    said = {case_id: cell.text for case_id, cell in cells.items() if isinstance(cell, Quantity)}
+    # a peak in revolution 2 may lie after 1.98 revolutions, one in revolution 3 not after 3
+    first, second = frame["case_id"][:2]
+    assert said == {
+        first: "peak in revolution 3, horizon 2.0 revolutions: no check of convergence",
+        second: "peak in revolution 2, horizon 2.0 revolutions: no check of convergence",
+    }
+    assert all(cell.value == 2.02e-4 for cell in cells.values() if isinstance(cell, Quantity))
+    (points,) = (block for block in section.blocks if isinstance(block, Points))
+    assert "is no check of convergence in 2 of 6 cases" in points.texts[0]
+    assert "In 3 chaotic cases the peak lies within the horizon" in points.texts[1]
+    assert "a check of the first revolutions alone" in points.texts[1]
+
+
+def test_the_sentence_on_an_unchecked_peak_names_its_own_joint():
+    made = Run(SPEEDS, joints=("crank_rod", "rod_slider"), checked=True)
+    frame = made.summary
+    frame["horizon_revolutions"] = 2.0
+    frame["crank_rod_force_peak_revolution"] = np.nan  # never touched
+    frame["rod_slider_force_peak_revolution"] = [3, 1, 1, 1, 1, 1]
+    (section,) = peaks.sections(study.prepare(made))
+    (points,) = (block for block in section.blocks if isinstance(block, Points))
+    assert points.texts[0].startswith("The error of the force peak in joint rod-slider is no check of convergence in 1")
+    assert "the peak in joint rod-slider lies within" in points.texts[1]
+    assert len(points.texts) == 2
+
+
+def test_without_a_horizon_nothing_is_said_of_single_errors():
+    made = Run(SPEEDS, checked=True)
+    made.summary["horizon_revolutions"] = np.nan
+    (section,) = peaks.sections(study.prepare(made))
+    assert not any(isinstance(block, Points) for block in section.blocks)

@@ -197,7 +197,7 @@ def test_lives_are_told_mapped_and_drawn_with_their_intervals():
     said = [text.replace("\u00a0", " ").replace("\u2009", "") for text in points.texts]
     assert said[0].startswith(
         "Shortest life until the growth of the clearance in joint rod-slider is 50.0 µm: 4.17 h "
-        "(95 %: 3.75 h to 5.00 h), 250000 revolutions, at clearance 0.2 mm"
+        "(95 %, numerics alone: 3.75 h to 5.00 h), 250000 revolutions, at clearance 0.2 mm"
     )
     assert said[1].startswith("Longest life")
     assert "16.7 h" in said[1]

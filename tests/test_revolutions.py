@@ -77,7 +77,9 @@ def test_the_revolution_of_the_largest_peak_has_the_bits_of_the_whole_run():
     whole, found = clearsweep.simulate(scene), peak_revolution(scene.case, 0, 7.0)
     first = int(found.turns)
     assert 1 <= first == found.turns <= 6
-    same = [name for name in whole.summary if name not in ("run_time", "rhs_evaluations")]  # which sampling adds to
+    same = [
+        name for name in whole.summary if name not in ("run_time", "setup_time", "rhs_evaluations")
+    ]  # which sampling adds to
     assert [found.path.summary[name] for name in same] == [whole.summary[name] for name in same]
     here = slice(90 * first, 90 * first + 91)
     usual = np.isin(found.path.t, whole.t)
@@ -90,6 +92,15 @@ def test_the_revolution_of_the_largest_peak_has_the_bits_of_the_whole_run():
     hardest = ended[ended["t"] > TURN][np.argmax(ended["force_peak"][ended["t"] > TURN])]
     assert hardest["force_peak"] == pytest.approx(whole.summary["rod_slider_force_peak"], rel=1e-12)
     assert 0.0 < hardest["t"] / TURN - first < 1.2  # of a contact that ends there or soon after
+
+
+def test_the_revolution_of_the_largest_peak_is_that_of_the_histories():
+    times = np.linspace(TURN, 5 * TURN, 400_001)
+    path = run(times, **{"simulate.revolutions": 5, "simulate.error_check": True})
+    largest = times[path["joints/rod_slider/force_normal"].argmax()]
+    assert path.summary["rod_slider_force_peak_revolution"] == int(largest / TURN) + 1
+    assert path.summary["rod_slider_force_peak_difference"] is not None
+    assert "rod_slider_force_peak_revolution" not in run().summary
 
 
 def test_a_journal_that_stays_on_its_bearing_repeats_itself_every_revolution():

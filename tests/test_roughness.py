@@ -352,3 +352,15 @@ def test_rough_surfaces_go_with_every_contact_law(law):
     assert "Rough" in type(term_of(case.joints[0])).__name__
     made_for_hertz = "hertz" in RECIPES["law", law].law.needs
     assert any("made for Hertz's force" in sentence for sentence in simulation.warnings(case)) == made_for_hertz
+
+
+def test_elastic_spots_of_both_laws_differ_by_the_factor_that_their_notes_tell():
+    """Of F = exp(level) a^power the last piece of `fractal` and the first of `kogut-etsion` are elastic."""
+    dimension, scale, hardness, modulus = 1.4, 1e-11, 5.5e9, 113.7e9
+    large = yielding(dimension, scale, hardness, modulus).pieces[-1]
+    spots = in_regimes(dimension, scale, hardness, modulus, 0.3).pieces
+    elastic = next(piece for piece in spots if math.isinf(piece.upto))
+    assert large.power == pytest.approx(elastic.power, rel=1e-12)
+    assert math.exp(large.factor - elastic.factor) == pytest.approx(math.pi**1.5, rel=1e-9)
+    for name in ("fractal", "kogut-etsion"):
+        assert "do not compare the two at equal G" in " ".join(registry.text(name).split())

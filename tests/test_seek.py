@@ -96,6 +96,15 @@ def test_a_border_outside_the_range_is_told(tmp_path, limit, value, limiting):
     assert (row[f"seek.{MASS}"], row["seek_low"], row["seek_high"], row["limiting"]) == (value, value, value, limiting)
 
 
+@pytest.mark.parametrize("text", ["rod_slider_force_peak / (0 * steps)", "0 * rod_slider_force_peak / (0 * steps)"])
+def test_where_the_figure_is_infinite_or_undefined_no_value_is_safe(tmp_path, text):
+    more = {"figures": {"ratio": text}, "limits": {"ratio": "5 N", "rod_slider_force_peak": 0.7}}
+    result = quiet(sought() | more, tmp_path / "run")
+    (row,) = answers(tmp_path / "run")
+    assert (row[f"seek.{MASS}"], row["limiting"]) == (None, "ratio")
+    assert f"{result.cases} of them cannot be judged" in closing.run_text(closing.of_run(result))
+
+
 def test_what_was_sought_goes_when_the_grid_seeks_nothing_any_more(tmp_path):
     quiet(sought(), tmp_path / "run")
     plain = quiet(grid(3, orbits="none"), tmp_path / "run")

@@ -13,7 +13,7 @@ from summary_fake import OfFrame
 
 from clearsweep import report
 from clearsweep.language.errors import InputError
-from clearsweep.report import sensitivity
+from clearsweep.report import sample_tables, sensitivity, study
 
 pytestmark = pytest.mark.heavy
 
@@ -111,6 +111,35 @@ def test_equal_values_have_no_spread():
     assert all(one == (0.1, 0.1, 0.1) for one in told.quantiles)
 
 
+def limit_rows(run):
+    """Return heading -> cell of every row of the table of limits of a run."""
+    table = sample_tables.limit_table(study.prepare(run), sensitivity.settings(run))
+    return [dict(zip([column.name for column in table.columns], row, strict=True)) for row in table.rows], table.note
+
+
+@pytest.mark.parametrize("failing", [(), (3, 4, 40)])
+def test_failed_cases_count_as_failures_in_a_probability_of_their_own(run, failing):
+    """Exact binomial intervals of both counts, failed cases left out and counted."""
+    made = run(linear, failing=failing, more=f"limits: {{{PEAK}: 14 N, rod_slider_force_rms: 15 N}}\n")
+    values = made.summary[PEAK].dropna().to_numpy(float)
+    rows, note = limit_rows(made)
+    beyond = [np.count_nonzero(values > limit) for limit in (14.0, 15.0)]
+    assert 0 < beyond[1] < beyond[0] < len(values)
+    assert len(rows) == 3  # two limits, and at least one of them
+    for row, count in zip(rows, [beyond[1], beyond[0], beyond[0]], strict=True):  # rms, peak, either
+        found = row["probability of exceeding it"]
+        assert found.value == pytest.approx(count / len(values))
+        if not failing:
+            assert "or of failing" not in row
+            continue
+        either = stats.binomtest(count + len(failing), 64)
+        low, high = either.proportion_ci(0.95, method="exact")
+        assert row["or of failing"].value == pytest.approx(either.statistic)
+        assert row["or of failing, low"].value == pytest.approx(low)
+        assert row["or of failing, high"].value == pytest.approx(high)
+    assert ("3 failed cases" in note) == bool(failing)
+
+
 def test_a_limit_that_was_never_exceeded_may_still_be():
     assert sensitivity.exceedance(np.arange(64.0) > 63.0) == pytest.approx((0.0, 0.0, 1.0 - 0.025 ** (1 / 64)))
 
@@ -201,13 +230,21 @@ def chance(made):
 
 
 def noisy(run, share):
-    """Return a run of whose force peak's variance this share is chance, and the force peaks of its cases run again."""
+    """Return a run of whose force peak's variance this share is chance, and the force peaks of its cases run again.
+
+    Chance is drawn in the order of the swept values: that of case_ids changes with every model version.
+    """
     made, random = run(linear, "saltelli", 512), np.random.default_rng(1)
+    order = np.lexsort([made.summary[path] for path in made.grid["sample"]["drawn"]])
+
+    def drawn():
+        return random.normal(size=len(order))[np.argsort(order)]
+
     peaks = made.summary[PEAK].astype(float)
     sigma = np.sqrt(share / (1.0 - share) * peaks.var()) if share < 1.0 else peaks.std()
     base = peaks if share < 1.0 else peaks.mean()
-    first, again = (base + sigma * random.normal(size=len(peaks)) for _ in range(2))
-    made.summary[PEAK], made.summary["energy_residual"] = first, random.normal(size=len(peaks))
+    first, again = (base + sigma * drawn() for _ in range(2))
+    made.summary[PEAK], made.summary["energy_residual"] = first, drawn()
     return made, again
 
 

@@ -9,6 +9,7 @@ from test_cli import ROOT
 
 from clearsweep import series
 from clearsweep.cli import verbs
+from clearsweep.language import quantity
 from clearsweep.language.errors import InputError
 
 PUBLISHED = ROOT / "configs/operating_series.csv"
@@ -104,6 +105,19 @@ MISTAKES = {
         PRESSED + "0,1,1\n1,-1,1\n",
         "row 3: found a pressure",
     ),
+    "hardness below floats": (
+        ["--coefficient", "1e-4", "--hardness", "1e-320 Pa"],
+        None,
+        "--hardness: found 1e-320 Pa",
+    ),
+    "hardness beyond floats": (["--coefficient", "1e-4", "--hardness", "1e300 GPa"], None, "--hardness"),
+    "area below floats": ([*GIVEN, "--area", "1e-320 m^2"], FORCED + "0,1,1\n1,1,1\n", "--area: found 1e-320 m^2"),
+    "area that is not zero": ([*GIVEN, "--area", "1e-400 m^2"], FORCED + "0,1,1\n1,1,1\n", "1e-60 to 1e+60 m^2"),
+    "coefficient below floats": (["--coefficient", "1e-400 m^2/N"], None, "--coefficient: found 1e-400 m^2/N"),
+    "coefficient near the end of floats": (["--coefficient", "1e-310 m^2/N"], None, "allowed: 0, or 1e-60"),
+    "coefficient beyond all": (["--coefficient", "1e300 m^2/N"], None, "allowed: 0, or 1e-60"),
+    "depth beyond all": (["--coefficient", "1e50 m^2/N"], PRESSED + "0,1e20,1\n1,1e20,1\n", "check the units"),
+    "pressure beyond all": (GIVEN, PRESSED + "0,1,1\n1,1e300,1\n", "row 3: found a pressure of 1e+300"),
     "twice": (GIVEN, "t [s],time [s]\n0,0\n1,1\n", ":1:2: 'time [s]' is a second column of time"),
 }
 
@@ -117,6 +131,45 @@ def test_a_mistake_is_told_with_its_place(tmp_path, arguments, table, sentence):
     with pytest.raises(InputError) as error:
         CliRunner().invoke(verbs, ["wear", str(path), *arguments], catch_exceptions=False)
     assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("depth", "agrees"),
+    [
+        ("0.040", True),
+        ("0.0404", True),
+        ("0.04", False),  # too coarse: half a last digit is an eighth of what is worn
+        ("0.0406", False),
+        ("1", False),
+        ("0", False),
+        ("1e300", False),
+        ("0e300", False),
+    ],
+)
+def test_a_depth_agrees_within_half_a_last_digit_and_a_twentieth_of_itself(tmp_path, depth, agrees):
+    path = tmp_path / "series.csv"  # 0.04045 um: k p v t
+    head = "time [s],pressure [MPa],speed [m/s],depth [um]\n"
+    path.write_text(head + f"0,1,2.0225,0\n1,1,2.0225,{depth}\n", encoding="utf-8")
+    if "e300" in depth and float(depth):
+        with pytest.raises(InputError, match="found a depth of"):
+            series.read(path)
+        return
+    text = told(path, "--coefficient", "2e-14 m^2/N")
+    assert ("The table agrees" in text) is agrees
+    assert ("rounded too coarsely" in text or "contradicts" in text) is not agrees
+
+
+def test_a_long_series_reads_as_its_cells_do_one_by_one(tmp_path):
+    rows = [f"{0.001 * k:.3f},{1 + 0.37 * (k % 11):.4g},{0.7e-3 * k:.3e},{0.1 * k:.2f}" for k in range(5000)]
+    head = "time [ms],pressure [MPa],speed [mm/s],depth [um]"
+    (tmp_path / "series.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
+    read = series.read(tmp_path / "series.csv")
+    for place, (name, unit) in enumerate([("time", "ms"), ("pressure", "MPa"), ("speed", "mm/s"), ("depth", "um")]):
+        exact = [quantity.read(f"{row.split(',')[place]} {unit}", series.COLUMNS[name][0]) for row in rows]
+        assert read.columns[name] == pytest.approx(exact, rel=4e-16, abs=0.0)
+    text = series.text(series.wear(read, 1e-14))
+    assert "4,800 more rows; --json has all" in text
+    assert len(text.splitlines()) < 250
 
 
 def test_there_is_no_such_file(tmp_path):

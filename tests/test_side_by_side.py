@@ -25,7 +25,7 @@ from clearsweep.simulation.revolutions import marks_of
 from clearsweep.simulation.start import NOWHERE, control_of, start_of
 
 CASES = 11  # no multiple of what a register holds
-TIMED = {"run_time"}
+TIMED = {"run_time", "setup_time"}
 SETTINGS = {"simulate.revolutions": 0.6, "simulate.tolerance": 1e-7, "save.orbits": "all"}
 
 
@@ -136,6 +136,27 @@ def test_what_happens_to_one_case_happens_to_none_beside_it(together):
     assert all(same(simulation.solve(listed[place]), found[place]) for place in untouched)
 
 
+def test_a_budget_that_just_suffices_or_just_does_not_comes_to_the_same_beside_others(together):
+    listed = cases(**{"save.orbits": "none"})
+    taken = [simulation.solve(case).summary for case in listed]
+    for place, more in enumerate([0, -1, 1, 0, -1]):
+        steps = taken[place]["steps"] + taken[place]["steps_rejected"] + more
+        listed[place] = listed[place]._replace(simulate=listed[place].simulate._replace(step_budget=steps))
+    alone, beside = alone_and_together(listed)
+    assert all(map(same, alone, beside))
+    assert {alone[1].status, alone[4].status} == {"step-budget"}
+    assert [path.status for place, path in enumerate(alone) if place not in (1, 4)] == ["ok"] * (CASES - 2)
+
+
+def test_a_case_without_time_ends_as_alone_and_leaves_those_beside_it_as_they_are(together):
+    listed = cases(**{"save.orbits": "none"})
+    alone = [simulation.solve(case) for case in listed]
+    hasty = listed[4]._replace(simulate=listed[4].simulate._replace(revolutions=1e9, time_budget=1e-3))
+    found = dict(simulation.solve_each([*listed[:4], hasty, *listed[5:]]))
+    assert found[4].status == simulation.solve(hasty).status == "time-budget"
+    assert all(same(alone[place], found[place]) for place in range(CASES) if place != 4)
+
+
 def test_what_goes_wrong_with_one_case_on_the_way_is_its_own(together, monkeypatch):
     def ended(self, status):
         if self.value.joints[0].clearance == unlucky:
@@ -237,7 +258,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
 
 #: Fields of a Work that the type of a scene decides, and those that are written before they are read.
 OF_TYPE = {"apart", "pressed", "ended_by", "contact", "modes", "leads_to", "at_stages", "at_start", "of_state"}
-OF_TYPE |= {"counted", "column", "sign"}
+OF_TYPE |= {"counted", "ends_run", "column", "sign"}
 SCRATCH = {"end", "z", "k", "o", "f", "step", "bins", "spent", "log", "control"}
 WORN = {
     "joints.rod-slider.length": 0.02,

@@ -18,7 +18,17 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.attitude import Frame, frame_of, in_body, in_fixed
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint import spatial as joints
-from clearsweep.mechanics.joint.contract import ACTS, FREE, PRESSED, Place, Present, load
+from clearsweep.mechanics.joint.contract import (
+    ACTS,
+    FREE,
+    PRESSED,
+    Place,
+    Present,
+    contact_modes,
+    load,
+    power_lost,
+    power_stored,
+)
 from clearsweep.mechanics.joint.spatial.points import farthest
 from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, place
 
@@ -31,6 +41,16 @@ OPENINGS = {
     "sleeve on the slider": (("crank-rod",), {"ideal": "cylindrical", "tilt": [0.006, 0.0]}),
     "sleeve on the crank": (("rod-slider",), {"ideal": "cylindrical", "tilt": [0.0, 0.005]}),
     "edges": (("crank-rod",), EDGES | {"tilt": [0.005, 0.003]}),
+    "spread, both open": (("crank-rod", "rod-slider"), {"tilt": [0.002, 0.001], "walls": "spread"}),
+    "spread, sleeve on the crank": (
+        ("rod-slider",),
+        {"ideal": "cylindrical", "tilt": [0.0, 0.005], "walls": "spread"},
+    ),
+    "spread, edges": (("crank-rod",), EDGES | {"tilt": [0.005, 0.003], "walls": "spread"}),
+    "spread, part of the length": (
+        ("crank-rod",),
+        EDGES | {"journal_length": 0.02, "offset": [0.0, 0.0, 4e-3], "tilt": [0.005, 0.003], "walls": "spread"},
+    ),
 }
 
 
@@ -64,9 +84,10 @@ def pressed(scene, state):
     pose = place(value.mechanism, state)
     modes, rates = [], []
     for joint, gap in zip(value.joints, gaps(value.mechanism, pose), strict=True):
+        first = len(modes)
         for point in points(joint, gap):
             c = len(modes)
-            modes.append(PRESSED if point.depth > 0.0 else FREE)
+            modes.append(PRESSED if point.depth > 0.0 else contact_modes(joint)[c - first].apart)
             state[place_of + c] = math.copysign(math.sqrt(abs(point.depth)), point.depth)
         modes += [ACTS, ACTS]
     rates = np.full(len(modes), 0.1)
@@ -155,7 +176,7 @@ def test_the_powers_of_all_forces_make_the_kinetic_energy(name):
     power = motion.torque * scene.built.rate + energy(scene.value.mechanism, pose)[1]
     for told in found:
         for contact in told.contacts:
-            power += contact.tangential * contact.slip - contact.normal * contact.rate
+            power += contact.tangential * contact.slip - power_stored(contact) - power_lost(contact)
     ends = []
     for sign in (-1.0, 1.0):
         moved = state[: 2 * n + 1].copy()
@@ -172,9 +193,9 @@ def test_the_powers_of_all_forces_make_the_kinetic_energy(name):
 # ---------------------------------------------------------------------------------------------- what does not change
 
 
-def seen(turn, bearing, journal, middle):
+def seen(turn, bearing, journal, middle, walls="ends"):
     """Return the load of a joint in the fixed frame, all of it turned by `turn`; the rest as rotation matrices."""
-    (joint,) = clearsweep.load_case(spatial(friction=FRICTION)).value.joints
+    (joint,) = clearsweep.load_case(spatial(friction=FRICTION, walls=walls)).value.joints
     frame = Frame(*(Vector(*row) for row in turn @ journal))
     at, axis = turn @ middle, turn @ bearing[:, 2]
     moving, spin, other = turn @ [0.02, 0.1, -0.3], turn @ [1.0, 5.0, -40.0], turn @ [0.0, 0.0, 100.0]
@@ -182,7 +203,10 @@ def seen(turn, bearing, journal, middle):
     y = np.zeros(12)
     for c, point in enumerate(points(joint, gap)):
         y[c] = math.copysign(math.sqrt(abs(point.depth)), point.depth)
-    mode = np.array([PRESSED if root > 0.0 else FREE for root in y[:4]] + [ACTS] * 2)
+    modes = [
+        pair.pressed if root > 0.0 else pair.apart for root, pair in zip(y[:4], contact_modes(joint), strict=False)
+    ]
+    mode = np.array(modes + [ACTS] * 2)
     told = load(joint, gap, Place(0, 0, 0, 0), Present(y, mode, np.full(6, 0.1), 0))
     sides = (told.force, told.on_journal, told.on_bearing)
     return mode, np.array([np.array(in_fixed(frame, side)) @ turn for side in sides]), told.contacts
@@ -198,28 +222,31 @@ def turned(*vector):
 STANDS = (turned(0.004, 0.003, 0.0), turned(-0.006, 0.002, 0.7), np.array([1.9e-4, 0.8e-4, 1.8e-4]))
 
 
+@pytest.mark.parametrize("walls", ["ends", "spread"])
 @pytest.mark.parametrize("about", [(0.3, -0.2, 1.1), (0.0, 0.0, 2.0), (3.0, 0.5, -0.2)])
-def test_nothing_changes_when_the_whole_assembly_is_turned(about):
-    mode, before, _ = seen(np.eye(3), *STANDS)
-    _, after, _ = seen(turned(*about), *STANDS)
+def test_nothing_changes_when_the_whole_assembly_is_turned(about, walls):
+    mode, before, _ = seen(np.eye(3), *STANDS, walls)
+    _, after, _ = seen(turned(*about), *STANDS, walls)
     assert np.count_nonzero(mode == PRESSED) >= 2
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
 
 
-def test_nothing_changes_when_the_journal_is_turned_about_its_own_axis():
+@pytest.mark.parametrize("walls", ["ends", "spread"])
+def test_nothing_changes_when_the_journal_is_turned_about_its_own_axis(walls):
     bearing, journal, middle = STANDS
-    _, before, _ = seen(np.eye(3), *STANDS)
-    _, after, _ = seen(np.eye(3), bearing, journal @ turned(0.0, 0.0, 0.9), middle)
+    _, before, _ = seen(np.eye(3), *STANDS, walls)
+    _, after, _ = seen(np.eye(3), bearing, journal @ turned(0.0, 0.0, 0.9), middle, walls)
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
 
 
+@pytest.mark.parametrize("walls", ["ends", "spread"])
 @pytest.mark.parametrize("ends", [0, 1])
-def test_nothing_changes_when_the_axis_of_a_body_is_turned_round(ends):
+def test_nothing_changes_when_the_axis_of_a_body_is_turned_round(ends, walls):
     bearing, journal, middle = STANDS
     round_ = turned(math.pi, 0.0, 0.0)
     sides = (bearing @ round_, journal) if ends == 0 else (bearing, journal @ round_)
-    _, before, contacts = seen(np.eye(3), *STANDS)
-    _, after, others = seen(np.eye(3), *sides, middle)
+    _, before, contacts = seen(np.eye(3), *STANDS, walls)
+    _, after, others = seen(np.eye(3), *sides, middle, walls)
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
     order = (0, 1, 2, 3) if ends == 0 else (1, 0, 3, 2)  # contacts are numbered by the ends of the journal
     for k, other in enumerate(order):
@@ -319,12 +346,13 @@ def test_half_a_revolution_is_that_of_quadruple_precision():
 
 
 @pytest.mark.slow
-def test_a_parallel_journal_moves_as_in_the_plane():
-    contact, wear = JOINT["contact"] | {"restitution": 0.4}, {"law": "archard", "coefficient": 1e-13}
+@pytest.mark.parametrize("walls", ["ends", "spread"])
+def test_a_parallel_journal_moves_as_in_the_plane(walls):
+    keys = {"contact": JOINT["contact"] | {"restitution": 0.4}, "wear": {"law": "archard", "coefficient": 1e-13}}
     times = np.linspace(0.0, 0.03, 31)
     flat, deep = (
-        clearsweep.simulate(clearsweep.load_case(make(contact=contact, wear=wear)), times=times)
-        for make in (planar, spatial)
+        clearsweep.simulate(clearsweep.load_case(case), times=times)
+        for case in (planar(**keys), spatial(**keys, walls=walls))
     )
     for name in ("slider/x", "joints/crank_rod/x", "joints/crank_rod/y"):
         assert deep[name] == pytest.approx(flat[name], rel=0.0, abs=1e-9 * 2e-4)

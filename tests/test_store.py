@@ -1,5 +1,6 @@
 """What is committed survives, what is damaged is found, and the merged files hold what the batches held."""
 
+import dataclasses
 import json
 import math
 import os
@@ -119,6 +120,23 @@ def test_what_a_failed_case_went_through_before_is_not_kept(tmp_path):
             assert len(good.t) > 0
             assert list(file["offsets"]) == [0, 0, len(other.t)]
             assert np.array_equal(file["t"], other.t)
+
+
+def test_the_events_that_a_failed_case_kept_are_stored(tmp_path):
+    held_grid, directory = loaded(grid(2)), tmp_path / "run"
+    met = np.array([(0.1, "rod_slider", "on", 0.2, 0.0), (0.3, "rod_slider", "off", -0.1, 7.0)], results.EVENT_DTYPE)
+    other = Fake.solve(held_grid.case(1))
+    paths = results.Trajectory("left-bearing", "it left", {}, events=met), dataclasses.replace(other, events=met[:1])
+    rows = [store.Row(held_grid.case_id(k), held_grid.point(k), path) for k, path in enumerate(paths)]
+    with store.RunDirectory(directory).open_for(held_grid) as held:
+        store.commit(directory, store.Form.of(held_grid), "0" * 16, rows)
+        held.recover()
+        merged = store.merge(held, store.Form.of(held_grid), held.rows())
+        held.write_record(held_grid, merged=merged)
+    run = store.open(directory)
+    assert [len(run.events(row.case_id)) for row in rows] == [2, 1]
+    assert run.events(rows[0].case_id)["force_peak"].tolist() == [0.0, 7.0]
+    assert len(run.orbit(rows[0].case_id)) == 0
 
 
 def test_orbits_file_reads_as_the_contract_says(mixed):
@@ -275,6 +293,19 @@ def test_a_second_holder_of_the_directory_is_refused(tmp_path):
         pass
     with store.RunDirectory(tmp_path / "run").open_for(held_grid):
         pass
+
+
+def test_a_run_that_waited_for_the_lock_works_where_the_one_before_has_cleared_up(tmp_path, monkeypatch):
+    held_grid, lock = loaded(grid(1)), store.RunDirectory._lock
+
+    def granted_late(run, file):  # the other run ends while this one waits
+        if run.scratch.exists():
+            run.scratch.rmdir()
+        lock(run, file)
+
+    monkeypatch.setattr(store.RunDirectory, "_lock", granted_late)
+    with store.RunDirectory(tmp_path / "run").open_for(held_grid) as held:
+        assert held.scratch.is_dir()
 
 
 @pytest.mark.parametrize(

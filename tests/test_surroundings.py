@@ -15,7 +15,7 @@ from fake_sweeps import sweep
 from test_sweep import parts, program, wait_for
 
 from clearsweep import cli, streams
-from clearsweep.language import errors
+from clearsweep.language import errors, phases
 from clearsweep.sweeping import executors, progress, resources, signals
 
 pytestmark = pytest.mark.heavy
@@ -75,17 +75,9 @@ def test_the_null_device_takes_the_place_of_a_stream_that_was_left(tmp_path):
 def test_a_program_without_stderr_sees_no_progress_in_its_stdout(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stderr", None)
     progress.say("something")
-    with progress.of(3, wanted=True) as display:
-        display.advance(1, 0)
+    with progress.shown(), phases.phase(progress.Cases(3)):
+        phases.Display().look()
     assert not capsys.readouterr().out
-
-
-@pytest.fixture
-def hang_up_heeded():
-    """Let this process heed SIGHUP, though the tests may run under nohup."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    yield
-    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.mark.usefixtures("hang_up_heeded")

@@ -19,8 +19,8 @@ import torture
 from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake, grid
 from fake_sweeps import sweep
 
-from clearsweep.language import errors
-from clearsweep.sweeping import closing, estimate, executors, progress
+from clearsweep.language import errors, phases
+from clearsweep.sweeping import closing, estimate, executors
 from clearsweep.sweeping.driver import Batches
 from clearsweep.sweeping.everything import everything
 from clearsweep.sweeping.worker import Manifest
@@ -405,7 +405,7 @@ def test_what_a_first_case_compiles_and_cases_that_differ_do_not_spoil_the_estim
 
 
 class Warming(Fake):
-    """Its first case of all takes as long as if it compiled something."""
+    """Its first case of all compiles something for a second."""
 
     solved = 0
 
@@ -413,7 +413,10 @@ class Warming(Fake):
     def solve(cls, case):
         """Return a made-up trajectory."""
         cls.solved += 1
-        time.sleep(1.0 if cls.solved == 1 else 0.01)
+        if cls.solved == 1:
+            with phases.phase(phases.Phase("compiling", once=True)):
+                time.sleep(1.0)
+        time.sleep(0.01)
         return fake_physics.trajectory(case)
 
 
@@ -428,33 +431,3 @@ def test_the_loop_and_a_scene_compile_at_once_in_two_workers(tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     assert quiet(grid(), tmp_path / "run", simulator=fake_physics.Together, jobs=2).ok == 3
     assert "compiling ahead failed" not in capfd.readouterr().err
-
-
-def test_the_bar_moves_with_every_case_and_its_time_left_does_not_jump(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
-    bar = progress.Bar(1000)
-    said = []
-    for step in range(100):  # ten cases a second, a batch of fifty every five; the first second passes in starting up
-        now[0] += 1.0 if step == 0 else 0.1
-        done = step
-        bar.advance(50 if step and step % 50 == 0 else 0, 0)
-        bar.look(done - bar.done)
-        if bar.bar.n == done and (left := bar.pace.left(done, 1000)) is not None:  # it was drawn
-            said.append(left + now[0])
-    assert bar.bar.n > 90
-    assert len(said) > 10
-    assert max(said) - min(said) < 10.0  # s: the end that is foretold stays where it is
-    bar.__exit__()
-
-
-def test_progress_in_a_log_is_a_line_now_and_then(capsys, monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
-    lines = progress.Lines(1000)
-    for _ in range(1000):
-        now[0] += 0.5
-        lines.advance(1, 2)
-    printed = capsys.readouterr().err.splitlines()
-    assert 5 < len(printed) < 25
-    assert printed[0] == "10 of 1,000 cases, 2 failed, 5 s spent, about 8 min 15 s left"

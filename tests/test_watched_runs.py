@@ -10,6 +10,8 @@ from mechanism_cases import PAIR, changed, slider_crank
 import clearsweep
 from clearsweep import grid, report, simulation
 from clearsweep.contracts.layout import settling
+from clearsweep.contracts.results import TIMINGS
+from clearsweep.language import phases
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
@@ -20,7 +22,7 @@ from clearsweep.verify.problems import problems
 
 pytestmark = pytest.mark.heavy
 
-COSTS = ("steps", "steps_rejected", "rhs_evaluations", "run_time")
+COSTS = ("steps", "steps_rejected", "rhs_evaluations", *TIMINGS)
 WORN = {
     "joints.rod-slider.friction": {"law": "tanh", "coefficient": 0.05, "velocity_scale": 1e-3},
     "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14},
@@ -42,7 +44,8 @@ def run(*settings, **more):
 
 @pytest.mark.slow
 def test_a_run_that_tells_how_far_it_is_is_the_same_to_the_last_bit(monkeypatch, capsys):
-    monkeypatch.setattr("clearsweep.simulation.telling.FIRST", 0.0)
+    for name, seconds in {"FIRST": 0.0, "LONGEST": 0.0, "LOOK": 1e-4}.items():
+        monkeypatch.setattr(phases, name, seconds)
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN))
     told, plain = clearsweep.simulate(scene, progress=True), clearsweep.simulate(scene)
     assert figures(told) == figures(plain)
@@ -212,7 +215,7 @@ def test_figures_over_the_blocks_are_those_of_the_summary_and_blocks_grow_with_t
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN | {"simulate.revolutions": 71}))
     watch = Watch(scene.layout)
     summary = clearsweep.simulate(scene, watchers=(watch,)).summary
-    assert len(watch.names) == 7
+    assert len(watch.names) == 8
     for name in watch.names:
         found = watch.blocks.interval(name)
         assert found.value == pytest.approx(summary[name], rel=0.03, abs=1e-12), name

@@ -14,7 +14,8 @@ from clearsweep.mechanics.compiled.attitude import in_fixed
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.contract import FREE, PRESSED
 from clearsweep.mechanics.joint.spatial import SpatialGap, wall_point
-from clearsweep.mechanics.joint.wear import slices
+from clearsweep.mechanics.joint.spatial.form import APART
+from clearsweep.mechanics.joint.wear import along_walls, slices
 from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLID, Bins
 from clearsweep.mechanics.joint.wear.step import (
     ALONG,
@@ -23,7 +24,9 @@ from clearsweep.mechanics.joint.wear.step import (
     FACING,
     JOURNAL_START,
     LEAN,
+    REACH,
     ROOM,
+    STRIP,
     WHERE,
     Moment,
     Step,
@@ -37,7 +40,7 @@ from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE,
 
 WEAR = {"law": "archard", "bearing_coefficient": 2e-13, "journal_coefficient": 1e-13, "bins": 90, "length_bins": 10}
 EVEN = np.arange(PARTS + 1) / PARTS
-STRIP = slices.Strip(0.01, 1e-3)
+LEANING = along_walls.Slope(0.01, 1e-3)
 
 
 def joint_of(**keys):
@@ -46,15 +49,17 @@ def joint_of(**keys):
 
 
 def empty(joint):
-    """Return a Step in which nothing happens, both walls pressed, and where its wear is entered."""
+    """Return a Step in which both walls are pressed over the whole journal without load, and its Worn."""
     stride = int(joint.wear.bins * joint.wear_rows)
+    along = np.zeros((6, ALONG, BETWEEN + 2))
+    along[:, REACH], along[:, FACING] = joint.half_journal, 1.0
     step = Step(
         np.zeros((6, COURSES, PARTS + 1)),
         1e-5,
         np.array([PRESSED, PRESSED, FREE, FREE, FREE, FREE]),
         np.zeros((6, WHERE, ANGLES)),
-        np.zeros((6, ALONG, BETWEEN + 2)),
-        np.zeros(PARTS + 1),
+        along,
+        np.zeros((STRIP, PARTS + 1)),
         np.zeros(ROOM),
         np.zeros(3 * stride),
     )
@@ -71,15 +76,19 @@ def volumes(joint, worn):
 
 
 def test_the_load_goes_with_the_depth_along_the_strip():
-    even = slices.Strip(0.01, 0.0)
-    assert slices.covered(even, 1e-5) == 0.01
-    assert slices.share_of(even, 1e-5, 0.002, 0.005) == pytest.approx(0.3, rel=1e-12)
-    assert slices.covered(STRIP, 2e-6) == pytest.approx(2e-3, rel=1e-12)  # the depth is gone after 2 mm
-    assert slices.share_of(STRIP, 2e-6, 0.0, 1e-3) == pytest.approx(0.75, rel=1e-12)  # of a triangle, its thicker half
-    assert slices.share_of(STRIP, 2e-6, 2e-3, 1e-2) == 0.0
-    deeper_inside = slices.Strip(0.01, -1e-3)
-    assert slices.share_of(deeper_inside, 1e-5, 0.0, 5e-3) == pytest.approx((10 + 2.5) / (2 * (10 + 5)), rel=1e-12)
-    assert slices.share_of(STRIP, 0.0, 0.0, 1e-4) == 1.0  # a point, where it begins
+    even = along_walls.Slope(0.01, 0.0)
+    assert along_walls.pressed_ways(even, 1e-5) == (0.0, 0.01)
+    assert along_walls.share_of(even, 1e-5, 0.002, 0.005) == pytest.approx(0.3, rel=1e-12)
+    assert along_walls.pressed_ways(LEANING, 2e-6) == pytest.approx(
+        (0.0, 2e-3), rel=1e-12
+    )  # the depth is gone after 2 mm
+    assert along_walls.share_of(LEANING, 2e-6, 0.0, 1e-3) == pytest.approx(
+        0.75, rel=1e-12
+    )  # of a triangle, its thicker half
+    assert along_walls.share_of(LEANING, 2e-6, 2e-3, 1e-2) == 0.0
+    deeper_inside = along_walls.Slope(0.01, -1e-3)
+    assert along_walls.share_of(deeper_inside, 1e-5, 0.0, 5e-3) == pytest.approx((10 + 2.5) / (2 * (10 + 5)), rel=1e-12)
+    assert along_walls.share_of(LEANING, 0.0, 0.0, 1e-4) == 1.0  # a point, where it begins
 
 
 @pytest.mark.parametrize(
@@ -101,12 +110,13 @@ def test_a_slice_goes_to_the_bins_in_which_it_lies_and_what_is_beyond_an_end_to_
     assert bins.depths.reshape(10, 3) == pytest.approx(expected, rel=1e-9, abs=0.0)
 
 
+@pytest.mark.parametrize("walls", ["ends", "spread"])
 @pytest.mark.parametrize("pressure", ["mean", "hertz-line"])
 @pytest.mark.parametrize("rows", [1, 7, 10])
 @pytest.mark.parametrize("lean", [0.0, 1e-4, -1e-3, 8e-3])
-def test_a_step_loses_nothing_however_the_journal_leans(pressure, rows, lean):
+def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, lean):
     keys = {"pressure": pressure, "length_bins": rows} | ({"pressure_modulus": 1e11} if pressure != "mean" else {})
-    joint = joint_of(wear=keys)
+    joint = joint_of(wear=keys, walls=walls)
     step, worn = empty(joint)
     load, slip, expected = 800.0 + 300.0 * EVEN, 0.8 + 0.1 * EVEN, 0.0
     for wall, share in ((0, 1.0), (1, 0.5)):
@@ -118,12 +128,13 @@ def test_a_step_loses_nothing_however_the_journal_leans(pressure, rows, lean):
         end = 1.0 - 2.0 * wall
         step.along[wall, LEAN] = lean * (1.0 + 0.1 * quarters)
         step.along[wall, BEARING_START], step.along[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
-        step.along[wall, FACING] = 1.0
         expected += share * step.length * (800.0 * 0.8 + (300.0 * 0.8 + 800.0 * 0.1) / 2.0 + 300.0 * 0.1 / 3.0)
     wear_joint(joint, 0, (step, worn))
     (bearing, journal), depths = volumes(joint, worn)
     pressed = 1.0 if pressure == "hertz-line" else bearing / (2e-13 * expected)  # theta0 / sin theta0, for each slice
-    assert 1.0 <= pressed < 1.02
+    deepest = 8e-6 + 0.01 * 1.1 * max(-lean, 0.0)
+    widest = math.acos(joint.clearance / (joint.clearance + deepest))
+    assert 1.0 <= pressed < widest / math.sin(widest)
     assert bearing == pytest.approx(2e-13 * expected * pressed, rel=1e-9, abs=0.0)
     assert journal == pytest.approx(1e-13 * expected * pressed, rel=1e-9, abs=0.0)
     assert depths.min() >= 0.0
@@ -139,7 +150,6 @@ def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
         step.course[0, FORCE], step.course[0, SLIP_COURSE] = 1000.0, 1.0
         step.course[0, KAPPA_COURSE], step.course[0, DEPTH_COURSE] = 1.0, 8e-6
         step.along[0, LEAN], step.along[0, BEARING_START], step.along[0, JOURNAL_START] = lean, 0.01, 0.01
-        step.along[0, FACING] = 1.0
         step.mode[1] = FREE
         wear_joint(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
@@ -203,3 +213,112 @@ def test_bins_along_the_length_are_those_of_joints_in_space_alone():
     assert cases.case(0).joints[0].wear.length_bins == 10
     other = grid.load(changed(swept, {"joints.crank-rod.wear.length_bins": 12}), simulation.catalogue())
     assert cases.case_id(0) != other.case_id(0)
+
+
+def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_it():
+    joint = joint_of(walls="spread")
+    for force, rows in ((0.0, [5]), (300.0, [4, 5])):
+        step, worn = empty(joint)
+        step.mode[1] = APART
+        step.course[:2, SLIP_COURSE], step.course[:2, KAPPA_COURSE] = 1.0, 1.0
+        step.course[0, FORCE], step.course[1, FORCE] = 1000.0, force
+        step.course[0, DEPTH_COURSE], step.course[1, DEPTH_COURSE] = 1.1e-5, -9e-6  # 1 um deep in the middle
+        step.along[0, LEAN], step.along[1, LEAN] = 1e-3, -1e-3
+        step.along[0, BEARING_START], step.along[0, JOURNAL_START] = 0.01, 0.01
+        step.along[1, BEARING_START], step.along[1, JOURNAL_START] = -0.01, -0.01
+        wear_joint(joint, 0, (step, worn))
+        (bearing, _), depths = volumes(joint, worn)
+        assert bearing == pytest.approx(2e-13 * (1000.0 + force) * 1e-5, rel=2e-2, abs=0.0)
+        along = depths[0].sum(axis=1)
+        assert np.flatnonzero(along[:6] > 0.0).tolist() == rows
+        assert (worn.account[1, SLID] > 0.0) == (force > 0.0)
+
+
+# ---------------------------------------------------------------------------------------------- depth of slices
+
+
+HERTZ = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
+
+
+def worn_by_quadrature(joint, depths, lean, angle):
+    """Return the bearing's wear (rows, bins) m, of one strip; depths : (times,) m, at its end, even in the time.
+
+    At each time and place the elastic force is spread evenly over the arc in which the circles overlap.  The scale of
+    the result is arbitrary.
+    """
+    rows, count, half = int(joint.wear_rows), int(joint.wear.bins), joint.half_journal
+    edges, found = np.arange(count + 1) * 2.0 * math.pi / count, np.zeros((rows, count))
+    places = (np.arange(200) + 0.5) * half / 200  # from the end inwards
+    for depth in depths:
+        for z, here in zip(places, np.maximum(depth - lean * places, 0.0), strict=True):
+            arc = math.acos(joint.clearance / (joint.clearance + here))
+            if arc == 0.0:
+                continue
+            area = here**1.5 * arc / math.sin(arc)
+            share = np.diff(np.clip((edges - angle + arc) / (2.0 * arc), 0.0, 1.0))
+            row = math.floor((half - z) / (2.0 * half) * rows + 0.5 * rows)
+            found[row] += area * share
+    return found
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "lean"),
+    [
+        (1e-6, 1e-16, -2e-4),
+        (1e-6, 0.0, -2e-4),
+        (1e-6, -1e-16, -2e-4),
+        (1e-6, 0.0, 5e-5),
+        (0.0, 1e-6, -2e-4),
+        (-1e-16, 1e-6, -2e-4),
+        (0.0, 1e-6, 5e-5),
+        (1e-16, -1e-6, -2e-4),
+        (-1e-6, 0.0, -2e-4),
+    ],
+)
+def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, after, lean):
+    """The depth of an end is 0 while its strip is pressed from the other end (lean below 0), or not (above)."""
+    joint = joint_of(walls="spread", contact=HERTZ, wear={"pressure": "mean", "bins": 360})
+    step, worn = empty(joint)
+    along, half = np.linspace(before, after, PARTS + 1), joint.half_journal
+    places = (np.arange(200) + 0.5) * half / 200
+    step.course[0, DEPTH_COURSE], step.course[0, KAPPA_COURSE], step.course[0, SLIP_COURSE] = along, 1.0, 1.0
+    step.course[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * places, 0.0) ** 1.5)) for d in along]
+    step.mode[0] = PRESSED if max(before, after) > 1e-15 else APART
+    step.places[0, 0, : BETWEEN + 2], step.along[0, LEAN] = 1.0, lean
+    step.along[0, BEARING_START], step.along[0, JOURNAL_START] = half, half
+    wear_joint(joint, 0, (step, worn))
+    _, depths = volumes(joint, worn)
+    found, times = depths[0] / depths[0].sum(), (np.arange(100) + 0.5) / 100
+    expected = worn_by_quadrature(joint, before + (after - before) * times, lean, 1.0)
+    expected /= expected.sum()
+    assert float(np.abs(found - expected).sum()) < 0.08  # arcs of one width for slices whose loads are alike
+    assert found.sum(axis=1) == pytest.approx(expected.sum(axis=1), rel=0.0, abs=2e-3)
+
+
+# ---------------------------------------------------------------------------------------------- partial overlap
+
+
+@pytest.mark.parametrize("walls", ["ends", "spread"])
+@pytest.mark.parametrize(("away", "sliding"), [(0.012, 0.0), (-0.012, 0.0), (0.012, 5e-4)])
+def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, away, sliding):
+    joint = joint_of(
+        walls=walls, flange=False, axial_clearance=None, wear={"pressure": "hertz-line", "pressure_modulus": 1e11}
+    )
+    assert (joint.half_journal, joint.half_length) == (0.01, 0.01)
+    step, worn = empty(joint)
+    depth, still = 5e-6, Vector(0.0, 0.0, 0.0)
+    for i in range(BETWEEN + 2):
+        middle = Vector(joint.clearance + depth, 0.0, away + sliding * i / (BETWEEN + 1))
+        gap = SpatialGap(middle, still, Vector(0.0, 0.0, 1.0), still, still, None)
+        see(joint, gap, Vector(1.0, 0.0, 0.0), 0, Moment((), (), i, step))
+    step.course[:2, FORCE], step.course[:2, SLIP_COURSE] = 500.0, 1.0
+    step.course[:2, KAPPA_COURSE], step.course[:2, DEPTH_COURSE] = 1.0, depth
+    wear_joint(joint, 0, (step, worn))
+    (bearing, journal), depths = volumes(joint, worn)
+    assert bearing == pytest.approx(2e-13 * 1000.0 * step.length, rel=1e-9, abs=0.0)
+    assert journal == pytest.approx(1e-13 * 1000.0 * step.length, rel=1e-9, abs=0.0)
+    overlap = 0.02 - abs(away) - 0.5 * sliding  # m, of 10 bins along 20 mm
+    even = np.clip(overlap / 0.002 - np.arange(10), 0.0, 1.0) * 0.002 / overlap  # by the bins from the end that bears
+    for body, expected in enumerate((even[::-1], even) if away > 0.0 else (even, even[::-1])):
+        along = depths[body].sum(axis=1) / depths[body].sum()
+        assert along == pytest.approx(expected, rel=1e-6 if sliding == 0.0 else 0.05, abs=1e-9)

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
+from rubbing import steady, worn_off
 from scipy.integrate import quad
 
 from clearsweep import grid, simulation
@@ -16,30 +17,10 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID, Bins
-from clearsweep.mechanics.joint.wear.passage import ON_BEARING, POINTS, ROOM, enter_wear
+from clearsweep.mechanics.joint.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
+from clearsweep.mechanics.joint.wear.passage import ON_BEARING, POINTS
 from clearsweep.mechanics.joint.wear.persson import Persson
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
-from clearsweep.mechanics.joint.wear.step import (
-    ALONG,
-    ANGLES,
-    WHERE,
-    Step,
-    fit_courses,
-    fit_places,
-    note_pressure,
-    note_way,
-)
-from clearsweep.mechanics.observe.between import BETWEEN
-from clearsweep.mechanics.observe.histogram import (
-    COURSES,
-    DEPTH_COURSE,
-    FORCE,
-    KAPPA_COURSE,
-    PARTS,
-    RUBBED_COURSE,
-    SLIP_COURSE,
-)
 
 BINS, LENGTH, LOAD, SPEED = 360, 0.02, 1000.0, 0.3  # 1, m, N, m/s
 STEEL = 207e9 / (2.0 * (1.0 - 0.3**2))  # Pa, E* of steel on steel
@@ -51,34 +32,12 @@ def joint_of(law):
     return Joint(0.5e-3, 0.01, 0.0095, 1.0, (), (), (), law)
 
 
-def in_plane(room):
-    """Return what a Step has besides: nothing of a joint in space."""
-    return np.zeros((1, ALONG, BETWEEN + 2)), np.zeros(PARTS + 1), room, np.zeros(0)
-
-
 def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6, load=LOAD):
     """Return the depths (m) of the bearing and the account after steady sliding, in `steps` of equal length."""
-    joint, depths, account = joint_of(law), np.zeros(2 * BINS), np.zeros(ACCOUNT)
-    course, room = np.zeros((1, COURSES, PARTS + 1)), np.zeros(ROOM)
-    for row, value in (
-        (FORCE, load),
-        (KAPPA_COURSE, 1.0),
-        (SLIP_COURSE, -SPEED),
-        (DEPTH_COURSE, pen),
-        (RUBBED_COURSE, friction * load * SPEED),
-    ):
-        course[0, row] = value
-    step = Step(course, duration / steps, np.zeros(1), np.full((1, WHERE, ANGLES), 0.3), *in_plane(room))
-    step.places[:, :, -2:] = 0.0  # slopes at the ends
-    for _ in range(steps):
-        fit_courses(step, 0, LENGTH)
-        fit_places(step, 0)
-        note_way(step, 0, account)
-        note_pressure(joint, step, 0, account)
-        bins = Bins(depths, 0, BINS), Bins(depths, BINS, BINS)
-        enter_wear(joint, room, course[0], step.length, bins)
+    history = steady(duration, load, -SPEED, pen, friction * load * SPEED, 0.3)
+    depths, _, account, room = worn_off(joint_of(law), history, steps)
     assert room[ON_BEARING * POINTS] == pytest.approx(0.3, rel=1e-12)
-    return depths[:BINS], account
+    return depths, account
 
 
 def volume(depths):

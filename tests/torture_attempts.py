@@ -85,6 +85,15 @@ def spares(harm: str, check: str, verb: str = "run g.yaml --out ok") -> str:
     return f"{harm}; clearsweep {verb}; c=$?; {check} || exit 99; exit $c"
 
 
+def crafted(statement: str) -> str:
+    """Return a script that changes run.json (`r`) of the finished run by a statement, with a good checksum."""
+    program = (
+        "import json; from clearsweep.store.record import checksum_of; r = json.load(open('ok/run.json')); "
+        f"{statement}; r['checksum'] = checksum_of(r); json.dump(r, open('ok/run.json', 'w'))"
+    )
+    return f'python -c "{program}"; clearsweep report ok --tables sub/tables'
+
+
 ATTEMPTS = (
     Attempt("a tag on a section", edited("mechanism:\n", "mechanism: !!python/object:os.system\n"), said="tag"),
     Attempt("1 mm^(10**10)", edited("0.5 mm", "1 mm^(10**10)")),
@@ -119,6 +128,40 @@ ATTEMPTS = (
         "mkdir -p d/shards d/tmp; echo precious >d/shards/mine.h5; echo precious >d/tmp/mine; "
         + spares("true", "grep -q precious d/shards/mine.h5 && grep -q precious d/tmp/mine", "run g.yaml --out d"),
         (0, 2),
+    ),
+    *(
+        Attempt(f"a crafted {name}", crafted(statement), said="not what")
+        for name, statement in (
+            ("name of an output", "r['layout']['output'] = '../escaped'"),
+            ("column", "r['layout']['columns'][0]['name'] = '<img src=x>'"),
+            ("joint", "r['layout']['joints'] = 'rod_slider'"),
+            ("name of a run", "r['name'] = '../../x'"),
+        )
+    ),
+    Attempt(
+        "an answer that was not sought", "cp ok/summary.parquet ok/seek.parquet; clearsweep report ok", said="seek"
+    ),
+    Attempt("a backend that is none", "MPLBACKEND=nope clearsweep report ok", (0,)),
+    Attempt("a date that is none", "SOURCE_DATE_EPOCH=x clearsweep report ok --figures f --format pdf", (0,)),
+    Attempt("a page that does not fit", "ulimit -f 40; clearsweep report ok --out page.html", said="page.html"),
+    Attempt(
+        "a load without a name", edited("drive:", "loads: {a b: {on: slider, fx: 1 N}}\ndrive:"), said="is no name"
+    ),
+    Attempt("a mass of 1e308 kg", edited("0.14 kg", "1e308 kg"), said="out of range"),
+    Attempt(
+        "a speed of zero",
+        "printf 'time [s],speed [rpm]\\n0,0\\n1,0\\n' >s.csv; " + edited("5000 rpm}", "{table: s.csv}}"),
+        said="is 0 in every row",
+    ),
+    Attempt(
+        "a list for the column of a limit",
+        edited(SWEEP, SWEEP + "limits: {rod_slider_force_peak: {at_most: 1, times: [a]}}\n"),
+        said="is no figure of this grid",
+    ),
+    Attempt(
+        "a list for a unit",
+        edited(SWEEP, "sweep: {joints.rod-slider.clearance: {logspace: [1, 2, 3, [mm]]}}\n"),
+        said="a list as the unit",
     ),
     *(
         Attempt(
@@ -222,7 +265,9 @@ class Result(NamedTuple):
 def prepared(folder: Path) -> dict[str, str]:
     """Make a folder with the grids, a finished run and the command; return the environment to try in."""
     (folder / "bin").mkdir(parents=True)
-    program = f"#!{sys.executable}\nfrom clearsweep.cli import main\nmain()\n"  # no shell, which needs files of its own
+    program = (
+        f"#!{sys.executable}\nfrom clearsweep.__main__ import main\nmain()\n"  # no shell, which needs files of its own
+    )
     (folder / "bin" / "clearsweep").write_text(program)
     (folder / "bin" / "clearsweep").chmod(0o755)
     root, python = Path(__file__).parent.parent, Path(sys.executable).parent

@@ -48,7 +48,7 @@ class Material(NamedTuple):
 
     young: float  # Pa
     poisson: float  # 1
-    density: float | None = None  # kg/m^3
+    yield_strength: float | None = None  # Pa
 
 
 class Materials(NamedTuple):
@@ -161,6 +161,9 @@ class Film(NamedTuple):
 NO_CONTACT = Contact("", None, {})
 
 
+HARDNESS_OVER_STRENGTH = 2.8  # of a metal that is fully plastic under an indenter (Tabor 1951, The Hardness of Metals)
+
+
 def column_name(joint: str) -> str:
     """Return the name of a joint ('rod-slider') in columns and channels: 'rod_slider'."""
     return joint.replace("-", "_")
@@ -186,6 +189,7 @@ class Joint(NamedTuple):
     tilt: tuple[float, ...] = ()  # rad, rotation vector of the bearing, about x and y of its body
     offset: tuple[float, ...] = ()  # m, of the bearing's middle, along the axes of its body
     axial: Contact | None = None  # at a flange; None: as `contact`
+    walls: str | None = None  # 'spread', else the walls of a spatial joint bear at the journal's ends
 
     @property
     def elastic_name(self) -> str:
@@ -193,6 +197,16 @@ class Joint(NamedTuple):
         elastic = self.contact.elastic or "spring"
         rough = self.roughness and self.roughness.law
         return f"{elastic} with {rough} roughness" if rough and rough != "smooth" else elastic
+
+    @property
+    def strength(self) -> float | None:
+        """Return the yield strength (Pa) of the weaker body, from a hardness where it is not given; None: not known."""
+        given = [body.yield_strength for body in self.contact.material or () if body.yield_strength]
+        if given:
+            return min(given)
+        sections = [section.values for section in (self.roughness, self.wear) if section]
+        hard = [values["hardness"] for values in sections if "hardness" in values]
+        return min(hard) / HARDNESS_OVER_STRENGTH if hard else None
 
     @property
     def is_guide(self) -> bool:
@@ -258,6 +272,16 @@ class Life(NamedTuple):
         return column_name(self.joint)
 
 
+class Uncertain(NamedTuple):
+    """How little is known of wear coefficients of a joint: the ends of their 95 % interval."""
+
+    joint: str  # as in the grid: 'rod-slider'
+    keys: tuple[str, ...]  # of Wear.values
+    low: float  # m^2/N or what the coefficient is in; where `relative`, of its value
+    high: float
+    relative: bool
+
+
 class Save(NamedTuple):
     """What is kept."""
 
@@ -278,3 +302,4 @@ class Case(NamedTuple):
     loads: tuple[Load, ...] = ()
     outline: Outline = Outline()
     life: Life | None = None
+    uncertain: tuple[Uncertain, ...] = ()

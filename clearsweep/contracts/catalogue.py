@@ -7,6 +7,12 @@ from typing import Any, NamedTuple
 
 from .outline import Outline
 
+LARGEST = 1e60  # of any quantity in SI, its inverse the least that is not zero: products of several are still numbers
+
+#: What a null of a figure means to a limit, where it means more than "not known".
+NOTHING = "nothing"  # there was nothing to measure: every limit is kept
+ENDLESS = "endless"  # it is beyond every number: `at_least` is kept, `at_most` is exceeded
+
 
 class Field(NamedTuple):
     """One number a user writes."""
@@ -23,13 +29,15 @@ class Field(NamedTuple):
     whole: bool = False
     fit: bool = False  # a clearance that may be written as a fit of ISO 286, by the `bearing_radius` beside it
 
-    def allowed(self) -> str:
-        """Return the range in words: 'above 0 and at most 1'."""
+    def allowed(self, value: float = 0.0) -> str:
+        """Return the range in words: 'above 0 and at most 1'; with the bounds of any quantity if `value` is beyond."""
         parts = []
         if self.low > -inf:
             parts.append(f"{'above' if self.low_open else 'at least'} {self.low:.15g}")
         if self.high < inf:
             parts.append(f"{'below' if self.high_open else 'at most'} {self.high:.15g}")
+        if not _is_sized(value):
+            parts.append(f"of a size from {1.0 / LARGEST:g} to {LARGEST:g}")
         unit = "" if self.unit == "1" else f" ({self.unit})"
         return ("a whole number " if self.whole else "") + (" and ".join(parts) or "any finite number") + unit
 
@@ -37,7 +45,12 @@ class Field(NamedTuple):
         """Return whether `value`, in SI, is allowed."""
         above = value > self.low if self.low_open else value >= self.low
         below = value < self.high if self.high_open else value <= self.high
-        return above and below and (not self.whole or value == int(value))
+        return above and below and (not self.whole or value == int(value)) and _is_sized(value)
+
+
+def _is_sized(value: float) -> bool:
+    """Return whether a quantity is zero or of a size that can be reckoned with."""
+    return value == 0.0 or 1.0 / LARGEST <= abs(value) <= LARGEST
 
 
 class Range(NamedTuple):
@@ -85,6 +98,7 @@ class Law(NamedTuple):
     needs: tuple[str, ...] = ()  # 'length', 'material', 'bearing_radius', 'modulus', 'hertz': what has to be there, too
     ranges: tuple[Range, ...] = ()  # outside of which it is refused
     trusted: tuple[Range, ...] = ()  # outside of which it can be had, but nothing speaks for it
+    contact: str = ""  # family 'elastic': 'line' of two cylinders, 'ball' in a socket; '': neither
     yields: bool = False  # family 'law': keeps an indentation, so that it is made for impacts beyond the elastic range
     unsound: str = ""  # what speaks against it whatever the joint
     uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
@@ -126,6 +140,7 @@ class Columns(NamedTuple):
     text: str
     over: tuple[Field, ...]  # it has one of these columns, which increases
     values: tuple[Field, ...]  # and at least one of these
+    above_zero: tuple[str, ...] = ()  # columns that are not zero in every row
 
 
 class Keys(NamedTuple):
@@ -225,14 +240,15 @@ class Figure(NamedTuple):
     unit: str  # SI
     text: str
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
-    needs: tuple[
-        str, ...
-    ] = ()  # 'turns', 'free', 'rests' (the mechanism); 'wear', 'film', 'judged' (the joint); 'horizon', 'until', 'life'
+    #: 'turns', 'free', 'rests' (the mechanism); 'wear', 'film', 'friction', 'judged' (the joint); 'horizon', 'until',
+    #: 'life'
+    needs: tuple[str, ...] = ()
     value: Callable | None = None  # (simulation.window.Window, place of the joint) -> value; None: see `sums`
     sums: Any = None  # the sums it is made of, such as simulation.sums.Mean: it settles, `simulate.until` may judge it
     kind: str = "float"  # or 'int'
     differs: bool = True  # `simulate.error_check` tells how far it is from a run at a tenth of the tolerance
     shown: tuple[Shown, ...] = ()
+    null: str = ""  # what a null of a case that finished means to a limit: NOTHING, ENDLESS; '': it is not known
 
     @property
     def settles(self) -> bool:

@@ -25,6 +25,7 @@ class Column(NamedTuple):
     kind: str = "float"  # 'float', 'int' or 'text'
     figure: str = ""  # name of the catalogue.Figure it holds; '' where it holds none
     joint: str = ""  # of that figure; '' where it is no joint's
+    null: str = ""  # what a null of a case that finished means: NOTHING, ENDLESS; '': the value is not known
 
 
 class JointLayout(NamedTuple):
@@ -36,12 +37,15 @@ class JointLayout(NamedTuple):
     corners: int = 0  # points that touch by themselves, of a guide's block or a spatial joint; 0: it is one contact
     telling: int = 0  # contacts behind these that only tell, of a spatial joint
     wear_rows: int = 1  # bins of wear along each body's length
+    friction: bool = False  # between its surfaces
+    strength: bool = False  # of its weaker body is known
 
     @property
     def has(self) -> set[str]:
         """Return what it has besides contact, as figures need it."""
         flanged = self.telling and self.corners > WALLS
-        parts = {"wear": self.wear_bins, "film": self.film, "spatial": self.telling, "axial": flanged}
+        parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
+        parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength}
         return {name for name, there in parts.items() if there}
 
     @property
@@ -60,6 +64,7 @@ class Parts(NamedTuple):
     error_check: bool
     until: str  # simulate.until.figure
     life: str = ""  # the joint that `life` judges, as in columns
+    uncertain: bool = False  # wear coefficients are
 
 
 def parts_of(case: Case) -> Parts:
@@ -72,12 +77,23 @@ def parts_of(case: Case) -> Parts:
             joint.film is not None,
             *_points(joint),
             joint.wear.length_bins if joint.wear else 1,
+            joint.friction is not None,
+            joint.strength is not None and joint.is_dry and not joint.is_guide and not joint.is_spatial,
         )
         for joint in case.joints
     )
     until = simulate.until.figure if simulate.until else ""
     life = case.life.column if case.life else ""
-    return Parts(case.mechanism.type, case.outline, joints, simulate.horizon, simulate.error_check, until, life)
+    return Parts(
+        case.mechanism.type,
+        case.outline,
+        joints,
+        simulate.horizon,
+        simulate.error_check,
+        until,
+        life,
+        bool(case.uncertain),
+    )
 
 
 def _points(joint: Joint) -> tuple[int, int]:
@@ -162,7 +178,7 @@ _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
 
 
 #: What a grid may ask of a case beside its joints, as figures need it.
-ASKED = ("horizon", "error_check", "until", "life")
+ASKED = ("horizon", "error_check", "until", "life", "uncertain")
 
 
 def columns_of(
@@ -199,12 +215,15 @@ def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", j
     name = figure.column(output.name if output and figure.of == "output" else joint)
     text = figure.text.format(output=output.name if output else "", until=until)
     unit = figure.unit.format(output=output.unit if output else "", until=judged)
-    return Column(name, unit, text, figure.kind, figure.name, joint)
+    return Column(name, unit, text, figure.kind, figure.name, joint, figure.null)
 
 
 def _difference(column: Column) -> Column:
     """Return the column in which the error check of a figure stands."""
-    text = f"absolute difference of {column.name} from a run at a tenth of the tolerance"
+    text = (
+        f"absolute difference of {column.name} from a run at a tenth of the tolerance; in chaotic motion, beyond its "
+        "horizon, that of two samples and no check of convergence"
+    )
     return Column(f"{column.name}{DIFFERENCE}", column.unit, text)
 
 
@@ -230,11 +249,12 @@ def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
 def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
     """Return the columns that settle as a run grows longer, or those that do not, with everything in every joint."""
     kinds: dict[str, set] = {
-        "guide": set(),
-        "spatial": {"wear", "spatial", "axial"},
-        "through": {"wear", "spatial"},
+        "guide": {"friction"},
+        "spatial": {"wear", "spatial", "axial", "friction"},
+        "through": {"wear", "spatial", "friction"},
     }
-    parts = {column_name(site.name): kinds.get(site.kind, {"wear", "film"}) for site in mechanism.joints}
+    whole = {"wear", "film", "friction"}
+    parts = {column_name(site.name): kinds.get(site.kind, whole) for site in mechanism.joints}
     named = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in named)
 
@@ -259,10 +279,14 @@ _WHERE = {
     "rests": "nothing turns",
     "wear": "the joint wears",
     "film": "the joint has a film",
+    "friction": "the joint has friction",
+    "strength": "a yield strength or a hardness is known",
     "spatial": "the joint is spatial",
     "axial": "it has flanges",
     "horizon": "`simulate.horizon`",
     "until": "`simulate.until`",
     "life": "`life`",
+    "error_check": "`simulate.error_check`",
+    "uncertain": "`uncertain`",
     "judged": "the joint that `life` names",
 }

@@ -9,15 +9,11 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray  # not needed where it is not asked for
 
-#: Approach speed in m/s above which steel may yield: about ELASTIC_SHARE sqrt(E/rho), E = 207 GPa, rho = 7850 kg/m^3.
-#: Love's criterion for impacts that stay elastic, as Lankarani and Nikravesh 1990 use it.
-ELASTIC_ONSET, ELASTIC_SHARE = 0.05, 1e-5
-
 EVENT_KINDS = ("on", "off")
 EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", "f8"), ("force_peak", "f8")])
 HISTORY = "history/"  # what names of datasets of a life begin with
 #: Figures that differ from run to run of the same case.
-TIMINGS = frozenset({"run_time"})
+TIMINGS = frozenset({"run_time", "setup_time"})
 
 
 class Peak(NamedTuple):

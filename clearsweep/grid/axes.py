@@ -154,7 +154,10 @@ def _between(kind: str, items: list[WrittenValue], count: int, unit: str) -> lis
 def _powers(items: list[WrittenValue], count: int, unit: str) -> list[float]:
     """Return powers of ten from one exponent to another, in the unit of the fourth item or in SI."""
     first, last = (quantity.read(item.value, "1") for item in items[:2])
-    scale = quantity.read(f"1 {items[3].value}", unit) if len(items) == 4 else 1.0
+    named = items[3].value if len(items) == 4 else ""
+    if not isinstance(named, str):
+        raise InputError(f"found {shown(named)} as the unit; expected one such as {unit if unit != '1' else '%'}")
+    scale = quantity.read(f"1 {named}", unit) if named else 1.0
     try:
         return [scale * 10.0 ** (first + (last - first) * (k / (count - 1))) for k in range(count)]
     except OverflowError:

@@ -59,7 +59,8 @@ def _parquet(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the heads, and number and cells of every row."""
     import pyarrow.parquet as pq
 
-    table = pq.ParquetFile(file).read(use_threads=False)
+    with pq.ParquetFile(file, pre_buffer=False) as content:
+        table = content.read(use_threads=False)
     columns = [table.column(k).to_pylist() for k in range(table.num_columns)]
     rows = zip(*columns, strict=True)
     return table.column_names, [(number, list(cells)) for number, cells in enumerate(rows, start=1)]

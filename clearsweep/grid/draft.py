@@ -42,6 +42,7 @@ class Draft:
     added_in: str = ""  # the key under which cases stand that a run added
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
+    uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
 
     def place(self, path: str) -> WrittenValue:

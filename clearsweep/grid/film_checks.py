@@ -1,10 +1,10 @@
 """The checks of joints with a film of oil."""
 
-from ..contracts.catalogue import Catalogue
+from collections.abc import Sequence
+
+from ..contracts.catalogue import Catalogue, Law
 from .draft import Draft
 from .keys import Section
-
-SLENDER = 1.2  # length / diameter: beyond, the fit of the law `finite` feeds energy in
 
 
 def check(draft: Draft, catalogue: Catalogue) -> None:
@@ -12,7 +12,7 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
     films = [path for path, node in draft.shape.items() if isinstance(node, Section) and _is_film(path)]
     for film in films:
         joint = film.removesuffix(".film")
-        _sizes(draft, joint)
+        _sizes(draft, joint, catalogue)
         _heat(draft, film)
         _modulus(draft, joint)
         if f"{joint}.contact" not in draft.shape and f"{joint}.contact" not in draft.broken:
@@ -25,23 +25,37 @@ def _is_film(path: str) -> bool:
     return path.startswith("joints.") and path.endswith(".film") and path.count(".") == 2
 
 
-def _sizes(draft: Draft, joint: str) -> None:
-    """Check that length and radius are there, and are such as the law holds for."""
+def _sizes(draft: Draft, joint: str, catalogue: Catalogue) -> None:
+    """Check that length and radius are there, and that the film's laws hold for them."""
     length, radius, law = f"{joint}.length", f"{joint}.bearing_radius", f"{joint}.film.law"
     for path, example in ((length, "length along the pin, such as 40 mm"), (radius, "bearing's radius, such as 20 mm")):
         if not draft.there(path):
             draft.problems.add(draft.place(f"{joint}.film"), path, f"is missing; a film needs the {example}")
     lengths, radii = draft.reached(length), draft.reached(radius)
-    if law in draft.unsure or "finite" not in draft.names[law] or not lengths or not radii:
+    if law in draft.unsure or not lengths or not radii:
         return
-    pairs = list(zip(lengths, radii, strict=False)) if draft.in_step(length, radius) else [(max(lengths), min(radii))]
-    slenderness = max(along / (2.0 * across) for along, across in pairs)
-    if slenderness > SLENDER:
+    pairs = list(zip(lengths, radii, strict=False)) if draft.in_step(length, radius) else _extremes(lengths, radii)
+    for chosen in (chosen for chosen in catalogue.of("film") if chosen.name in draft.names[law]):
+        _slenderness(draft, joint, chosen, [along / (2.0 * across) for along, across in pairs])
+
+
+def _extremes(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[float, float]]:
+    """Return length and radius of the most and of the least slender bearing among all combinations."""
+    return [(max(lengths), min(radii)), (min(lengths), max(radii))]
+
+
+def _slenderness(draft: Draft, joint: str, law: Law, reached: list[float]) -> None:
+    """Check that a law holds for lengths over the diameter."""
+    limits = ((limit, value) for limit in law.ranges for value in reached if not limit.holds(value))
+    limit, value = next(limits, (None, 0.0))
+    if limit:
+        left_out = not draft.there(f"{joint}.film.law")
+        named = f"film '{law.name}'{', the law where none is written,' if left_out else ''}"
+        allowed = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
         draft.problems.add(
-            draft.place(length),
-            length,
-            f"found {slenderness:.4g} bearing diameters; film 'finite' allows at most {SLENDER:g}: beyond, its fit of "
-            "the squeeze changes sign and feeds energy in; choose the law long, or a shorter bearing",
+            draft.place(f"{joint}.length"),
+            f"{joint}.length",
+            f"found {value:.4g} bearing diameters; {named} allows {allowed}: {limit.reason}",
         )
 
 
@@ -76,7 +90,7 @@ def _modulus(draft: Draft, joint: str) -> None:
     law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
     known = draft.there(modulus) or draft.there(f"{joint}.contact.material")
     if law in draft.shape and "greenwood-tripp" in draft.names[law] and not known:
-        sentence = "is missing; write such as 227 GPa, twice E* of both bodies, or contact.material"
+        sentence = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
         draft.problems.add(draft.place(f"{joint}.film"), modulus, sentence)
 
 

@@ -2,6 +2,7 @@
 
 from ..contracts.catalogue import Field
 
+DEFAULT_LAW = "reynolds"
 FILM = (
     Field(
         "limit",

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate, product
 from os import PathLike, fspath
@@ -32,6 +32,7 @@ from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, na
 from .refined import REFINE, Refine
 from .resolve import case_of
 from .sought import SEEK, Seek
+from .uncertain import UNCERTAIN, leaves
 from .values import read_draft
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
@@ -83,6 +84,7 @@ def load(
         assumed(draft),
         draft.seek,
         draft.refine,
+        draft.uncertain,
         added_rows(draft),
     )
     if grid.size > MOST_CASES:
@@ -156,6 +158,7 @@ class Grid:
     assumed: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
     seek: Seek | None = None  # what is sought; its axis has the values that are tried first
     refine: Refine | None = None  # where further cases are put
+    uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     added: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
     _layout: Layout | None = None
 
@@ -163,7 +166,7 @@ class Grid:
     def verdict(self) -> Verdict:
         """Return what it makes of the columns of its cases: figures of its own, limits."""
         units = {column.name: column.unit for column in self.layout.columns}
-        return Verdict(figures_of(self.figures, units), limits_of(self.limits))
+        return Verdict(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns))
 
     @property
     def worst(self) -> int:
@@ -259,7 +262,7 @@ class Grid:
         if self.seek:
             ways["sweep"] = {path: values for path, values in ways["sweep"].items() if path != self.seek.path}
         ways = {way: part for way, part in ways.items() if part}
-        judged = {"figures": self.figures, "limits": self.limits}
+        judged = {"figures": self.figures, "limits": self.limits, UNCERTAIN: dict(self.uncertain)}
         judged |= {SEEK: self.seek.written() | further} if self.seek else {}
         judged |= {REFINE: self.refine.written() | further} if self.refine else {}
         judged = {key: part for key, part in judged.items() if part}
@@ -267,7 +270,8 @@ class Grid:
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        return {"name": self.name} | nested(sections | self._base | fillers, self._pairs) | ways | judged
+        base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
+        return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | judged
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
@@ -300,7 +304,7 @@ class Grid:
                 flat[path] = self._values.get(path, fields[0].default)
             elif isinstance(node, Flag) or (isinstance(node, Table) and node.used(names)):
                 flat[path] = self._values.get(path)
-        return flat
+        return flat | dict(leaves(self.uncertain))
 
     @cached_property
     def _base(self) -> dict[str, Value]:
@@ -319,6 +323,7 @@ class Grid:
                 fields = node.fields(self._names)
                 value = self._values.get(path, fields[0].default) if fields else None
             flat[path] = value
+        flat |= dict(leaves(self.uncertain))
         return {path: value for path, value in derived(flat).items() if path not in self.axes}
 
     @cached_property

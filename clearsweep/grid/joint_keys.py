@@ -2,15 +2,17 @@
 
 from ..contracts.case import Materials
 from ..contracts.catalogue import Catalogue, Field, Law
-from .keys import Condition, Number, Section, Shape, Table, Use, Word, word_key
+from .keys import Condition, Number, Rather, Section, Shape, Table, Use, Word, word_key
+
+JOURNAL = "compatible"  # the elastic law of a journal in a bearing
 
 _MATERIAL = (
     Field("young", "Pa", "Young's modulus"),
     Field("poisson", "1", "Poisson's ratio", -1.0, 0.5, high_open=False),
     Field(
-        "density",
-        "kg/m^3",
-        "only for the impact speed up to which it stays elastic, 1e-5 sqrt(young / density)",
+        "yield_strength",
+        "Pa",
+        "only for the approach speed at which a contact first yields, `J_yield_speed`; left out: a hardness / 2.8",
         optional=True,
     ),
 )
@@ -43,9 +45,7 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
     elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
     tree[contact] = Section("the normal force")
     tree[f"{contact}.law"] = Word(catalogue.names("law"), "the law of the normal force", sweep=True, noun="law")
-    tree[f"{contact}.elastic"] = Word(
-        catalogue.names("elastic"), "the stiffness law", "power", sweep=True, noun="law", when=elastic
-    )
+    tree[f"{contact}.elastic"] = _elastic(path, catalogue, contact)._replace(when=elastic)
     onset = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
     tree[f"{contact}.onset"] = _ONSET._replace(when=onset)
     enter_laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
@@ -60,6 +60,23 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
         for field in _MATERIAL:
             own = field._replace(text=f"{field.text} of the {body}")
             tree[f"{material}.{body}.{field.name}"] = Number((Use(own, elastic),))
+
+
+def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
+    """Return the key of the elastic law: by default a journal's where all that this needs is there, no stiffness is."""
+    names = catalogue.names("elastic")
+    plain = Word(names, "the stiffness law", "power", sweep=True, noun="law")
+    if JOURNAL not in names:
+        return plain
+    hertzian = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
+    rather = Rather(
+        JOURNAL,
+        all_of=(f"{contact}.material", f"{path}.length", f"{path}.bearing_radius"),
+        none_of=(f"{contact}.stiffness", f"{contact}.exponent"),
+        unless=(f"{contact}.law", hertzian),
+    )
+    more = f"default {JOURNAL} where `material` and `length` are written and neither `stiffness` nor `exponent` is"
+    return plain._replace(text=f"{plain.text}; {more}", rather=rather)
 
 
 def enter_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:

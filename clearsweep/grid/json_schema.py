@@ -13,6 +13,7 @@ from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
 from .refined import ALONG
 from .sampling import DISTRIBUTIONS, METHODS
 from .sought import ENDS, FOR
+from .uncertain import FACTOR, LARGEST, TEXT, UNCERTAIN
 
 _ADDED = {"type": "object", "description": "cases added before, as run.json keeps them"}
 _NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
@@ -63,6 +64,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "minProperties": 1,
                 "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _bounds()]},
             },
+            UNCERTAIN: _uncertain(),
             "seek": _seek(),
             "refine": _refine(),
         }
@@ -108,6 +110,21 @@ def _bounds() -> dict[str, Any]:
     """Return the schema of a limit that is written as a section."""
     properties = {kind: {"$ref": "#/$defs/quantity"} for kind in KINDS} | {"times": {"type": "string"}}
     return {"type": "object", "properties": properties, "additionalProperties": False, "minProperties": 1}
+
+
+def _uncertain() -> dict[str, Any]:
+    """Return the schema of the section `uncertain`."""
+    factor = {"type": "number", "exclusiveMinimum": 1, "maximum": LARGEST}
+    kinds = [
+        {"type": "object", "required": [kind], "additionalProperties": False, "properties": {kind: form}}
+        for kind, form in ((FACTOR, factor), *((kind, {"description": form}) for kind, form in DISTRIBUTIONS.items()))
+    ]
+    return {
+        "description": TEXT,
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": {"anyOf": kinds},
+    }
 
 
 def _seek() -> dict[str, Any]:
@@ -233,7 +250,7 @@ def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
 
 def _table(node: Table) -> dict[str, Any]:
     """Return the schema of a table: the name of a file, or its columns."""
-    over, values = (", ".join(f"{field.name} ({field.unit})" for field in fields) for fields in node.columns[2:])
+    over, values = (", ".join(f"{field.name} ({field.unit})" for field in fields) for fields in node.columns[2:4])
     lists = {"type": "object", "minProperties": 2, "additionalProperties": {"type": "array", "minItems": 2}}
     return {
         "description": f"{node.columns.text}; a .csv file or columns: {over.replace(', ', ' or ')}; any of {values}",

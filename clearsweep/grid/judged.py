@@ -89,7 +89,7 @@ def _bounds(draft: Draft, column: str, written: WrittenValue, units: dict[str, s
     unit, bounds = units[column], dict[str, Any]()
     if _TIMES in entries:
         times = entries[_TIMES].value
-        if times not in units:
+        if not isinstance(times, str) or times not in units:
             draft.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{shown(times)} {_unknown(str(times), units)}")
             return
         unit = quotient(unit, units[times])

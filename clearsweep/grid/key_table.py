@@ -5,7 +5,7 @@ from ..contracts.layout import settling
 from ..contracts.outline import ANY
 from . import film_keys, life_keys
 from .joint_keys import enter_contact, enter_friction, enter_laws, enter_numbers, first_onset, moduli, pointed
-from .keys import Flag, Number, Section, Shape, Table, Use, Word, section_key, word_key
+from .keys import Flag, Number, Rather, Section, Shape, Table, Use, Word, section_key, word_key
 from .sleeve import flanged, through
 
 DIMENSIONLESS = "dimensionless"
@@ -288,7 +288,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
         "mean",
         sweep=True,
         noun="law",
-        rather=("hertz-line", moduli(path)),
+        rather=Rather("hertz-line", one_of=moduli(path)),
     )
     enter_laws(tree, wear, "law", catalogue.of("wear"))
     enter_laws(tree, wear, "pressure", catalogue.of("pressure"))
@@ -360,7 +360,9 @@ def _film(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{path}.contact"] = section_key(tree, f"{path}.contact")._replace(unless="film")
     film = f"{path}.film"
     tree[film] = Section("a film of oil; left out: none", "optional")
-    tree[f"{film}.law"] = Word(catalogue.names("film"), "the law of the film's force", sweep=True, noun="law")
+    tree[f"{film}.law"] = Word(
+        catalogue.names("film"), "the law of the film's force", film_keys.DEFAULT_LAW, sweep=True, noun="law"
+    )
     enter_numbers(tree, film, (film_keys.VISCOSITY,))
     enter_numbers(tree, f"{film}.viscosity", film_keys.OIL)
     enter_numbers(tree, film, (film_keys.TEMPERATURE, *film_keys.FILM))
@@ -370,7 +372,7 @@ def _film(tree: Shape, path: str, catalogue: Catalogue) -> None:
     enter_numbers(tree, f"{film}.thermal", film_keys.THERMAL)
     tree[f"{film}.friction"] = Word(
         ("by-law", *catalogue.names("film-friction")),
-        "the couple of the film's shear; by-law: butenschoen for finite, petroff for short, else sommerfeld",
+        "the couple of the film's shear; by-law: butenschoen",
         "by-law",
         sweep=True,
         noun="law",

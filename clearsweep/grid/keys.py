@@ -1,6 +1,6 @@
 """The kinds of keys that a grid file has."""
 
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from typing import NamedTuple
 
 from ..contracts.catalogue import Columns, Field
@@ -35,6 +35,22 @@ class Number(NamedTuple):
         return tuple(dict.fromkeys(path for use in self.uses for path, _ in use.when))
 
 
+class Rather(NamedTuple):
+    """Another default of a Word, and where it holds; paths are written or swept."""
+
+    word: str
+    one_of: tuple[str, ...] = ()  # one of these paths is there, if any are named
+    all_of: tuple[str, ...] = ()  # all of these are
+    none_of: tuple[str, ...] = ()  # none of these is
+    unless: Condition = ("", frozenset())  # and none of these law names is in play
+
+    def holds(self, there: Callable[[str], bool], names: Names) -> bool:
+        """Return whether it holds, `there` telling of a path whether it is written or swept."""
+        present = all(map(there, self.all_of)) and (not self.one_of or any(map(there, self.one_of)))
+        path, refused = self.unless
+        return present and not any(map(there, self.none_of)) and refused.isdisjoint(names.get(path, ()))
+
+
 class Word(NamedTuple):
     """A key that holds one of a few words."""
 
@@ -45,7 +61,7 @@ class Word(NamedTuple):
     noun: str = "word"  # what it is called in messages
     when: tuple[Condition, ...] = ()
     idle: bool = False  # may be written where it is not in use
-    rather: tuple[str, tuple[str, ...]] = ("", ())  # another default, where one of these paths is written or swept
+    rather: Rather | None = None
     refused: Mapping[str, str] = {}  # a word that might be expected here -> why it is not allowed
 
     def used(self, names: Names) -> bool:

@@ -11,6 +11,8 @@ from .resolve import Shared
 
 Value = Any  # of a key: a number in SI, a word, True for a flag
 
+#: The sections that decide what a case is, beside `simulate`.
+_IDENTITY = ("mechanism", "drive", "loads", "life", "uncertain", "joints")
 PATIENCE = "time_budget"  # of `simulate`: how long to wait for a case is no part of what it is
 #: Of both bodies, what a user writes, no key of a case -> the keys that follow from it: below `wear`.
 _OF_BOTH = {
@@ -102,7 +104,7 @@ def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
 
 def identity_text(case: Mapping[str, Any]) -> str:
     """Return the text that decides the identity of a resolved case: all of it but `save` and time_budget."""
-    content = {key: case[key] for key in ("mechanism", "drive", "loads", "life", "joints") if key in case}
+    content = {key: case[key] for key in _IDENTITY if key in case}
     content["simulate"] = {key: value for key, value in case["simulate"].items() if key != PATIENCE}
     return json.dumps(
         content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False

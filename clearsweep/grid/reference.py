@@ -12,6 +12,7 @@ from .json_schema import schema
 from .judged import SECTIONS
 from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
+from .uncertain import UNCERTAIN
 
 _NEED = {"required": "required", "optional": "may be left out", "implied": "may be left out where all has a default"}
 _HEAD = """\
@@ -145,13 +146,14 @@ def _cases(catalogue: Catalogue) -> str:
         top = top["else"]
     top = top["properties"]
     texts = {
-        key: top[key].get("description", "") for key in ("name", "sweep", "zip", "sample", *SECTIONS, "seek", "refine")
+        key: top[key].get("description", "")
+        for key in ("name", "sweep", "zip", "sample", *SECTIONS, UNCERTAIN, "seek", "refine")
     }
     texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
     texts["name"] = texts["name"].replace("<name>", "NAME")
     rows = [
         f"| `{key}` | {texts[key]} |"
-        for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS, "seek", "refine")
+        for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS, UNCERTAIN, "seek", "refine")
     ]
     axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
     axes.append("| `fits` | [H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286 |")

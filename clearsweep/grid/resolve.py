@@ -27,6 +27,7 @@ from ..contracts.case import (
 )
 from ..contracts.outline import LoadOutline, Outline
 from .key_table import DIMENSIONLESS
+from .uncertain import UNCERTAIN, uncertain_of
 
 Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section
 
@@ -57,6 +58,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
         loads=tuple([_formed(_load, tree["loads"][load.name], load) for load in outline.loads]),
         outline=outline,
         life=_formed(_life, tree["life"]) if "life" in tree else None,
+        uncertain=_formed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
     )
 
 

@@ -288,8 +288,8 @@ def draw(
         outside = [value for value in extremes if not field.holds(value)]
         if outside:
             sentence = (
-                f"{spread.kind}: {outside[0]:.6g} is among its values, out of range; allowed: {field.allowed()}; write "
-                "low and high within that, or a distribution that stays there"
+                f"{spread.kind}: {outside[0]:.6g} is among its values, out of range; allowed: "
+                f"{field.allowed(outside[0])}; write low and high within that, or a distribution that stays there"
             )
             problems.add(written, where, sentence)
             return None

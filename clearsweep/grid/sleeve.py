@@ -39,6 +39,16 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
     tree[f"{path}.flange"] = Flag(
         "the journal is held between flanges, `axial_clearance` away on each side", default=True
     )
+    elastic = frozenset(law.name for law in catalogue.of("law") if not law.yields)
+    tree[f"{path}.walls"] = Word(
+        ("spread", "ends"),
+        "where the walls bear: over the whole length on which journal and bore overlap, with the stiffness spread "
+        "evenly, or at the two ends, each with half of it; laws that keep an indentation bear at the ends",
+        "spread",
+        sweep=True,
+        when=((f"{path}.contact.law", elastic),),
+        idle=True,
+    )
     for name, text, unit, count in _MISALIGNED:
         tree[f"{path}.{name}"] = Section(text, "implied", count)
         axes = (

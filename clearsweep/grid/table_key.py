@@ -12,6 +12,7 @@ from .document import Problems, WrittenValue, refuse_endless
 
 _LARGEST = 16 * 2**20  # bytes of a file
 _MOST_ROWS = 20_000
+_FINEST = 1e-9  # step between rows over the table's span; finer ones cannot be told apart where it repeats
 _SPANS = (2.0 * math.pi, 4.0 * math.pi)  # rad, over which a table repeats
 
 Values = dict[str, list[float]]  # column -> values in SI
@@ -99,12 +100,13 @@ def _shown_unit(field: Field) -> str:
 def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:
     """Return one cell in SI, nan and a problem where it is wrong."""
     try:
-        value = quantity.read(f"{cell.value} {unit}" if unit else cell.value, field.unit)
+        plain = isinstance(cell.value, str | int | float) and not isinstance(cell.value, bool)
+        value = quantity.read(f"{cell.value} {unit}" if unit and plain else cell.value, field.unit)
     except InputError as error:
         problems.add(cell, path, f"{field.name}: {error}")
         return math.nan
     if not field.holds(value):
-        problems.add(cell, path, f"{field.name}: found {cell.value}, out of range; allowed: {field.allowed()}")
+        problems.add(cell, path, f"{field.name}: found {cell.value}, out of range; allowed: {field.allowed(value)}")
     return value
 
 
@@ -130,6 +132,15 @@ def _sound(problems: Problems, path: str, written: WrittenValue, table: dict, va
         if not knots[place] > knots[place - 1]:
             found = f"found {cells[place].value} after {cells[place - 1].value}"
             problems.add(cells[place], path, f"{over[0]}: {found}; it has to increase from row to row")
+            return False
+        if knots[place] - knots[place - 1] < _FINEST * (knots[-1] - knots[0]):
+            found = f"found {cells[place].value} after {cells[place - 1].value}"
+            fine = f"{over[0]}: {found}, a step of less than {_FINEST:g} of the table's span"
+            problems.add(cells[place], path, f"{fine}; leave one of the rows out")
+            return False
+    for name in columns.above_zero:
+        if not any(values[name]):
+            problems.add(written, path, f"{name}: is 0 in every row; write at least one row in which it is above 0")
             return False
     return over[0] != "crank_angle" or _periodic(problems, path, cells[-1], values)
 

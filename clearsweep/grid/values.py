@@ -7,7 +7,7 @@ from ..contracts.catalogue import Catalogue, Field, Mechanism
 from ..contracts.layout import columns_of
 from ..language import quantity
 from ..language.errors import InputError, nearest, shown
-from . import added, fits, judged, life_keys, list_key, refined, sought, table_key, variations, wear_unit
+from . import added, fits, judged, life_keys, list_key, refined, sought, table_key, uncertain, variations, wear_unit
 from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
@@ -46,6 +46,7 @@ def read_draft(
             _table(draft, path, node)
     draft.axes = {path: draft.axes[path] for path in draft.swept if path in draft.axes}
     variations.check(draft)
+    uncertain.read_into(draft, root)
     draft.figures = _figures(draft, mechanism, catalogue)
     judged.read_into(draft, root)
     draft.seek = sought.read(draft, root, draft.limits)
@@ -78,17 +79,32 @@ def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[s
             parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
     until, life = str(draft.values.get("simulate.until.figure", "")), draft.values.get(f"{life_keys.LIFE}.joint")
     asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in draft.values}
-    asked |= {name for name, there in (("until", until), ("life", life)) if there}
+    asked |= {name for name, there in (("until", until), ("life", life), ("uncertain", draft.uncertain)) if there}
+    for joint in mechanism.joints:
+        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(draft, joint.name):
+            parts[column_name(joint.name)].add("strength")
     if life and column_name(life) in parts:
         parts[column_name(life)].add("judged")
     columns = columns_of(catalogue, mechanism, parts, asked, until)
     return {column.name: column.unit for column in columns}
 
 
+def _strength(draft: Draft, joint: str) -> bool:
+    """Return whether a yield strength or a hardness is written of a joint with contact."""
+    own = f"joints.{joint}."
+    known = [path for path in (*draft.written, *draft.swept) if path.startswith(own)]
+    return f"{own}contact" in draft.shape and any(
+        path.endswith(".yield_strength") or path in (f"{own}wear.hardness", f"{own}roughness.hardness")
+        for path in known
+    )
+
+
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
     known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path] + (
-        ["name", *judged.SECTIONS, sought.SEEK, refined.REFINE, *variations.WAYS] if not path else []
+        ["name", *judged.SECTIONS, uncertain.UNCERTAIN, sought.SEEK, refined.REFINE, *variations.WAYS]
+        if not path
+        else []
     )
     draft.sections[path] = written
     content = written.value
@@ -117,12 +133,21 @@ def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
             _walk(draft, below, inner, whole)
         elif node is not None:
             draft.written[inner] = below
-        elif key not in known:
+        elif key not in known and not _misnamed(draft, inner, below):
             draft.problems.add(written.key_place(key), inner, _unknown(path, key, known))
     for inner, node in whole.items():
         if isinstance(node, Section) and inner.rpartition(".")[0] == path and _missing_section(inner, node, content):
             key = inner.rpartition(".")[2]
             draft.problems.add(written, inner, f"is missing; write the section '{key}' ({node.text})")
+
+
+def _misnamed(draft: Draft, path: str, written: WrittenValue) -> bool:
+    """Note the names in an open section that cannot be, and return whether there are any."""
+    names = list(written.value) if is_open(path) and isinstance(written.value, dict) else []
+    wrong = dict(wrong_names(path, names))
+    for name, sentence in wrong.items():
+        draft.problems.add(written.key_place(name), f"{path}.{name}", f"'{name}' {sentence}")
+    return bool(wrong)
 
 
 def _missing_section(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
@@ -194,8 +219,8 @@ def _word(draft: Draft, path: str, node: Word) -> None:
         value = read_word(draft.written[path])
         values = () if value is None else (value,)
     elif node.default is not None:
-        word, paths = node.rather
-        values = (word if any(map(draft.there, paths)) else node.default,)
+        rather = node.rather and node.rather.holds(draft.there, draft.names)
+        values = (node.rather.word if node.rather and rather else node.default,)
     if path in draft.swept:
         _enter_axis(draft, path, Reading(read_word, ""))
         values = draft.axes.get(path, ())
@@ -300,7 +325,7 @@ def _quantity(draft: Draft, path: str, written: WrittenValue, meanings: list[Mea
                 draft.problems.add(written, path, str(error))
                 return None
         if not field.holds(value):
-            draft.problems.add(written, path, f"found {written.value}, out of range; allowed: {field.allowed()}")
+            draft.problems.add(written, path, f"found {written.value}, out of range; allowed: {field.allowed(value)}")
             return None
     return int(value) if meanings[0][0].whole else value
 

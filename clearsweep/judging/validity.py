@@ -5,88 +5,76 @@ list of remarks, each of which begins with a word.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contracts.case import column_name
-from ..contracts.results import ELASTIC_ONSET, ELASTIC_SHARE
 from ..language.wording import joint_name, short_id
 
-#: Figure of a joint -> value above which there is a remark.
-THRESHOLDS = {"onset_rate_max": ELASTIC_ONSET, "law_limit_fraction": 0.0}
+#: Figures of a joint.  The first is judged over the second, the approach speed at which a contact first yields.
+ONSET_RATE, YIELD_SPEED, LIMIT_SHARE = "onset_rate_max", "yield_speed", "law_limit_fraction"
+_FIGURES = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # -> value above which there is a remark
 #: What remarks in the message of a case begin with: past its law's range, a contact that never ends and keeps the rate
 #: at which it began, and what nobody can have meant.
 LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
+WORN_AWAY, PV_HIGH = "worn-away: ", "pv-high: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
-FILM_HELD, FILM_BEYOND, FILM_FLOW = "film-limit: ", "film-beyond: ", "film-flow: "
-UNBALANCED = (
-    "film-heat: the heat balance of a film did not come to stand; more revolutions, or a larger conductance, help"
-)
+FILM_HELD, FILM_BEYOND, FILM_FLOW, FILM_FED = "film-limit: ", "film-beyond: ", "film-flow: ", "film-fed: "
+FED = 1e-3  # of a film's loss: what its pressure gives back below that is rounding
+UNBALANCED = "film-heat: the heat balance of a film did not converge; more revolutions, or a larger conductance, help"
+FILM_UNSURE = "film-unsure: "  # the temperature of its film is not known closely
 TAYLOR = 41.3  # above, vortices begin between cylinders of which the inner one turns (Taylor 1923)
+FRICTION_HEAT, HEATING, LEADS = "friction-heat: ", 100.0, 1.0  # K, W/K
+BALL = "ball-stiffness: "  # a stiffness that follows from the material, of a ball in a socket
 UNCHECKED = "unchecked: "  # its error check came to nothing
 UNREACHED = "unreached: "  # its life did not come to the limit
+LIFE_FAILED = "life-failed: "  # a life at an end of what its wear coefficients may be
+SMOOTHED = "smoothed: "  # its worn shapes were smoothed more widely than an arc of contact is
+WIDE_SMOOTHING = math.radians(4.0)
 BETWEEN = " | "  # remarks in a message
 #: Of the bearing's radius.  Beyond DEEP a contact is no small deformation.  Up to BORNE, a strain of about a per cent,
 #: a contact may be deeper than its clearance: journals in tight fits are, and need no mistake for it.
 DEEP, BORNE = 0.1, 0.01
+THOUSAND_HOURS = 3.6e6  # s
+#: Mean pressure times speed (W/m^2) that a dry bush bears for short periods, of metal-backed PTFE; 1.75 MPa m/s for
+#: long: Neale, The Tribology Handbook, 'Dry rubbing bearings', and makers' sheets.
+PV_BORNE = 3.6e6
 #: Energy residual that a tolerance explains, per onset and revolution.  Of 1,300 random cases at tolerances from 1e-12
 #: to 1e-3 none came to more than 1.4; what rounding alone makes is below LEAST_RESIDUAL, and more than MOST_RESIDUAL no
 #: tolerance excuses.
 RESIDUAL, LEAST_RESIDUAL, MOST_RESIDUAL = 10.0, 1e-9, 1e-2
 
 
-class Surfaces(NamedTuple):
-    """What of a joint decides whether impacts leave the range that its law is made for."""
+def columns(joints: Iterable[str], known: Collection[str]) -> list[str]:
+    """Return the columns of the summary that decide whether there is a remark on some joints ('rod_slider').
 
-    law: str  # name of its contact law, or the column that has it
-    elastic_to: float = ELASTIC_ONSET  # m/s
-    material: str = "steel"  # to which that applies
-    hint: str = ""  # how to have it of another one
-
-
-def surfaces_of(record: Mapping[str, Any], joints: Iterable[str]) -> dict[str, Surfaces]:
-    """Return what there is to know of some joints ('rod_slider') of a run, by its run.json."""
-    sections = {column_name(name): (name, section) for name, section in record.get("joints", {}).items()}
-    found = {}
-    for joint in joints:
-        name, section = sections.get(joint, (joint, {}))
-        contact, path = section.get("contact", {}), f"joints.{name}.contact.law"
-        law = path if path in record.get("units", {}) else contact.get("law", "")
-        material = contact.get("material", {})
-        bodies = [material] if "young" in material else [body for body in material.values() if isinstance(body, dict)]
-        speeds = [ELASTIC_SHARE * math.sqrt(body["young"] / body["density"]) for body in bodies if "density" in body]
-        hint = " (of another material: write its density)" if bodies else ""
-        found[joint] = Surfaces(law, min(speeds), "its material") if speeds else Surfaces(law, hint=hint)
-    return found
-
-
-def columns(surfaces: Mapping[str, Surfaces]) -> list[str]:
-    """Return the columns of the summary that decide whether there is a remark on some joints."""
-    laws = dict.fromkeys(each.law for each in surfaces.values() if "." in each.law)
-    return ["case_id", "message", *(f"{joint}_{figure}" for figure in THRESHOLDS for joint in surfaces), *laws]
+    known : all columns; a joint whose strength is not known has no `yield_speed`, and nothing is said of its yielding.
+    """
+    wanted = [f"{joint}_{figure}" for figure in (*_FIGURES, YIELD_SPEED) for joint in joints]
+    return ["case_id", "message", *(name for name in wanted if name in known)]
 
 
 class _Worst(NamedTuple):
     """The case that is furthest beyond a threshold."""
 
-    value: float  # of the figure, SI
+    value: float  # of the figure, SI; of impacts over the speed at which the contact first yields
     joint: str  # in words
     case_id: str
     message: str
+    limit: float = math.nan  # m/s, that speed
 
 
 class Remarks:
     """Counts the cases that leave the range of their laws, and keeps the worst of each kind."""
 
-    def __init__(self, surfaces: Mapping[str, Surfaces], yielding: Iterable[str] = ()) -> None:
-        """Take the joints ('rod_slider') and the names of laws that yield: fast impacts are what these are made for."""
-        self.surfaces, self.joints, self.yielding = surfaces, list(surfaces), sorted(yielding)
+    def __init__(self, joints: Iterable[str]) -> None:
+        """Take the joints ('rod_slider')."""
+        self.joints = list(joints)
         self.cases = 0
-        self.counts = dict.fromkeys((*THRESHOLDS, *_TOLD), 0)
+        self.counts = dict.fromkeys((*_FIGURES, *_TOLD), 0)
         self.first: dict[str, tuple[str, str]] = {}  # word of _TOLD -> case_id, remark
-        self.worst = dict.fromkeys(THRESHOLDS, _Worst(-math.inf, "", "", ""))
+        self.worst = dict.fromkeys(_FIGURES, _Worst(0.0, "", "", ""))
 
     def add(self, cases: Mapping[str, Sequence[Any] | np.ndarray]) -> None:
         """Take in finished cases, column of the summary -> its values, with at least `columns`."""
@@ -97,24 +85,30 @@ class Remarks:
                 if remark := _remark(messages[place], word):
                     self.counts[word] += 1
                     self.first.setdefault(word, (short_id(ids[place]), remark))
-        for figure, threshold in THRESHOLDS.items():
-            values = np.nan_to_num(np.array([cases[f"{joint}_{figure}"] for joint in self.joints], float))
-            if figure == "onset_rate_max":
-                values *= [self._elastic(cases, self.surfaces[joint]) for joint in self.joints]
+        if not self.joints or not len(ids):
+            return
+        limits = np.array([_numbers(cases, f"{joint}_{YIELD_SPEED}", len(ids)) for joint in self.joints])
+        for figure, threshold in _FIGURES.items():
+            values = np.array([_numbers(cases, f"{joint}_{figure}", len(ids)) for joint in self.joints])
+            values = np.nan_to_num(values / limits if figure == ONSET_RATE else values)
             largest = values.max(axis=0)
             self.counts[figure] += int(np.count_nonzero(largest > threshold))
-            place = int(np.argmax(largest)) if len(largest) else 0
-            if np.any(largest > max(threshold, self.worst[figure].value)):
-                joint = max(
-                    name for name, value in zip(self.joints, values[:, place], strict=True) if value == largest[place]
+            place = int(np.argmax(largest))
+            if largest[place] > max(threshold, self.worst[figure].value):
+                row = max(np.flatnonzero(values[:, place] == largest[place]), key=self.joints.__getitem__)
+                self.worst[figure] = _Worst(
+                    float(largest[place]),
+                    joint_name(self.joints[row]),
+                    ids[place],
+                    messages[place],
+                    float(limits[row, place]),
                 )
-                self.worst[figure] = _Worst(float(largest[place]), joint_name(joint), ids[place], messages[place])
 
     def sentences(self) -> list[str]:
         """Return the remarks on all cases, one sentence or two for each kind."""
-        sentence = {"onset_rate_max": self._fast, "law_limit_fraction": self._deep}
+        sentence = {ONSET_RATE: self._fast, LIMIT_SHARE: self._deep}
         return [
-            *(sentence[figure](*self.worst[figure]) for figure in THRESHOLDS if self.counts[figure]),
+            *(sentence[figure](self.worst[figure]) for figure in _FIGURES if self.counts[figure]),
             *(
                 "{} in {}, such as case {}: {}.".format(sentence_of, self._share(word), *self.first[word])
                 for word, sentence_of in _TOLD.items()
@@ -122,28 +116,19 @@ class Remarks:
             ),
         ]
 
-    def _elastic(self, cases: Mapping[str, Any], surfaces: Surfaces) -> Any:
-        """Return by what to multiply the impact speeds in a joint so that steel's limit holds; 0: its law yields."""
-        weight, law = ELASTIC_ONSET / surfaces.elastic_to, surfaces.law
-        if law in cases:
-            return np.array([0.0 if name in self.yielding else weight for name in cases[law]])
-        return np.full(len(cases["case_id"]), 0.0 if law in self.yielding else weight)
-
-    def _fast(self, scaled: float, joint: str, case_id: str, _message: str) -> str:
-        surfaces = self.surfaces[column_name(joint)]
-        rate = scaled * surfaces.elastic_to / ELASTIC_ONSET
-        limit = f"{surfaces.elastic_to:.3g} m/s from about which {surfaces.material} may yield{surfaces.hint}"
+    def _fast(self, worst: _Worst) -> str:
         return (
-            f"Impacts leave the elastic range in {self._share('onset_rate_max')}: the fastest closes at {rate:.3g} "
-            f"m/s, {scaled / ELASTIC_ONSET:.2g} times the {limit} (case {short_id(case_id)}, {joint}); a law that does "
-            "not yield then overstates forces and understates losses."
+            f"Impacts leave the elastic range in {self._share(ONSET_RATE)}: the worst closes at "
+            f"{worst.value * worst.limit:.3g} m/s, {worst.value:.2g} times the {worst.limit:.3g} m/s at which its "
+            f"contact first yields (case {short_id(worst.case_id)}, {worst.joint}); a law that does not yield then "
+            "overstates forces and understates losses."
         )
 
-    def _deep(self, share: float, joint: str, case_id: str, message: str) -> str:
-        worst = _remark(message, LAW_LIMIT) or f"{joint}, {_percent(share)} of the time"
+    def _deep(self, worst: _Worst) -> str:
+        remark = _remark(worst.message, LAW_LIMIT) or f"{worst.joint}, {_percent(worst.value)} of the time"
         return (
-            f"Contacts go deeper than their elastic law holds in {self._share('law_limit_fraction')}, longest in case "
-            f"{short_id(case_id)}: {worst}"
+            f"Contacts go deeper than their elastic law holds in {self._share(LIMIT_SHARE)}, longest in case "
+            f"{short_id(worst.case_id)}: {remark}"
             ". The notes of clearsweep list NAME say how its force goes on."
         )
 
@@ -156,14 +141,27 @@ _TOLD = {
     "forces,",
     TOO_DEEP: "A contact is deeper than its clearance and a hundredth of its bearing's radius, or than a tenth of it",
     WORN_THROUGH: "Wear is deeper than the clearance",
+    WORN_AWAY: "At its rate wear takes the whole bearing away in 1000 h",
+    PV_HIGH: "Pressure times speed is beyond what dry bushes bear",
     FILM_HELD: "A film is thinner than its formula holds for",
     FILM_BEYOND: "A film is squeezed out where there is no dry contact to stop the journal",
     FILM_FLOW: "The flow in a film is no longer laminar",
+    FILM_FED: "The law of a film feeds energy in",
     UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "A film's temperature is not known",
+    FRICTION_HEAT: f"Friction would heat a dry joint by more than {HEATING:g} K at {LEADS:g} W/K",
+    BALL: "A stiffness that follows from the material is that of a ball in a socket",
+    FILM_UNSURE: "A film's temperature is uncertain by more than a tenth of its rise above ambient",
     IMBALANCE: "The energies do not add up as closely as the tolerance promises",
     UNCHECKED: "The error check came to nothing",
     UNREACHED: "A life does not come to its limit",
+    LIFE_FAILED: "A further life, at an end of the uncertain wear coefficients, failed",
+    SMOOTHED: "Worn shapes are smoothed widely, with an unknown effect on the life,",
 }
+
+
+def _numbers(cases: Mapping[str, Any], column: str, count: int) -> np.ndarray:
+    """Return the values of a column, (count,), nan where there are none."""
+    return np.array(cases[column], float) if column in cases else np.full(count, math.nan)
 
 
 def message_of(*remarks: str) -> str:
@@ -213,6 +211,57 @@ def worn_through(joints: Iterable[Reached]) -> str:
     return WORN_THROUGH + "; ".join(remarks) + hint if remarks else ""
 
 
+class Rubbed(NamedTuple):
+    """How hard a joint that wears is rubbed in a case."""
+
+    joint: str  # 'rod-slider'
+    rate: float  # m/s, of the deepest wear
+    pv: float  # W/m^2, mean
+    bearing_radius: float  # m
+    oiled: bool = False  # a film bears most of its load
+
+
+def worn_away(joints: Iterable[Rubbed]) -> str:
+    """Return the remark on wear that comes to the bearing's radius within 1000 h."""
+    remarks = [
+        f"{joint.joint} loses {_mm(THOUSAND_HOURS * joint.rate)} in 1000 h at a bearing radius of "
+        f"{_mm(joint.bearing_radius)}"
+        for joint in joints
+        if THOUSAND_HOURS * joint.rate > joint.bearing_radius
+    ]
+    hint = (
+        "; greased steel on bronze has a wear coefficient of 1e-16 to 1e-15 m^2/N, dry steel 1e-14 to 1e-13; look for "
+        "the coefficient's unit, or less load, speed or clearance"
+    )
+    return WORN_AWAY + "; ".join(remarks) + hint if remarks else ""
+
+
+def pv_high(joints: Iterable[Rubbed]) -> str:
+    """Return the remark on a mean pressure times speed beyond what dry bushes bear."""
+    remarks = [
+        f"{joint.joint} has a mean pV of {1e-6 * joint.pv:.3g} MPa m/s"
+        for joint in joints
+        if joint.pv > PV_BORNE and not joint.oiled
+    ]
+    hint = f"; dry bushes run at 1 to 3 MPa m/s and bear {1e-6 * PV_BORNE:.2g} for a short while: this one needs oil"
+    return PV_HIGH + "; ".join(remarks) + hint if remarks else ""
+
+
+def smoothed(widths: Iterable[tuple[str, float | None]]) -> str:
+    """Return the remark on joints whose worn shapes are smoothed by more than WIDE_SMOOTHING; widths in rad."""
+    remarks = [
+        f"the worn shapes of {joint} are smoothed over {math.degrees(width):.3g} deg at the end, at first over 2 deg"
+        for joint, width in widths
+        if width is not None and width > WIDE_SMOOTHING
+    ]
+    hint = (
+        "; one point of contact needs that where surfaces come to fit each other. Its effect on the life is not known, "
+        "and the interval of the life does not contain it. Contact on springs (elastic: winkler, wear.pressure: "
+        "winkler) needs less"
+    )
+    return SMOOTHED + "; ".join(remarks) + hint if remarks else ""
+
+
 class Lubricated(NamedTuple):
     """What became of the film of a joint in a case."""
 
@@ -222,10 +271,12 @@ class Lubricated(NamedTuple):
     ratio: float  # largest eccentricity over clearance
     dry: bool  # there is a dry contact behind it
     taylor: float  # largest Taylor number
+    fed: float = 0.0  # energy that its pressure gave back, over its loss
+    remedy: str = "reynolds"  # law of a film that gives nothing back and covers its length over diameter
 
 
 def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
-    """Return the remarks on films: past their limit, squeezed out with nothing behind them, not laminar."""
+    """Return the remarks on films: past their limit, squeezed out, not laminar, feeding energy in."""
     joints = list(joints)
     held = [
         f"{joint.joint} is beyond the eccentricity ratio {joint.limit:g}, from which on it is evaluated there, for "
@@ -242,12 +293,49 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
         for joint in joints
         if joint.taylor > TAYLOR
     ]
+    fed = [
+        f"the film of {joint.joint} gives back {_percent(joint.fed)} of what it takes, while it opens, which no film "
+        f"can; choose film.law: {joint.remedy}"
+        for joint in joints
+        if joint.fed > FED
+    ]
     hint = "; write the joint's contact, more viscosity, or less clearance"
     return (
         FILM_HELD + "; ".join(held) if held else "",
         FILM_BEYOND + "; ".join(beyond) + hint if beyond else "",
         FILM_FLOW + "; ".join(flow) if flow else "",
+        FILM_FED + "; ".join(fed) if fed else "",
     )
+
+
+def unsure_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
+    """Return the remark on films from (joint, temperature, half of its 95 % interval, rise above ambient, all in K)."""
+    films = [
+        f"the film of {joint} is at {temperature:.2f} K, {rise:.3g} K above ambient, "
+        + (f"uncertain by {width:.3g} K (95 %)" if math.isfinite(width) else "from too few revolutions for an interval")
+        for joint, temperature, width, rise in joints
+    ]
+    return f"{FILM_UNSURE}{'; '.join(films)}; more simulate.revolutions narrow it" if films else ""
+
+
+def friction_heat(joints: Iterable[tuple[str, float]]) -> str:
+    """Return the remark on dry joints whose friction, of a mean power (W), would heat them by more than HEATING."""
+    hot = [
+        f"{joint}: friction power {power:.3g} W would heat a dry joint by some {power / LEADS:.3g} K at {LEADS:g} W/K"
+        for joint, power in joints
+        if power > HEATING * LEADS
+    ]
+    return FRICTION_HEAT + "; ".join(hot) if hot else ""
+
+
+def ball_stiffness(joints: Iterable[str]) -> str:
+    """Return the remark on joints whose stiffness follows from the material, by the law of a ball in a socket."""
+    names = ", ".join(joints)
+    hint = (
+        "has the stiffness of a ball in a socket, as elastic: power gives it from the material: 2 to 4 times too soft "
+        "for a journal, which lowers the peak of an impact 1.3 to 1.7 times; elastic: compatible is a journal's"
+    )
+    return f"{BALL}{names} {hint}" if names else ""
 
 
 def imbalance(residual: float, tolerance: float, count: float) -> str:

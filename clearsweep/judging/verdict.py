@@ -1,8 +1,10 @@
 """What a grid makes of its cases' columns: figures of its own, and which cases keep to its limits, by what margin."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..contracts.catalogue import ENDLESS, NOTHING
 from ..contracts.layout import Column
 from ..language import expression, wording
 
@@ -20,6 +22,7 @@ class Limit(NamedTuple):
     kind: str  # one of KINDS
     value: float  # SI, of the column's unit over that of `times`
     times: str = ""  # another column, whose multiple the bound is; '' for none
+    null: str = ""  # what a null of the column means, see `contracts.layout.Column`
 
     def words(self, unit: str) -> str:
         """Return the bound in words, where the column is in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
@@ -28,26 +31,57 @@ class Limit(NamedTuple):
         return f"{self.kind.replace('_', ' ')} {bound}"
 
     def bound(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return the bound of every case, in the unit of the column; NaN where it is a multiple of what is null."""
+        """Return the bound of every case, in the unit of the column; not finite where it is a multiple of a null."""
         import numpy as np
 
         given = columns[self.times] if self.times else np.ones(len(columns[self.column]))
-        found: np.ndarray = self.value * given
+        with np.errstate(all="ignore"):
+            found: np.ndarray = self.value * given
         return found
 
     def short_by(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return how far (in the column's unit) each case is on the good side of the bound, negative beyond it."""
-        off: np.ndarray = self.bound(columns) - columns[self.column]
+        import numpy as np
+
+        with np.errstate(all="ignore"):
+            off: np.ndarray = self.bound(columns) - columns[self.column]
         return off if self.kind == "at_most" else -off
+
+    def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return which cases cannot be judged: the value or the bound is null or not finite.
+
+        A null that means "nothing to measure" keeps to every limit.  A null that means "beyond every number" is judged.
+        """
+        import numpy as np
+
+        missing = ~np.isfinite(columns[self.column])
+        if self.null == NOTHING:
+            found: np.ndarray = ~missing & ~np.isfinite(self.bound(columns))
+        elif self.null == ENDLESS:
+            found = ~np.isfinite(self.bound(columns))
+        else:
+            found = missing | ~np.isfinite(self.bound(columns))
+        return found
+
+    def fails(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return which cases do not keep to the limit: those beyond the bound, and those that cannot be judged."""
+        import numpy as np
+
+        found: np.ndarray = (self.short_by(columns) < 0.0) | self.unknown(columns)
+        if self.null == ENDLESS and self.kind == "at_most":
+            found |= ~np.isfinite(columns[self.column])
+        return found
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return 1 - value / limit of every case, of `at_least` value / limit - 1; NaN where the limit is zero."""
         import numpy as np
 
+        most = np.finfo(float).max
         with np.errstate(all="ignore"):
             size = np.abs(self.bound(columns))
             found: np.ndarray = np.where(size > 0.0, self.short_by(columns) / size, np.nan)
-        return found
+            judged = np.isfinite(columns[self.column]) & np.isfinite(size)
+        return np.where(judged, np.clip(found, -most, most), np.nan)
 
 
 class Own(NamedTuple):
@@ -70,8 +104,8 @@ class Verdict(NamedTuple):
         found = [Column(own.name, own.unit, f"own figure: {own.text}") for own in self.figures]
         if self.limits:
             found += [
-                Column(EXCEEDED, "", "the columns whose limits the case exceeds, comma separated", "text"),
-                Column(MARGIN, "1", "smallest of 1 - value/limit, of at_least value/limit - 1; null: none is known"),
+                Column(EXCEEDED, "", _EXCEEDED, "text"),
+                Column(MARGIN, "1", _MARGIN),
             ]
         return tuple(found)
 
@@ -97,7 +131,7 @@ class Verdict(NamedTuple):
     def judge(self, columns: "Mapping[str, np.ndarray]") -> "dict[str, np.ndarray]":
         """Return what it adds to the columns (n,) of some finished cases, NaN for null there and here.
 
-        A limit on what is null is not exceeded and has no margin.
+        A case that cannot be judged counts as exceeding its limit, and its margin is null.
         """
         import numpy as np
 
@@ -105,34 +139,61 @@ class Verdict(NamedTuple):
         for own in self.figures:
             added[own.name] = known[own.name] = expression.value_of(own.text, known)
         if self.limits:
-            with np.errstate(invalid="ignore"):
-                beyond = {limit.column: np.zeros(len(known[limit.column]), bool) for limit in self.limits}
-                for limit in self.limits:
-                    beyond[limit.column] |= limit.short_by(known) < 0.0
+            beyond = {limit.column: np.zeros(len(known[limit.column]), bool) for limit in self.limits}
+            for limit in self.limits:
+                beyond[limit.column] |= limit.fails(known)
             table = np.array(list(beyond.values()))
             names = np.array(list(beyond), object)
             added[EXCEEDED] = np.array([",".join(names[case]) for case in table.T], object)
             margins = np.array([limit.margin(known) for limit in self.limits])
-            added[MARGIN] = np.where(np.isnan(margins).all(axis=0), np.nan, np.fmin.reduce(margins, axis=0))
+            added[MARGIN] = np.where(self.unknown(known), np.nan, np.fmin.reduce(margins, axis=0))
         return added
 
+    def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return which cases some limit cannot judge; `columns` hold own figures, too."""
+        import numpy as np
 
+        found: np.ndarray = np.any([limit.unknown(columns) for limit in self.limits], axis=0)
+        return found
+
+
+_EXCEEDED = "the columns whose limits the case exceeds, or by which it cannot be judged, comma separated"
+_MARGIN = "smallest of 1 - value/limit, of at_least value/limit - 1; null: a limit cannot be judged, or none has one"
 NO_VERDICT = Verdict()
 
 
-def limits_of(written: Mapping[str, Any]) -> tuple[Limit, ...]:
-    """Return the limits that a resolved grid holds: a column -> a number, or a mapping of KINDS and 'times', in SI."""
-    found = []
-    for column, bound in written.items():
+def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
+    """Return a margin in per cent, a dash where there is none; for a value above twice its limit the multiple of it.
+
+    limits, exceeded : those of a grid, and which of their columns the case exceeds, as in EXCEEDED
+    """
+    beyond = [limit for limit in limits if limit.column in exceeded.split(",")]
+    if not math.isfinite(margin):
+        return wording.DASH
+    if margin < -1.0 and all(limit.kind == "at_most" and limit.value > 0.0 for limit in beyond):
+        return f"{wording.plain(1.0 - margin, 2)} times the limit"
+    return f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
+
+
+def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:
+    """Return the limits that a resolved grid holds: a column -> a number, or a mapping of KINDS and 'times', in SI.
+
+    columns : those of the summary, which say what a null means
+    """
+    found, nulls = [], {column.name: column.null for column in columns}
+    for name, bound in written.items():
         bounds = bound if isinstance(bound, Mapping) else {KINDS[0]: bound}
-        found += [Limit(column, kind, bounds[kind], bounds.get("times", "")) for kind in KINDS if kind in bounds]
+        times, null = bounds.get("times", ""), nulls.get(name, "")
+        found += [Limit(name, kind, bounds[kind], times, null) for kind in KINDS if kind in bounds]
     return tuple(found)
 
 
 def of_record(record: Mapping[str, Any]) -> Verdict:
     """Return what a grid, as run.json holds it, makes of its cases' columns."""
-    units = {column["name"]: column["unit"] for column in record["layout"]["columns"]}
-    return Verdict(figures_of(record.get("figures") or {}, units), limits_of(record.get("limits") or {}))
+    columns = [Column(**column) for column in record["layout"]["columns"]]
+    units = {column.name: column.unit for column in columns}
+    limits = limits_of(record.get("limits") or {}, columns)
+    return Verdict(figures_of(record.get("figures") or {}, units), limits)
 
 
 def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[Own, ...]:

@@ -5,7 +5,11 @@ a dimension (1/s is not a shaft speed), and no letter stands for a chemist's uni
 rounding, so that `0.5 mm`, `500 um` and `5e-4` give the same bits, and with them the same case.
 """
 
+import contextlib
 import re
+import sys
+import tokenize
+from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -83,6 +87,7 @@ _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
 _PART = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
 _PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
 _CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; a temperature is told from another zero, too
+_UNREADABLE = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
 _LONGEST = 200  # characters; a quantity has no use for more
 
 
@@ -233,10 +238,26 @@ def _infinite(value: Any, unit: str) -> str:
     return f"found {shown(value)}, which is not a finite number; {expected(unit)}"
 
 
+@contextlib.contextmanager
+def _absent(*names: str) -> Iterator[None]:
+    """Let packages count as not installed inside.
+
+    pint takes whatever has the name of a package that it can use, also a folder of the working directory.
+    """
+    absent = [name for name in names if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type] # None: Python's own word for "cannot be imported"
+    try:
+        yield
+    finally:
+        for name in absent:
+            sys.modules.pop(name, None)
+
+
 @cache
 def _table() -> "pint.UnitRegistry":
     """Return the unit table; building it imports pint, which takes 0.2 s and is not needed for bare numbers."""
-    import pint
+    with _absent("babel", "dask", "uncertainties"):
+        import pint
 
     return pint.UnitRegistry(_UNITS.strip().splitlines(), non_int_type=Fraction, cache_folder=None)
 
@@ -261,12 +282,15 @@ def _measure(written: str) -> tuple[Fraction, tuple] | str:
         return unreadable
     if _has_power_of_power(written):
         return f"'{written}' has a power of a power; write m^6 for (m^2)^3"
+    table = _table()
+    import pint  # after the table is there, which is what imports it
+
     try:
         for name in re.findall(r"[^\W\d_]+|°", written):
-            if name not in _table():
+            if name not in table:
                 near = nearest(name, f"{_COMMON} {_WORDS}".split())
                 return f"unknown unit '{name}'{near} (known: {_COMMON}, N*s/m, m^2)"
-        size: Any = _table().Quantity(_table().parse_expression(written)).to_base_units()
+        size: Any = table.Quantity(table.parse_expression(written)).to_base_units()
         return Fraction(size.magnitude), tuple(sorted(size.dimensionality.items()))
-    except Exception:  # the parser's own errors are of many types and speak of Python syntax
+    except (pint.PintError, *_UNREADABLE):
         return unreadable

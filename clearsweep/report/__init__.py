@@ -1,8 +1,11 @@
 """Reports: one offline HTML page of a run, its tables and figures, and one case simulated again and drawn."""
 
+import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .. import store
 from ..store import StoredRun
 
 if TYPE_CHECKING:
@@ -21,9 +24,18 @@ class Run(StoredRun):
         return write(self, out or self.directory / "report.html")
 
 
-def open(directory: str | Path) -> Run:
-    """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none."""
-    return Run(directory)
+def open(directory: str | Path, *, partial: bool = False) -> Run:
+    """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none.
+
+    A run that is not finished is refused, unless `partial`: then it has the cases that are finished so far.  They are
+    put together in a temporary directory, which goes with the object; `directory` stays as it is.
+    """
+    directory = Path(directory)
+    if not partial or not store.is_unfinished(directory):
+        return Run(directory)
+    from .partial import gathered
+
+    return gathered(directory, Run)
 
 
 def of(run: "StoredRun", *, typical: bool = False) -> "Page":
@@ -31,6 +43,7 @@ def of(run: "StoredRun", *, typical: bool = False) -> "Page":
 
     Maps show the worst case over the axes that they leave out; `typical`: the median.
     """
+    _load_drawing()
     from . import page, study
 
     return page.of(study.prepare(run, typical=typical))
@@ -38,6 +51,7 @@ def of(run: "StoredRun", *, typical: bool = False) -> "Page":
 
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":
     """Return the page that compares two runs case by case."""
+    _load_drawing()
     from . import two_runs
 
     return two_runs.compared(first, second)
@@ -58,6 +72,7 @@ def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: s
 
     form : svg, pdf or png; width : 85 or 170 (mm), auto: as much of them as it needs.
     """
+    _load_drawing()
     from . import paper
 
     return of(run).write_figures(paper.Wanted(Path(directory), form, width))
@@ -65,6 +80,7 @@ def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: s
 
 def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
     """Simulate one case of a run again and draw it, as HTML, SVG or PNG by the ending of `out`; return its path."""
+    _load_drawing()
     from . import single
 
     return single.show(run, case_id, Path(out))
@@ -72,6 +88,24 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
 
 def draw(source: str | Path, out: str | Path) -> Path:
     """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
+    _load_drawing()
     from . import mechanism
 
     return mechanism.draw(Path(source), Path(out))
+
+
+def _load_drawing() -> None:
+    """Load matplotlib, also where MPLBACKEND names no backend: figures are drawn into files, which needs none."""
+    given = os.environ.get("MPLBACKEND")
+    try:
+        import matplotlib
+    except ValueError:
+        if given is None:
+            raise
+        for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
+            del sys.modules[name]  # loaded in part
+        del os.environ["MPLBACKEND"]
+        try:
+            import matplotlib  # noqa: F401
+        finally:
+            os.environ["MPLBACKEND"] = given

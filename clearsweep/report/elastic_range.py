@@ -1,25 +1,55 @@
-"""Up to which speed impacts stay elastic: of each joint's own material, in sentences, cards and pictures alike."""
+"""Up to which approach speed contacts stay elastic: the column of every joint, in sentences, cards and pictures."""
 
-from ..judging import validity
-from ..judging.validity import Surfaces
+import numpy as np
+
+from ..judging.validity import YIELD_SPEED
 from ..language import wording
-from .study import Joint, Study
+from ..language.errors import InputError
+from .study import Joint, Study, joint_of, resolved
+
+FAR = 3.0  # times the fastest onset: a line further up would press all onsets to the bottom of a picture
+_NO_STRENGTH = ": it takes a yield strength or a hardness"
 
 
-def surfaces(study: Study) -> dict[str, Surfaces]:
-    """Return what is known of the surfaces of every joint, by its name."""
-    return validity.surfaces_of(study.run.grid, [joint.name for joint in study.joints])
+def beside(study: Study, joint: Joint, case_id: str) -> str:
+    """Return, in words, at which speed a joint of a case first yields."""
+    column = joint.column(YIELD_SPEED)
+    speed = study.cases.at[case_id, column] if study.has(column) else np.nan
+    if np.isnan(speed):
+        return "first yield not judged"
+    return f"its contact first yields at {wording.scale('m/s', speed).text(speed, 2)}"
 
 
-def limit(study: Study, joint: Joint) -> tuple[str, str]:
-    """Return a joint's material and the speed up to which it stays elastic, in words."""
-    found = surfaces(study)[joint.name]
-    return found.material, wording.scale("m/s", found.elastic_to).given(found.elastic_to, 2)
+def span(study: Study, joint: Joint) -> str:
+    """Return the sentence on the speeds at which a joint first yields in all cases."""
+    column = joint.column(YIELD_SPEED)
+    if not study.has(column):
+        reason = " for this kind of joint or law" if _has_strength(study, joint) else _NO_STRENGTH
+        return f"At which speed the contact first yields is not judged{reason}."
+    ends = (study.cases[column].min(), study.cases[column].max())
+    scale = wording.scale("m/s", ends)
+    words = " to ".join(dict.fromkeys(scale.number(end, 2) for end in ends))
+    return f"The contact first yields at {scale.joined(words)}."
 
 
-def limits(study: Study) -> list[tuple[str, float]]:
-    """Return every speed (m/s) up to which joints stay elastic: the material, with the joint where they differ."""
-    found = surfaces(study)
-    if len({(each.material, each.elastic_to) for each in found.values()}) == 1:
-        return [(each.material, each.elastic_to) for each in found.values()][:1]
-    return [(f"{each.material}, {wording.joint_name(name)}", each.elastic_to) for name, each in found.items()]
+def _has_strength(study: Study, joint: Joint) -> bool:
+    """Return whether the strength of a joint's weaker body is known in any case; False where no case finished."""
+    layout = next(each for each in study.run.layout.joints if each.name == joint.name)
+    if layout.strength:
+        return True
+    try:
+        cases = resolved(study, study.cases.index[:1])
+    except InputError:  # a law that this version does not know
+        return False
+    return any(joint_of(case, joint).strength is not None for case in cases)
+
+
+def limits(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]]:
+    """Return joint and speed (m/s) at which it first yields in a case; without those far beyond the `fastest`."""
+    found = []
+    for joint in study.joints:
+        column = joint.column(YIELD_SPEED)
+        speed = float(study.cases.at[case_id, column]) if study.has(column) else np.nan
+        if speed <= FAR * fastest:
+            found.append((joint.title, speed))
+    return found

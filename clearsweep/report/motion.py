@@ -120,7 +120,8 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
         angles = float(start) + float(speed) * time
     if not study.driven or not kept.any():
         return []
-    angle, rate, limits = angles[kept], np.asarray(events["rate"], float)[kept], elastic_range.limits(study)
+    angle, rate = angles[kept], np.asarray(events["rate"], float)[kept]
+    limits = elastic_range.limits(study, case_id, float(rate.max()))
     return [
         Picture(
             "Contact onsets",

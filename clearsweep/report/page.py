@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jinja2
 from markupsafe import Markup
 
-from ..language import wording
+from ..language import phases, wording
 from ..store import durable
 from . import interactive, paper, sections
 from .picture import Picture, svg
@@ -27,7 +27,8 @@ class Page(NamedTuple):
     def write(self, out: Path) -> Path:
         """Write the page as one self-contained HTML file; the same run gives the same bytes."""
         durable.check_regular(out)  # before the work
-        return save(self.text(), out)
+        with phases.phase("drawing the report"):
+            return save(self.text(), out)
 
     def text(self) -> str:
         """Return the page as HTML."""
@@ -38,6 +39,7 @@ class Page(NamedTuple):
             varied=self.varied,
             axes=self.axes,
             sections=self.parts,
+            count=sum(len(section.pictures) for section in self.parts),
             script=interactive.script() if any(section.moves for section in self.parts) else None,
             script_style=interactive.style(),
         )
@@ -52,7 +54,8 @@ class Page(NamedTuple):
 
     def write_figures(self, wanted: paper.Wanted) -> list[Path]:
         """Write the pictures of every section, each under its name, and a list of them; return the files."""
-        return paper.write(self.parts, wanted)
+        with phases.phase("drawing the figures"):
+            return paper.write(self.parts, wanted)
 
 
 def of(study: Study) -> Page:
@@ -67,12 +70,15 @@ def of(study: Study) -> Page:
     )
 
 
-def fill(template: str, **content: object) -> str:
-    """Return a template of this package filled with content; text is escaped, pictures are drawn."""
+def fill(template: str, *, count: int = 0, **content: object) -> str:
+    """Return a template of this package filled with content; text is escaped, pictures, `count` of them, are drawn."""
     numbers = itertools.count(1)  # so that the ids inside one SVG never meet those of another
 
     def drawing(picture: Picture) -> Markup:
-        return Markup(svg(picture, f"f{next(numbers)}"))
+        number = next(numbers)
+        if count and (opened := phases.innermost()):
+            opened.note(share=(number - 1) / count)
+        return Markup(svg(picture, f"f{number}"))
 
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),

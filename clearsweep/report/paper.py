@@ -1,19 +1,23 @@
 """The figures of a page as files for a paper: as wide as its column or its page, letters and fonts within."""
 
+import contextlib
 import io
+import os
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from matplotlib import rc_context
 from matplotlib.text import Text
 
+from ..language import phases
 from ..language.errors import InputError
 from ..store import durable
 from .picture import STYLE, Picture, drawn
 from .section import Section
+from .table import in_markdown
 
 FORMS = ("svg", "pdf", "png")
 COLUMN, PAGE = 85.0, 170.0  # mm: what most journals set a figure in
@@ -50,7 +54,10 @@ def write(sections: Iterable[Section], wanted: Wanted) -> list[Path]:
             raise InputError(f"{what} of figures: found {given!r}; expected one of {', '.join(known)}")
     wanted.directory.mkdir(parents=True, exist_ok=True)
     lines, files = ["| file | figure | what it shows |", "| --- | --- | --- |"], []
-    for name, picture in named(sections):
+    listed, opened = named(sections), phases.innermost()
+    for number, (name, picture) in enumerate(listed):
+        if opened:
+            opened.note(share=number / len(listed))
         file = wanted.directory / f"{name}.{wanted.form}"
         durable.replace(file, image(picture, wanted.form, WIDTHS[wanted.width]))
         files.append(file)
@@ -80,8 +87,20 @@ def image(picture: Picture, form: str, width: float | None = None) -> bytes:
         for text in figure.findobj(Text):
             text.set_fontsize(shrunk * float(text.get_fontsize()))
         stream = io.BytesIO()
-        figure.savefig(stream, format=form, dpi=DOTS, metadata=NO_DATE[form])
+        with _undated():
+            figure.savefig(stream, format=form, dpi=DOTS, metadata=NO_DATE[form])
     return stream.getvalue()
+
+
+@contextlib.contextmanager
+def _undated() -> Iterator[None]:
+    """Hide SOURCE_DATE_EPOCH, which matplotlib reads even where it writes no date."""
+    given = os.environ.pop("SOURCE_DATE_EPOCH", None)
+    try:
+        yield
+    finally:
+        if given is not None:
+            os.environ["SOURCE_DATE_EPOCH"] = given
 
 
 def _height(picture: Picture, width: float) -> float:
@@ -96,4 +115,4 @@ def _slug(words: str) -> str:
 
 
 def _cell(text: str) -> str:
-    return text.strip().replace("|", "\\|")
+    return in_markdown(text.strip())

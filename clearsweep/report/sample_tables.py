@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..judging.verdict import Limit, limits_of
+from ..judging.verdict import Limit
 from ..language import wording
 from . import sensitivity
 from .case_table import axis_columns
@@ -26,12 +26,11 @@ class Judged(NamedTuple):
 
 def judged(study: Study) -> list[Judged]:
     """Return the figures whose spread is shown: those that matter, and those that have a limit."""
-    limits = limits_of(study.run.grid.get("limits") or {})
     named = dict(shown(study, "sample"))
-    further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in limits)]
+    further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in study.limits)]
     named |= {column: column.replace("_", " ") for column in further if column not in named}
     return [
-        Judged(column, name, study.unit(column), tuple(limit for limit in limits if limit.column == column))
+        Judged(column, name, study.unit(column), tuple(limit for limit in study.limits if limit.column == column))
         for column, name in named.items()
         if study.has(column)
     ]
@@ -68,34 +67,57 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
 
 
 def limit_table(study: Study, samples: list[Setting]) -> Table:
-    """Return the probability that each limit is exceeded."""
+    """Return how likely each limit is exceeded and, where cases failed, that with these counted as failures."""
+    failures = any(sample.failed for sample in samples)
     columns = (
         *figure_columns(study),
         Column("limit"),
         Column("cases"),
         *estimate_columns("probability of exceeding it"),
+        *(estimate_columns("or of failing") if failures else ()),
     )
     rows = []
     for figure in judged(study):
         for limit, sample in itertools.product(figure.limits, samples):
-            known = np.isfinite(sample.figures[figure.column]) & np.isfinite(limit.bound(sample.figures))
-            if known.any():
-                chance = sensitivity.exceedance(limit.short_by(sample.figures)[known] < 0.0)
+            fails = limit.fails(sample.figures)[finished(sample)]
+            if len(fails) or sample.failed:
                 head = (figure.name, figure.unit, *point_cells(study, sample))
                 bound = Quantity(limit.value, limit.words(figure.unit))
-                rows.append((*head, bound, counted(int(known.sum())), *estimate_cells(chance, "1")))
+                rows.append((*head, bound, *_chances(fails, _failed_rows(sample), failures=failures)))
     for sample in samples if len(rows) > len(samples) else []:
-        beyond = any_exceeded(study, sample)
         head = ("at least one of them", "", *point_cells(study, sample))
-        rows.append((*head, "", counted(len(beyond)), *estimate_cells(sensitivity.exceedance(beyond), "1")))
-    note = f"In brackets the exact 95 % confidence interval (Clopper and Pearson). {_left_out(samples)}"
-    return Table("limits", "How likely limits are exceeded", note.strip(), columns, rows)
+        rows.append((*head, "", *_chances(any_exceeded(study, sample), _failed_rows(sample), failures=failures)))
+    note = (
+        "In brackets the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null counts as "
+        "exceeding its limit."
+    )
+    if failures:
+        failed = sum(len(sample.failed) for sample in samples)
+        note += (
+            f" The first probability leaves out {wording.count(failed, 'failed case')}, so it is too low where violent "
+            "cases fail. The second counts failed cases as failures of every limit."
+        )
+    return Table("limits", "How likely limits are exceeded", note, columns, rows)
+
+
+def _chances(beyond: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
+    """Return how many cases there are, how likely one is beyond a limit and, with `failures`, one is or failed."""
+    none = Estimate(np.nan, np.nan, np.nan)
+    cells = [counted(len(beyond)), *estimate_cells(sensitivity.exceedance(beyond) if len(beyond) else none, "1")]
+    if not failures:
+        return cells
+    either = np.append(beyond, np.ones(failed, bool))
+    return [*cells, *estimate_cells(sensitivity.exceedance(either) if len(either) else none, "1")]
+
+
+def _failed_rows(sample: Setting) -> int:
+    """Return how many rows of the design of a sample failed."""
+    return int(np.count_nonzero(~finished(sample)))
 
 
 def any_exceeded(study: Study, sample: Setting) -> np.ndarray:
-    """Return which finished cases of a sample exceed a limit; one on what is null is not exceeded."""
-    limits = limits_of(study.run.grid["limits"])
-    beyond: np.ndarray = np.any([limit.short_by(sample.figures) < 0.0 for limit in limits], axis=0)[finished(sample)]
+    """Return which finished cases of a sample exceed a limit, or cannot be judged by one."""
+    beyond: np.ndarray = np.any([limit.fails(sample.figures) for limit in study.limits], axis=0)[finished(sample)]
     return beyond
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from .. import simulation
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
-from ..language import wording
+from ..language import phases, wording
 from ..language.errors import InputError
 from ..store import StoredRun, durable
 from . import motion, page, worn
@@ -27,17 +27,20 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     if out.suffix.lower() not in ENDINGS:
         raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
     durable.check_regular(out)
-    study = prepare(run)
+    with phases.phase("reading the run"):
+        study = prepare(run)
     if max(study.cases.place(case_id), study.failed.place(case_id)) < 0:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
-    result = simulation.solve(to_draw(study, case_id))
+    with phases.phase(f"simulating case {wording.short_id(case_id)}"):
+        result = simulation.solve(to_draw(study, case_id))
     pictures = drawn(study, case_id, result)
     if not pictures:
         raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
     out.parent.mkdir(parents=True, exist_ok=True)
-    if out.suffix.lower() == ".html":
-        return page.save(_page(study, case_id, result, pictures), out)
-    return _sheet(pictures, f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(), out)
+    with phases.phase("drawing"):
+        if out.suffix.lower() == ".html":
+            return page.save(_page(study, case_id, result, pictures), out)
+        return _sheet(pictures, f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(), out)
 
 
 def to_draw(study: Study, case_id: str) -> Case:

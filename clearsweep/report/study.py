@@ -12,7 +12,7 @@ from .. import grid, simulation
 from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
 from ..grid import Fit
-from ..judging.verdict import EXCEEDED
+from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import StoredRun
 from .dotted import dig
@@ -133,6 +133,11 @@ class Study(NamedTuple):
     def onsets(self) -> str:
         """Return what the figure `impacts_per_rev` counts."""
         return "impacts per revolution" if self.driven else "impacts"
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Return the limits of the grid."""
+        return limits_of(self.run.grid.get("limits") or {}, self.run.layout.columns)
 
     def swept(self) -> tuple[Axis, ...]:
         """Return the axes that have more than one value."""

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,7 +14,9 @@ from ..store import durable
 from .study import Axis
 
 SHOWN = 50  # rows of a table on the page and in Markdown; the CSV has all
-BAR = "\\|"  # in a cell of Markdown
+_MARKUP = str.maketrans({"|": r"\|", "&": "&amp;", "<": "&lt;", ">": "&gt;", "[": r"\[", "`": r"\`", "\\": "\\\\"})
+_FORMULA = ("=", "+", "-", "@")  # a text that begins so is a formula to a spreadsheet
+_UNFIT = re.compile(r"[^\w.-]|^\.+")  # what no name of a file has
 
 
 class Column(NamedTuple):
@@ -72,7 +75,8 @@ class Table(NamedTuple):
 
     def write(self, directory: Path) -> list[Path]:
         """Write the table into a directory, as `csv` and as `markdown`; return the files."""
-        files = [directory / f"{self.key}.{ending}" for ending in ("csv", "md")]
+        name = _UNFIT.sub("_", self.key)
+        files = [directory / f"{name}.{ending}" for ending in ("csv", "md")]
         for file, text in zip(files, (self.csv(), self.markdown()), strict=True):
             durable.replace(file, text.encode())
         return files
@@ -88,12 +92,19 @@ class Table(NamedTuple):
     def markdown(self) -> str:
         """Return the table as Markdown for a text: what the page shows, numbers to the right, units in the head."""
         view = self.shown()
-        heads = [f"{head.name} [{head.unit}]" if head.unit else head.name for head in view.heads]
+        names = [in_markdown(head.name) for head in view.heads]
+        heads = [f"{name} [{head.unit}]" if head.unit else name for name, head in zip(names, view.heads, strict=True)]
         rules = ["---:" if head.numeric else "---" for head in view.heads]
-        rows = [f"| {' | '.join(cell.replace('|', BAR) for cell in cells)} |" for cells in (heads, rules, *view.rows)]
+        body = [[in_markdown(cell) for cell in cells] for cells in view.rows]
+        rows = [f"| {' | '.join(cells)} |" for cells in (heads, rules, *body)]
         cut = f" The first {SHOWN} of {view.total} rows; {self.key}.csv has all." if view.total > SHOWN else ""
-        said = f"{self.note}{cut}".strip()
-        return "\n".join([f"### {self.title}", "", *([said, ""] if said else []), *rows, ""])
+        said = in_markdown(f"{self.note}{cut}".strip())
+        return "\n".join([f"### {in_markdown(self.title)}", "", *([said, ""] if said else []), *rows, ""])
+
+
+def in_markdown(text: str) -> str:
+    """Return a text as Markdown shows it: nothing in it is markup, a link or the end of a cell."""
+    return text.translate(_MARKUP)
 
 
 def counted(number: int) -> Quantity:
@@ -102,7 +113,7 @@ def counted(number: int) -> Quantity:
 
 
 def _head(column: Column) -> str:
-    return column.name if column.unit in ("1", "") else f"{column.name} [{column.unit}]"
+    return _inert(column.name if column.unit in ("1", "") else f"{column.name} [{column.unit}]")
 
 
 def _scale(column: Column, values: list) -> wording.Scale:
@@ -125,7 +136,12 @@ def _cell(value: Any, column: Column, scale: wording.Scale) -> str:
 
 def _plain(value: object) -> object:
     value = _bare(value)
-    return "" if missing(value) else value
+    return _inert(value) if isinstance(value, str) else "" if missing(value) else value
+
+
+def _inert(text: str) -> str:
+    """Return a text so that a spreadsheet does not run it as a formula."""
+    return f"'{text}" if text.startswith(_FORMULA) else text
 
 
 def _bare(value: object) -> object:

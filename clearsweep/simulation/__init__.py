@@ -50,13 +50,7 @@ __all__ = [
     "solve",
     "solve_each",
     "warnings",
-    "yielding",
 ]
-
-
-def yielding() -> frozenset[str]:
-    """Return the names of the contact laws that keep an indentation."""
-    return frozenset(law.name for law in catalogue().of("law") if law.yields)
 
 
 def load() -> None:

@@ -13,9 +13,10 @@ from ..contracts.catalogue import Law
 from ..language import wording
 from ..language.errors import InputError, nearest
 from ..mechanics.joint import registry
+from ..mechanics.joint.elastic.contract import static_penetration
 from ..mechanics.joint.material import plane_strain_modulus, relative_radius
 from .ideal import ideal_peaks
-from .scene import catalogue, static_penetration
+from .scene import catalogue
 
 WORDS = HOLDS, DOUBTFUL, OUT = "holds", "doubtful", "not here"  # the better the earlier
 KEYS = {
@@ -178,8 +179,14 @@ def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
 def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield what is to be said of the laws of the film, where the joint has one."""
     for law in (law for law in registry.described() if law.family == "film" and joint.film):
+        assert joint.length is not None  # a film needs both
+        assert joint.bearing_radius is not None
+        slenderness = joint.length / (2.0 * joint.bearing_radius)
+        outside = [limit for limit in law.ranges if not limit.holds(slenderness)]
         doubts = _doubts(law, joint, load)
-        yield Verdict("film", law.name, DOUBTFUL if doubts else HOLDS, "; ".join(doubts) or NOTHING)
+        lack = "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in outside)
+        word = OUT if lack else DOUBTFUL if doubts else HOLDS
+        yield Verdict("film", law.name, word, lack or "; ".join(doubts) or NOTHING)
 
 
 def _losses(joint: Joint) -> Iterator[Verdict]:

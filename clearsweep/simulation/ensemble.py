@@ -11,8 +11,10 @@ import numpy as np
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
 from ..mechanics.attempt import together_of
+from ..mechanics.compiled.announce import TOGETHER, announced
 from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten, form_number
 from ..mechanics.solver import loop, plan
+from .figures import SETUP
 from .heat import has_balance
 from .outcome import Outcome, outcome_of, periods_of, to_trajectory
 from .run import Run, board_of, lane_of, shared, start, wants_events
@@ -33,6 +35,7 @@ class Prepared(NamedTuple):
     extent: Extent
     start: Start
     control: plan.Control
+    seconds: float  # that making it ready took
 
 
 def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
@@ -65,16 +68,18 @@ def is_plain(scene: Scene) -> bool:
 
 def prepared(place: int, scene: Scene) -> Prepared:
     """Return a plain scene made ready."""
-    extent = extent_of(scene)
+    begin, extent = time.perf_counter(), extent_of(scene)
     control = control_of(scene, extent.end, keep_events=wants_events(scene, extent.times))
-    return Prepared(place, extent, start_of(scene, extent.times, extent.marks), control)
+    start = start_of(scene, extent.times, extent.marks)
+    return Prepared(place, extent, start, control, scene.build_time + time.perf_counter() - begin)
 
 
 def compile_together(case: Case) -> None:
     """Compile, or load from the cache, the step of cases like this one side by side."""
     scene = build(case)
     if is_plain(scene):
-        together_of(scene.value, flatten(scene.value))
+        with announced(TOGETHER):
+            together_of(scene.value, flatten(scene.value))
 
 
 class _Room:
@@ -106,7 +111,7 @@ class _Ensemble:
         self.waiting, self.lanes = waiting, dict[int, Prepared]()  # by lane
         self.free = list(range(WIDTH))  # lanes
         self.room: _Room | None = None
-        self.ended: list[tuple[int, Outcome | Exception]] = []  # not told yet
+        self.ended: list[tuple[Prepared, Outcome | Exception]] = []  # not told yet
         self.seen = self.told = time.process_time()  # s, the latest, and when the latest cases were told
         self.shared = self.others = 0.0  # s, shares so far: of a case in integrating, and of others in all time
         self.durations, self.deadlines = dict[int, float](), dict[int, float]()  # by lane: s, less those shares
@@ -128,7 +133,7 @@ class _Ensemble:
         try:
             run = self._run(lane, case)
         except Exception as error:
-            self.ended.append((case.place, error))
+            self.ended.append((case, error))
             return
         start(run, case.control)
         self.free.pop()
@@ -174,7 +179,7 @@ class _Ensemble:
             ended = error
         del self.lanes[lane]
         self.free.append(lane)
-        self.ended.append((case.place, ended))
+        self.ended.append((case, ended))
 
     def _tell(self) -> Iterator[Ended]:
         """Yield what has ended meanwhile."""
@@ -185,14 +190,17 @@ class _Ensemble:
         except Exception:  # of one of them, which is told by itself
             periods = None
         result: Trajectory | Exception
-        for place, came in ended:
+        for case, came in ended:
+            begin = time.perf_counter()
             try:
                 if isinstance(came, Outcome):
                     period = next(periods) if periods else periods_of([came])[0]
-                    result = judged(came.scene, to_trajectory(came, period))
+                    result = to_trajectory(came, period)
+                    result.summary[SETUP.name] = case.seconds + time.perf_counter() - begin
+                    result = judged(came.scene, result)
                 else:
                     result = came
             except Exception as error:
                 result = error
-            yield place, result
+            yield case.place, result
         self.told = time.process_time()

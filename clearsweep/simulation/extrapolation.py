@@ -3,11 +3,12 @@
 What has worn is a vector x, a block tells its rates r(x) per revolution, and dx/dn = r(x) is integrated by a predictor
 and a corrector.  The next block is run with x* = x + M r(x) and tells r(x*); along that way rates are taken to change
 evenly with what is judged, so that where the trapezoidal rule arrives, x + M (r(x) + r') / 2, they are r' = r + alpha
-(r* - r), alpha = 1 / (1 - (q* - q) / 2 q), q being the rates of what is judged.  r' serves the next jump: each costs
-one block.  The share of what wears off in a jump that the rates before and after it put in different places,
-sum |r* - r| / sum (r* + r), decides on M: beyond the tolerance the jump is made again at half the length.  What the
-95 % intervals of the rates explain of the difference does not count.  (Jumps whose length adapts itself: Mukras, Kim,
-Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor and corrector: Heun's method, of order two.)
+(r* - r), alpha = 1 / (1 - (q* - q) / 2 q), q being the rates of what is judged; where the way slid alone acts, alpha is
+1.  r' serves the next jump: each costs one block.  The share of what wears off in a jump that the rates before and
+after it put in different places, sum |r* - r| / sum (r* + r), decides on M: beyond the tolerance the jump is made again
+at half the length.  What the 95 % intervals of the rates explain of the difference does not count.  (Jumps whose length
+adapts itself: Mukras, Kim, Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor and corrector: Heun's method, of
+order two.)
 """
 
 import itertools
@@ -30,6 +31,7 @@ class Block(Protocol):
 
     rate: np.ndarray  # (n,) per revolution
     width: np.ndarray  # (n,) half of its 95 % interval, inf where it is not known
+    turns: float  # revolutions whose mean the rates are
 
 
 class Judge(Protocol):
@@ -54,6 +56,7 @@ class Plan(NamedTuple):
     groups: tuple[slice, ...]  # of the vector; in each of them shares in different places are told apart
     constant: bool  # no rate depends on what has worn
     alike: bool  # all blocks are of one motion, so that their rates err alike
+    drifting: bool = False  # rates change during a block, so that they are those of its middle
 
 
 class Node(NamedTuple):
@@ -115,7 +118,8 @@ def lived(measure: Callable[[np.ndarray], Any], judge: Judge, plan: Plan, start:
         if off > plan.tolerance and jump > plan.least:
             jump *= SHRINKAGE
             continue
-        rate = _corrected(here.rate, there.rate, judge.slope(ahead))
+        # where the motion stays, only the way slid acts, which the prediction has right
+        rate = there.rate if plan.alike else _corrected(here.rate, there.rate, judge.slope(ahead))
         end = Node(here.revolutions + jump, here.state + 0.5 * jump * (here.rate + rate), rate, there)
         if judge.value(end.state) >= plan.limit:
             nodes.append(_cut(plan.limit, judge, here, end))
@@ -191,7 +195,7 @@ def _interval(nodes: list[Node], blocks: int, judge: Judge, plan: Plan, jump: fl
     With q the rate of what is judged, revolutions are the integral of dq / q: where a rate is off by a share of itself,
     the revolutions for which it stands are off by the same share.  Shares that the intervals of the rates allow are
     independent from block to block unless the blocks are alike; the error of the jumps is what leaving out every other
-    block changes, of one jump the rate after it.
+    block changes, of one jump the rate after it.  Where rates drift during a block, its bias is added on top.
     """
     total = nodes[-1].revolutions
     slopes = [judge.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # of what each jump comes to
@@ -205,7 +209,25 @@ def _interval(nodes: list[Node], blocks: int, judge: Judge, plan: Plan, jump: fl
     error = abs(_coarser(nodes, slopes, growth)) / total
     off = math.hypot(spread, error)
     low, high = total / (1.0 + off), total / (1.0 - off) if off < 1.0 else math.inf
+    if plan.drifting:
+        lag = _lag(nodes, growth)
+        low, high = max(low - lag, 0.0), high + lag
     return Life(tuple(nodes), reached=True, low=low, high=high, jump_error=error, blocks=blocks)
+
+
+def _lag(nodes: list[Node], growth: list[float]) -> float:
+    """Return by how many revolutions a life may be off as rates of a block's middle count for its beginning.
+
+    With rates r(n + h) in place of r(n), h half a block, the limit q is reached where q(n + h) - q(h) = limit: to first
+    order in h the life changes by h (r(0) / r(n) - 1), r / r(n) being summed over its changes from node to node here.
+
+    growth : how fast what is judged grows at each node
+    """
+    changes = [
+        0.5 * max(here.block.turns, there.block.turns) * abs(after - before)
+        for (here, there), (before, after) in zip(itertools.pairwise(nodes), itertools.pairwise(growth), strict=True)
+    ]
+    return math.fsum(changes) / growth[-1]
 
 
 def _standing(nodes: list[Node], jump: float | None) -> list[float]:

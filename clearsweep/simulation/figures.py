@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ..contracts.catalogue import Figure, Shown
+from ..contracts.catalogue import NOTHING, Figure, Shown
 from ..contracts.layout import Layout
 from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
@@ -107,12 +107,23 @@ JOINT = (
         shown=(Shown("forces", "fastest onset", 8), Shown("case", "fastest onset", 8)),
     ),
     Figure(
+        "yield_speed",
+        "m/s",
+        "approach speed at which the contact first yields, by its elastic law and the largest mass that takes part in "
+        "any direction at the start of the run; null: not judged",
+        of="joint",
+        needs=("strength",),
+        differs=False,
+        shown=(Shown("forces", "first yield from", 8, if_any=True),),
+    ),
+    Figure(
         "onset_rate",
         "m/s",
         "onset rate that the contact's law goes by at the end of the window; null: it is apart or goes by none",
         of="joint",
         value=lambda window, place: None if math.isnan(window.onset[place]) else window.onset[place],
         differs=False,
+        null=NOTHING,
     ),
     Figure(
         "penetration_max",
@@ -146,6 +157,15 @@ JOINT = (
         shown=(Shown("forces", "clips", 11, if_any=True),),
     ),
     Figure(
+        "friction_power",
+        "W",
+        "mean power of dry friction over the window",
+        of="joint",
+        needs=("friction",),
+        sums=Mean(tallies.FRICTION_ENERGY),
+        shown=(Shown("forces", "friction power", 12, if_any=True), Shown("case", "friction power", 8)),
+    ),
+    Figure(
         "force_peak_ideal",
         "N",
         "largest reaction of the same joint in the ideal mechanism",
@@ -163,11 +183,12 @@ JOINT = (
     Figure(
         "restitution",
         "1",
-        "mean of rebound over approach speed",
+        "mean of rebound over approach speed; null: nothing rebounded",
         of="joint",
         needs=("rests",),
         value=restitution,
         shown=(Shown("output", "restitution"), Shown("sample", "restitution"), Shown("effects", "restitution", 6)),
+        null=NOTHING,
     ),
 )
 MECHANISM = (
@@ -286,7 +307,9 @@ COST = (
     ),
     Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
 )
-FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST)
+#: Known when all else is; who solves a case puts it in.
+SETUP = Figure("setup_time", "s", "time beside run_time: the mechanism without clearance, figures", differs=False)
+FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST, SETUP)
 
 
 def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:

@@ -6,7 +6,7 @@ from typing import Any
 from ..contracts.catalogue import Figure, Shown
 from ..mechanics.joint.film.contract import film_pressure
 from ..mechanics.observe import tally as tallies
-from .sums import Mean
+from .sums import DryTime, Mean, Share
 from .window import Window
 
 
@@ -61,20 +61,29 @@ FILM = (
     Figure(
         "film_fraction",
         "1",
-        "share of the window's time in which the film bears alone",
+        "share of the window's time in which the film bears alone: all but dry_fraction",
         of="joint",
         needs=("film",),
-        sums=Mean(tallies.FILM_TIME),
+        sums=DryTime(bears=False),
         shown=(Shown("film", "time on film alone", 4),),
     ),
     Figure(
         "dry_fraction",
         "1",
-        "share of the window's time in which the dry contact bears the load or a part of it",
+        "share of the window's time with a dry force above 0.1 % of the mean size of the normal force",
         of="joint",
         needs=("film",),
-        sums=Mean(tallies.DRY_TIME),
+        sums=DryTime(bears=True),
         shown=(Shown("film", "time on dry contact", 5),),
+    ),
+    Figure(
+        "dry_load_share",
+        "1",
+        "mean dry force over the mean size of the normal force, film and dry",
+        of="joint",
+        needs=("film",),
+        sums=Share(tallies.DRY_FORCE_TIME, tallies.LOAD_TIME),
+        shown=(Shown("film", "dry share of the load", 5),),
     ),
     Figure(
         "film_limit_fraction",

@@ -1,8 +1,9 @@
 """The temperature at which a film stands: what it takes is led away, and the warmer the oil, the thinner it is.
 
 It is the equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance, not the hours of
-warming up.  The case is run at a temperature, its loss gives the next one by the secant method, until the two
-differ by no more than CLOSE, or than the half-width of what its revolutions let be said.
+warming up.  The case is run at a temperature, its loss gives the next one by the secant method, until the two differ by
+no more than CLOSE or NEAR of the rise above ambient.  After PATIENT runs a difference within the scatter of the
+revolutions is accepted, too, up to UNSURE of the rise.  The first guess, the ambient, is never accepted.
 """
 
 import dataclasses
@@ -20,6 +21,9 @@ from .scene import Scene, build
 from .sums import half_width
 
 CLOSE = 0.02  # K
+NEAR = 0.01  # of the rise
+PATIENT = 8  # runs
+UNSURE = 0.1  # of the rise: a temperature that is known less closely is remarked on
 MOST = 30  # runs
 CAUTIOUS = 0.5  # of the way to where the loss points, in the first step
 
@@ -28,8 +32,17 @@ class Balance(NamedTuple):
     """Where the heat balances of a case stand, joint by joint."""
 
     temperature: dict[str, float]  # K, by column name
-    width: dict[str, float]  # K, half of the 95 % interval
+    width: dict[str, float]  # K, half of the 95 % interval; inf: too few revolutions to give one
+    rise: dict[str, float]  # K, above ambient
     stands: bool
+
+    def unsure(self) -> dict[str, tuple[float, float, float]]:
+        """Return temperature, half-width and rise (K) of every joint whose temperature is known less than UNSURE."""
+        return {
+            joint: (self.temperature[joint], width, self.rise[joint])
+            for joint, width in self.width.items()
+            if width > max(CLOSE, UNSURE * self.rise[joint])
+        }
 
 
 class _Blocks:
@@ -75,7 +88,10 @@ def balanced(scene: Scene) -> tuple[Scene, Balance]:
         loss, width = measured
         found, width = ambient + loss / conductance, width / conductance
         before, missing = missing, found - here
-        stands = bool(np.all(np.abs(missing) <= np.maximum(CLOSE, np.where(np.isfinite(width), width, 0.0))))
+        allowed = np.maximum(CLOSE, NEAR * (found - ambient))
+        if run >= PATIENT:
+            allowed = np.maximum(allowed, np.minimum(width, UNSURE * (found - ambient)))
+        stands = run > 0 and bool(np.all(np.abs(missing) <= allowed))
         if stands or run == MOST - 1:
             break
         step = CAUTIOUS * missing
@@ -85,8 +101,8 @@ def balanced(scene: Scene) -> tuple[Scene, Balance]:
             secant = np.where(bend * moved < 0.0, -missing * moved / np.where(bend == 0.0, 1.0, bend), step)
             step = np.clip(secant, -2.0 * np.abs(missing), 2.0 * np.abs(missing))
         last, here = here, np.maximum(here + step, ambient)
-    at, within = (dict(zip(names, map(float, values), strict=True)) for values in (here, width))
-    return scene, Balance(at, within, stands)
+    at, within, rise = (dict(zip(names, map(float, each), strict=True)) for each in (here, width, here - ambient))
+    return scene, Balance(at, within, rise, stands)
 
 
 def at_temperatures(scene: Scene, temperatures: dict[str, float]) -> Scene:

@@ -11,7 +11,10 @@ from ..contracts.case import Case
 from ..contracts.catalogue import Mechanism
 from ..contracts.outline import Outline
 from ..mechanics.mechanism import MECHANISMS, planar
-from ..mechanics.mechanism.contract import STEPS, IdealMotion, largest_reactions, peak_of
+from ..mechanics.mechanism.contract import IdealMotion
+from .largest import largest
+
+STEPS = 720  # of a turn, to begin with
 
 
 def mechanism_of(case: Case) -> Mechanism:
@@ -40,12 +43,13 @@ def ideal_peaks(case: Case) -> Mapping[str, float]:
     """Return the largest reaction (N) of each joint of a case without clearance; none where it has no ideal."""
     mechanism = mechanism_of(case)
     if mechanism.build or not mechanism.machine:
-        return largest_reactions(mechanism, case.mechanism.values, case.drive.speed) if case.drive else {}
+        if mechanism.ideal is None or case.drive is None:
+            return {}
+        values = case.mechanism.values
+        return _peaks_of_a_turn(mechanism.ideal, tuple(values), tuple(values.values()), case.drive.speed)
     machine = mechanism.machine(case)
-    first, last = _stretch(case)
-    count = max(round(STEPS * (last - first)), 2)
-    angles = machine.drive.start_angle + 2.0 * math.pi * (first + (last - first) * np.arange(count) / count)
-    return _peaks(pickle.dumps(machine), angles.tobytes(), planar.Alike(machine))
+    stretch = _stretch(case)
+    return _peaks(pickle.dumps(machine), stretch, _knots(case, stretch), planar.Alike(machine))
 
 
 def _stretch(case: Case) -> tuple[float, float]:
@@ -59,7 +63,54 @@ def _stretch(case: Case) -> tuple[float, float]:
     return 0.0, float(max([1, *(round(span / (2.0 * math.pi)) for span in spans)]))
 
 
+def _knots(case: Case, stretch: tuple[float, float]) -> tuple[float, ...]:
+    """Return the crank angles (rad, from the start) at which tables of loads have a row, where the drive tells them."""
+    assert case.drive is not None  # a machine has one
+    begin, end = (2.0 * math.pi * turns for turns in stretch)
+    found: list[float] = []
+    for table in [load.table for load in case.loads if load.table]:
+        if "crank_angle" in table:
+            rows = np.array(table["crank_angle"]) - case.drive.start_angle
+            span = rows[-1] - rows[0]
+            turns = np.arange(math.floor((begin - rows[-1]) / span), math.ceil((end - rows[0]) / span) + 1)
+            rows = np.add.outer(span * turns, rows).ravel()
+        elif case.outline.free or case.drive.table is not None:
+            continue
+        else:
+            rows = case.drive.speed * np.array(table["time"])
+        found += rows[(rows > begin) & (rows < end)].tolist()
+    return tuple(found)
+
+
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
-def _peaks(key: bytes, angles: bytes, machine: planar.Alike) -> Mapping[str, float]:
-    motion = planar.ideal(machine.value, np.frombuffer(angles))
-    return {name: peak_of(forces) for name, forces in motion.reactions.items()}
+def _peaks(
+    key: bytes, stretch: tuple[float, float], knots: tuple[float, ...], machine: planar.Alike
+) -> Mapping[str, float]:
+    start = machine.value.drive.start_angle
+    return peaks(lambda angles: planar.ideal(machine.value, start + angles), stretch, knots)
+
+
+@functools.lru_cache(maxsize=256)
+def _peaks_of_a_turn(ideal: Callable, keys: tuple, values: tuple, drive: float) -> Mapping[str, float]:
+    bodies = dict(zip(keys, values, strict=True))
+    return peaks(lambda angles: ideal(bodies, drive, angles), (0.0, 1.0))
+
+
+def peaks(
+    motion: Callable[[np.ndarray], IdealMotion], stretch: tuple[float, float], knots: tuple[float, ...] = ()
+) -> Mapping[str, float]:
+    """Return the largest reaction (N) of each joint over a stretch of revolutions, both ends included.
+
+    motion : the mechanism without clearance at angles (n,) rad from the start; knots : further angles to look at.
+    """
+    names: list[str] = []
+
+    def sizes(angles: np.ndarray) -> np.ndarray:
+        reactions = motion(angles).reactions
+        names[:] = reactions
+        return np.array([np.hypot(force[:, 0], force[:, 1]) for force in reactions.values()])
+
+    first, last = (2.0 * math.pi * turns for turns in stretch)
+    even = np.linspace(first, last, max(round(STEPS * (stretch[1] - stretch[0])), 2) + 1)
+    most = largest(sizes, np.union1d(even, knots))
+    return dict(zip(names, most.tolist(), strict=True))

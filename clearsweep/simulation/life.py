@@ -8,20 +8,25 @@ has to be kept for a life that is killed to come to the same end.
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from ..judging.validity import UNREACHED
+from ..contracts.case import Case
+from ..judging.validity import UNREACHED, smoothed
 from ..language.wording import count
+from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
 from .extrapolation import Life, Node, Plan
 from .first_touch import Touch, first_touch
 from .life_block import Log, Part, Told, parts_of, read, written
+from .progress import Life as LifePhase
+from .progress import LifeLimits
 from .scene import Scene, build
-from .telling import TellingLife
 from .window import finer
 
 FIRST = 0.02  # of the smallest clearance that may wear off in the first jump
+FURTHER = 2  # lives beside a case's own where wear coefficients are uncertain
 FRESH = 0.1  # of the distance of a running-in that may be slid in the first jump
 HOUR = 3600.0  # s
 
@@ -29,17 +34,36 @@ HOUR = 3600.0  # s
 class Ageing:
     """What wears in a case: the vector of what has worn, the blocks that tell how fast, and what follows from it."""
 
-    def __init__(self, scene: Scene, log: Log | None, telling: TellingLife | None = None):
-        """Take the scene with nothing worn, where to keep what blocks tell, and who tells how far it is."""
+    def __init__(self, scene: Scene, log: Log | None, number: int = 0, name: str = ""):
+        """Take the scene with nothing worn, and where to keep what blocks tell.
+
+        number : of the life among those of its case, 0 is the case's own.  They share a log and are run one by one.
+        name : of a further life, in the words of its progress.
+        """
         assert scene.case.life is not None  # asked of cases that have one
-        self.telling = telling
         self.scene, self.log, self.life, self.parts = scene, log, scene.case.life, parts_of(scene.case)
         self.size = self.parts[-1].slid + 2
-        self.told = read(log.read() if log else None, self.size)
+        self.number, self.lives, self.failure = number, number, ""  # status of a block that failed
+        kept = read(log.read() if log else None, self.size)
+        self.before = [told for told in kept if told.life < number]
+        self.told = [told for told in kept if told.life == number]
         self.recalled = 0  # of them that were asked for in this process
-        self.spent = float(self.told[-1].seconds[1]) if self.told else 0.0  # s, process time before this process
+        self.spent = float(kept[-1].seconds[1]) if kept else 0.0  # s, process time before this process
         self.start = np.zeros(self.size)
         self.judged = next(part for part in self.parts if part.name == self.life.joint)
+        first = FIRST * min(joint.clearance for joint in scene.case.joints)
+        limits = LifeLimits(self.life.limit, first, self.life.blocks, scene.case.simulate.revolutions, self.constant)
+        if scene.case.uncertain and not self.constant:  # where nothing changes, one block tells further lives, too
+            limits = limits._replace(further=FURTHER - number)
+        self.progress = LifePhase(limits, len(self.told), name)
+
+    def further(self, case: Case, name: str) -> "Ageing":
+        """Return what wears in another case, one life further, which shares the time and the log of this one."""
+        self.lives += 1
+        scene = dataclasses.replace(build(case), deadline=self.scene.deadline, verdict=self.scene.verdict)
+        other = Ageing(scene, self.log, self.lives, name)
+        other.spent = self.spent
+        return other
 
     @property
     def alike(self) -> bool:
@@ -69,29 +93,47 @@ class Ageing:
             groups=tuple(part.both for part in self.parts),
             constant=self.constant,
             alike=self.alike,
+            drifting=any(joint.wear.running_in for joint in case.joints if joint.wear),
         )
 
     def scene_at(self, state: np.ndarray) -> Scene:
         """Return the scene with what has worn."""
-        worn = {part.name: Worn(state[part.bearing], state[part.journal], state[part.slid]) for part in self.parts}
-        scene = build(self.scene.case, worn)
+        scene = build(self.scene.case, {part.name: self._worn(part, state) for part in self.parts})
         return dataclasses.replace(scene, deadline=self.scene.deadline, verdict=self.scene.verdict)
 
-    def recall(self) -> Told | None:
-        """Return what the next block told in an earlier process, None where it has yet to be run."""
+    @staticmethod
+    def _worn(part: Part, state: np.ndarray) -> Worn:
+        """Return what a joint has lost."""
+        return Worn(state[part.bearing], state[part.journal], state[part.slid])
+
+    def recall(self, state: np.ndarray) -> Told | None:
+        """Return what the next block told, run with what had worn in an earlier process; None: it has yet to be run."""
         if self.recalled == len(self.told):
             return None
         self.recalled += 1
+        self.progress.reached(self.value(state))
         return self.told[self.recalled - 1]
 
     def keep(self, told: Told, state: np.ndarray) -> None:
         """Keep what a block told, run with what had worn, beside what those before it did."""
-        self.told.append(told)
-        if self.telling:
-            self.telling.say(len(self.told), self.value(state))
+        self.told.append(told._replace(life=self.number))
+        self.progress.reached(self.value(state))
         self.recalled += 1
         if self.log:
-            self.log.keep(written(self.told))
+            self.log.keep(written([*self.before, *self.told]))
+
+    def measured(self, run: Callable[["Ageing", np.ndarray], Told | None]) -> Callable[[np.ndarray], Told | None]:
+        """Return what runs the next block by `run` and keeps what it told, or recalls that from an earlier process."""
+
+        def measure(state: np.ndarray) -> Told | None:
+            if (known := self.recall(state)) is not None:
+                return known
+            told = run(self, state)
+            if told:
+                self.keep(told, state)
+            return told
+
+        return measure
 
     def touch(self, part: Part, state: np.ndarray) -> Touch:
         """Return where the journal of a joint comes furthest before it touches."""
@@ -130,13 +172,27 @@ class Ageing:
             f"{judged}_life_high": life.high,
             f"{judged}_life_jump_error": life.jump_error,
         }
+        numbers |= {
+            f"{part.column}_wear_smoothing": math.nan if width is None else width
+            for part, width in zip(self.parts, self.smoothing(end.state), strict=True)
+        }
         numbers |= {f"{part.column}_clearance_growth": self.touch(part, end.state).growth for part in self.parts}
         figures: dict[str, float | int | None] = {
             name: float(value) if math.isfinite(value) else None for name, value in numbers.items()
         }
         return figures | {f"{judged}_life_blocks": life.blocks}
 
-    def remark(self, life: Life) -> str:
+    def smoothing(self, state: np.ndarray) -> list[float | None]:
+        """Return how widely (rad) the worn shapes of each joint that wears are smoothed, None where they do not act."""
+        joints = self.scene.case.joints
+        return [registry.smoothing(joints[part.place], self._worn(part, state)) for part in self.parts]
+
+    def remarks(self, life: Life) -> tuple[str, ...]:
+        """Return why a life did not come to its limit, and where its shapes were smoothed widely, '' for neither."""
+        widths = zip([part.name for part in self.parts], self.smoothing(life.nodes[-1].state), strict=True)
+        return self._unreached(life), smoothed(widths)
+
+    def _unreached(self, life: Life) -> str:
         """Return why a life did not come to its limit; '' where it did."""
         if life.reached:
             return ""

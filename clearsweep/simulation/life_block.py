@@ -70,6 +70,8 @@ class Told(NamedTuple):
     turned: np.ndarray  # (PARTS, joints) rad, angle of the journal's body less that of the bearing's, over a revolution
     counts: np.ndarray  # see solver.event
     seconds: np.ndarray  # (2,) s, that integrating took, and of process time, that all took until then
+    turns: float  # revolutions whose mean the rates are
+    life: int = 0  # of which it is: the case's own, or a further one
 
 
 class Rates:
@@ -136,7 +138,7 @@ def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> Told:
         width[part.both] = _widths(watch.blocks, part) * rate[-1]
     peaks = np.array(tally.joint[:, FORCE_MAX])
     seconds = np.array([run.duration, process_time])
-    return Told(rate, width, peaks, np.array(watch.turned), run.counts.copy(), seconds)
+    return Told(rate, width, peaks, np.array(watch.turned), run.counts.copy(), seconds, turns)
 
 
 def _widths(blocks: Blocks, part: Part) -> np.ndarray:

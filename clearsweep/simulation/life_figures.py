@@ -24,7 +24,8 @@ LIFE = (
     Figure(
         "life_low",
         "1",
-        "lower end of the 95 % interval of the life, revolutions; where the limit was not reached those that were run",
+        "lower end of the 95 % interval of the life, of the numerics alone, revolutions; where the limit was not "
+        "reached those that were run",
         of="joint",
         needs=("judged",),
         differs=False,
@@ -33,11 +34,30 @@ LIFE = (
     Figure(
         "life_high",
         "1",
-        "upper end, revolutions; null: unbounded, or not known",
+        "upper end of the same, revolutions; null: unbounded, or not known",
         of="joint",
         needs=("judged",),
         differs=False,
         shown=(Shown("wear", "life, high (rev.)", 4),),
+    ),
+    Figure(
+        "life_low_uncertain",
+        "1",
+        "revolutions of the life with the uncertain wear coefficients at the upper ends of their 95 % intervals; null: "
+        "the limit was not reached, or that life failed, which `message` says",
+        of="joint",
+        needs=("judged", "uncertain"),
+        differs=False,
+        shown=(Shown("wear", "life, low, uncertain (rev.)", 4),),
+    ),
+    Figure(
+        "life_high_uncertain",
+        "1",
+        "the same with them at the lower ends",
+        of="joint",
+        needs=("judged", "uncertain"),
+        differs=False,
+        shown=(Shown("wear", "life, high, uncertain (rev.)", 4),),
     ),
     Figure(
         "life_jump_error",
@@ -57,6 +77,16 @@ LIFE = (
         kind="int",
         differs=False,
         shown=(Shown("wear", "blocks", 73),),
+    ),
+    Figure(
+        "wear_smoothing",
+        "rad",
+        "standard deviation of the Gaussian that the worn shapes are smoothed by at the life's end; null: what wears "
+        "does not act on contact",
+        of="joint",
+        needs=("wear", "life"),
+        differs=False,
+        shown=(Shown("wear", "smoothing", 74, if_any=True),),
     ),
     Figure(
         "clearance_growth",

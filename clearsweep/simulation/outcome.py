@@ -9,9 +9,9 @@ import numpy as np
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
-from ..mechanics.observe.histogram import force_exceeded
+from ..mechanics.observe.histogram import force_exceeded, time_above
 from ..mechanics.observe.record import Record, sample_states
-from ..mechanics.observe.tally import HIGHEST_BIN, OPENED
+from ..mechanics.observe.tally import HIGHEST_BIN, LOAD_TIME, OPENED, Tally
 from ..mechanics.solver import event as events
 from ..mechanics.solver import plan
 from .figures import figures_of, shared_by
@@ -21,8 +21,10 @@ from .revolutions import Marks, begun, periods_in, reached, spreads_of
 from .run import TIME_BUDGET, Ends, Run, onset_rates
 from .scene import Scene
 from .start import control_of
-from .window import RARELY, Summed, Window, by_joint, wear_of
+from .window import LEAST_DRY, RARELY, Summed, Window, by_joint, wear_of
+from .yield_speed import yield_speeds
 
+LEFT_BEARING = "left-bearing"
 _STATUS = {
     plan.OK: ("ok", ""),
     plan.STEP_BUDGET: (
@@ -56,6 +58,12 @@ _STATUS = {
         "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank does not get through; more torque, a "
         "flywheel or a larger initial speed help, or smaller loads",
     ),
+    plan.LEFT_BEARING: (
+        LEFT_BEARING,
+        "the journal of {joint} leaves its bearing at {left:.6g} s, after {angle:.4g} revolutions: its middle is "
+        "{beyond:.4g} mm along the axis from the bearing's, half of the sum of both lengths; write flange: true with "
+        "an axial_clearance, give bearing or journal more length, or hold the body along the axis at another joint",
+    ),
 }
 
 
@@ -88,6 +96,7 @@ class Outcome(NamedTuple):
     wear: np.ndarray
     account: np.ndarray
     exceeded: list[float]  # by joint, see `Window`
+    dry: list[float]  # likewise
     turns: Any  # Turns
     marks: Marks
     ends: Ends
@@ -119,6 +128,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
             force_exceeded(histogram[: highest + 1], rarely)
             for histogram, highest in zip(tally.histogram, tally.bins[:, HIGHEST_BIN].tolist(), strict=True)
         ],
+        dry=_dry_times(tally, scene.layout, duration),
         turns=turns._make([array.copy() for array in turns]),
         marks=run.marks,
         ends=run.ends(),
@@ -133,6 +143,14 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     )
 
 
+def _dry_times(tally: Tally, layout: Layout, duration: float) -> list[float]:
+    """Return for how long (s) of a window of `duration` (s) the dry contact of each joint bears; tally : by joint."""
+    least = LEAST_DRY * tally.joint[:, LOAD_TIME] / duration
+    return [
+        time_above(least[place], tally.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)
+    ]
+
+
 def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
     """Return the period (revolutions) of each motion, None where none was seen."""
     return periods_in([(outcome.scene, outcome.marks, outcome.turns) for outcome in outcomes])
@@ -143,10 +161,13 @@ def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
     scene, window = outcome.scene, window_of(outcome, period)
     units, failed = shared_by(scene.layout).units.copy(), outcome.status != "ok"
     summary = figures_of(window, failed=failed)
+    log = _events_of(scene.layout, outcome.log)
     if failed:
-        return Trajectory(outcome.status, outcome.message, summary, units=units)
+        kept = log if outcome.status == LEFT_BEARING else log[:0]
+        return Trajectory(outcome.status, outcome.message, summary, events=kept, units=units)
     summary |= outcome.figures
-    message, log = message_of(*remarks(scene, window, summary)), _events_of(scene.layout, outcome.log)
+    summary |= yield_speeds(scene)
+    message = message_of(*remarks(scene, window, summary))
     return Trajectory(outcome.status, message, summary, outcome.channels, log, window.wear, outcome.sections, units)
 
 
@@ -171,8 +192,25 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
         rejected=int(run.work.counts[events.REJECTED]),
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
+        **(_leaving(scene, run) if run.status == plan.LEFT_BEARING else {}),
     )
     return status, message
+
+
+def _leaving(scene: Scene, run: Run) -> dict[str, str | float]:
+    """Return which journal left its bearing, when (s, revolutions) and how far off (mm) its middle is."""
+    work, contact = run.work, int(run.work.ahead[plan.CONTACT])
+    ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
+    place = int(np.searchsorted(ends, contact, side="right"))
+    joint: Any = scene.value.joints[place]  # mypy takes it for a tuple of anything
+    assert scene.case.drive  # what moves in space is turned
+    turned = work.end[work.time] * scene.case.drive.speed / (2.0 * math.pi)
+    return {
+        "joint": scene.case.joints[place].name,
+        "left": work.end[work.time],
+        "angle": turned,
+        "beyond": 1e3 * (joint.half_length + joint.half_journal),
+    }
 
 
 def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
@@ -220,6 +258,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         joints=scene.value.joints,
         tally=tally,
         exceeded=outcome.exceeded,
+        dry=outcome.dry,
         ideal=ideal_peaks(scene.case) if scene.mechanism.turns and outcome.status == "ok" else {},
         wear=wear_of(scene.layout, tally),
         counts=outcome.counts,
@@ -229,6 +268,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
         spreads=spreads_of(scene, outcome.marks, outcome.turns),
         period=period,
+        slid=[scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints],
         onset=onset_rates(outcome.ends),
     )
 

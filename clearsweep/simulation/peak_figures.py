@@ -8,6 +8,8 @@ from ..contracts.catalogue import Figure, Shown
 from ..mechanics.observe import tally as tallies
 from .window import Window
 
+WITHIN = 1e-9  # of a peak: what is nearer is the same one
+
 
 def ideal_peak(window: Window, place: int) -> float:
     """Return the largest reaction (N) in the mechanism without clearance."""
@@ -26,6 +28,12 @@ def peak_ratio(window: Window, place: int) -> float | None:
     return load_peak(window, place) / ideal if ideal > 0.0 else None
 
 
+def peak_turn(window: Window, place: int) -> int | None:
+    """Return the revolution in which the largest normal force lies, None where it lies in none that is whole."""
+    highest, largest = window.spreads[place].highest, window.tally.joint[place, tallies.FORCE_MAX]
+    return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
+
+
 def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
     """Return the figures of a quantile of the force peaks of revolutions: itself, and the ends of its interval."""
 
@@ -42,6 +50,17 @@ def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
 
 
 PEAKS = (
+    Figure(
+        "force_peak_revolution",
+        "1",
+        "revolution of the run, `discard` included, in which the largest normal force lies, the first being 1; null: "
+        "in none that is whole",
+        of="joint",
+        needs=("turns", "error_check"),
+        kind="int",
+        value=peak_turn,
+        differs=False,
+    ),
     *of_peaks(
         "median",
         "median of the largest normal forces of the window's revolutions",

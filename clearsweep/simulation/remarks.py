@@ -4,9 +4,25 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..judging.validity import Lubricated, Reached, films, imbalance, kept_onsets, past_limits, too_deep, worn_through
+from ..contracts.case import Joint
+from ..judging.validity import (
+    Lubricated,
+    Reached,
+    Rubbed,
+    ball_stiffness,
+    films,
+    friction_heat,
+    imbalance,
+    kept_onsets,
+    past_limits,
+    pv_high,
+    too_deep,
+    worn_away,
+    worn_through,
+)
 from ..mechanics.joint import registry
-from ..mechanics.observe.tally import ONSETS
+from ..mechanics.joint.film import reynolds
+from ..mechanics.observe.tally import DRAINED_ENERGY, FED_ENERGY, ONSETS
 from .scene import Scene
 from .window import Window
 
@@ -18,8 +34,11 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     limits = past_limits(
         [(joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share]
     )
-    oiled = films(_lubricated(scene, summary)) if any(part.film for part, _ in parts) else ()
-    return limits, kept_onsets(_lasting(scene, window)), *oiled, *_nonsense(scene, window, summary)
+    oiled = films(_lubricated(scene, window, summary)) if any(part.film for part, _ in parts) else ()
+    dry = [(part, joint) for part, joint in parts if part.friction and not part.film]
+    heat = friction_heat([(joint.name, summary[f"{part.name}_friction_power"]) for part, joint in dry])
+    balls = ball_stiffness([joint.name for _, joint in parts if scene.mechanism.turns and registry.is_ball(joint)])
+    return limits, kept_onsets(_lasting(scene, window)), *oiled, heat, balls, *_nonsense(scene, window, summary)
 
 
 def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
@@ -30,10 +49,11 @@ def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
             yield joint.name, rate
 
 
-def _lubricated(scene: Scene, summary: Mapping[str, Any]) -> Iterator[Lubricated]:
+def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[Lubricated]:
     """Yield what became of every film."""
-    for joint in scene.case.joints:
+    for place, joint in enumerate(scene.case.joints):
         if joint.film:
+            fed, drained = window.tally.joint[place, [FED_ENERGY, DRAINED_ENERGY]]
             yield Lubricated(
                 joint.name,
                 joint.film.limit,
@@ -41,7 +61,19 @@ def _lubricated(scene: Scene, summary: Mapping[str, Any]) -> Iterator[Lubricated
                 summary[f"{joint.column}_eccentricity_max"] / joint.clearance,
                 joint.is_dry,
                 summary[f"{joint.column}_film_taylor"],
+                float(fed / max(drained, fed)) if fed > 0.0 else 0.0,
+                passive_film(joint),
             )
+
+
+def passive_film(joint: Joint) -> str:
+    """Return the law of a film that never gives energy back and is allowed at the length / diameter of a joint."""
+    if joint.length is None or joint.bearing_radius is None:
+        return "reynolds"
+    slenderness = 0.5 * joint.length / joint.bearing_radius
+    if slenderness < reynolds.SHORTEST:
+        return "short"
+    return "reynolds" if slenderness <= reynolds.LONGEST else "long"
 
 
 def _nonsense(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
@@ -58,4 +90,15 @@ def _nonsense(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple
     ]
     count = 0.5 * window.events + max(scene.case.simulate.revolutions, 1.0)
     balance = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
-    return too_deep(joints), worn_through(joints), balance
+    rubbed = [
+        Rubbed(
+            joint.name,
+            summary[f"{part.name}_wear_rate_max"],
+            summary[f"{part.name}_pv_mean"],
+            joint.bearing_radius or 0.0,
+            joint.film is not None,
+        )
+        for part, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
+        if part.wear_bins
+    ]
+    return too_deep(joints), worn_through(joints), worn_away(rubbed), pv_high(rubbed), balance

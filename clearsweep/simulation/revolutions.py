@@ -83,7 +83,25 @@ def room_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.n
 
 def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
     """Return how the force peaks of each joint spread over the window's revolutions."""
-    return tuple([Spread(*quantiles(peaks, (0.5, 0.95))) for peaks in peaks_of(scene, marks, turns).T])
+    begins = marks.turns[reached(marks.window, turns)]
+    return tuple([_spread(peaks, begins) for peaks in peaks_of(scene, marks, turns).T])
+
+
+def _spread(peaks: np.ndarray, begins: np.ndarray) -> Spread:
+    """Return how the peaks (N) of revolutions spread that begin so many after the start of the run."""
+    median, p95 = quantiles(peaks, (0.5, 0.95))
+    return Spread(median, p95, _highest(peaks, begins))
+
+
+def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
+    """Return the largest of the peaks (N) of revolutions, and the number of the one in which it lies; None of none.
+
+    begins : where they begin, in revolutions since the start of the run.
+    """
+    if not len(peaks):
+        return None
+    place = int(peaks.argmax())
+    return float(peaks[place]), math.floor(begins[place] + SAME) + 1
 
 
 def reached(places: np.ndarray, turns: Any) -> np.ndarray:

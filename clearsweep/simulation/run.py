@@ -9,7 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..language import phases
 from ..mechanics.attempt import attempt_of
+from ..mechanics.compiled.announce import SLOPES, announced
 from ..mechanics.compiled.family import NO_ENTRY, flatten, form_number, put_numbers
 from ..mechanics.compiled.kept import Kept
 from ..mechanics.compiled.rows import Board
@@ -36,6 +38,7 @@ from ..mechanics.solver import dop853, loop, newton, plan
 from ..mechanics.solver import event as events
 from . import watch
 from .lyapunov import Perturbed
+from .progress import Revolutions
 from .revolutions import NO_MARKS, Marks, room_for
 from .scene import Scene, unit_of
 from .start import NOWHERE, Start, control_of, first_forms, parts_of, period, start_of
@@ -117,6 +120,7 @@ def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> 
     return tallies.Tally(
         **dict.fromkeys(tallies.IN_LANES, np.zeros(0)),
         histogram=np.zeros((contacts, histogram.BINS, 2)),
+        dry=np.zeros((contacts if any(part.film for part in parts) else 0, histogram.BINS, 2)),
         course=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
         length=zeros(1),
         between=zeros((BETWEEN, 2 * len(scene.value.coordinates) + 1)),
@@ -197,6 +201,7 @@ class Run:
         self.memory.clear()
         for filled, highest in zip(self.tally.histogram, self.tally.bins[:, tallies.HIGHEST_BIN].tolist(), strict=True):
             filled[: highest + 1] = 0.0  # most of it was never touched
+        self.tally.dry.fill(0.0)
         self._begin(start)
 
     def _begin(self, start: Start) -> None:
@@ -217,6 +222,7 @@ class Run:
         self.logs: list[np.ndarray] = []  # of events, as they were taken away
         self.counts = work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
+        self.phase: phases.Phase | None = None  # that is told how far it is
 
     @functools.cached_property
     def places(self) -> list[Place]:
@@ -254,8 +260,11 @@ class Run:
             self.logs.append(work.log[:logged].copy())
         self.status, work.ahead[plan.BEGUN] = status, 0.0
         if status == plan.TURNS_STIFF:
-            work.slopes[:] = slopes_of(self.value, self.parameters)
+            with announced(SLOPES):
+                work.slopes[:] = slopes_of(self.value, self.parameters)
             return False
+        if self.phase:
+            self.phase.note(share=float(work.y[work.along] / work.control[plan.LAST]))
         if status == plan.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
             return True
@@ -370,8 +379,10 @@ def start(run: Run, control: plan.Control) -> None:
 def call(run: Run, control: plan.Control, scene: Scene, watchers: Sequence[Watcher] = ()) -> None:
     """Integrate, at one go unless somebody watches."""
     start(run, control)
-    if watchers:
-        run.status, log = watch.drive(control, run, scene.case.simulate.discard, scene.turning.at, watchers)
-    else:
-        run.status, log = run.go(control)
+    with phases.phase(Revolutions(scene)) as run.phase:
+        if watchers:
+            run.status, log = watch.drive(control, run, scene.case.simulate.discard, scene.turning.at, watchers)
+        else:
+            run.status, log = run.go(control)
+    run.phase = None
     run.conclude(log)

@@ -1,6 +1,7 @@
 """From a case, names and numbers, to a scene, types and numbers: the only place where names become types."""
 
 import math
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from os import PathLike
@@ -18,12 +19,12 @@ from ..language.errors import InputError
 from ..mechanics import rates
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import every_contact, every_internal_state, states_of
-from ..mechanics.joint.elastic.contract import elastic_force
+from ..mechanics.joint.elastic.contract import static_penetration
 from ..mechanics.joint.wear.contract import Worn
 from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles
-from ..mechanics.mechanism.spatial.build import deepest
+from ..mechanics.mechanism.spatial.build import seats
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
 
@@ -48,6 +49,7 @@ class Scene:
     worn: Mapping[str, Worn] = field(default_factory=dict)  # before the run, by joint; a joint that is not there is new
     deadline: float = math.inf  # s of this process's time, at which the case is given up
     verdict: Verdict = NO_VERDICT  # figures of the grid's own and limits, of which the case itself knows nothing
+    build_time: float = 0.0  # s, that making it ready took
 
 
 def catalogue() -> Catalogue:
@@ -83,7 +85,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
 
     `worn`, by name of the joint, is what its bodies have lost before; the wear of a run comes on top.
     """
-    worn = dict(worn or {})
+    begin, worn = time.perf_counter(), dict(worn or {})
     mechanism = mechanism_of(case)
     machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
     joints = {
@@ -113,7 +115,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     internal = every_internal_state(terms) if states_of(value).integrated else []
     start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in internal]])
     layout, along = layout_of(case), turning.turning_of(machine, 2.0 * math.pi / built.rate)
-    return Scene(case, mechanism, built, value, layout, start, pressed, machine, along, worn)
+    spent = time.perf_counter() - begin
+    return Scene(case, mechanism, built, value, layout, start, pressed, machine, along, worn, build_time=spent)
 
 
 def unit_of(scene: Scene) -> np.ndarray:
@@ -144,12 +147,17 @@ def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: di
 
 
 def _check_apart(built: Built, joints: Mapping[str, Any]) -> None:
-    """Raise InputError where a journal in space stands in its bearing's wall or flange at the start."""
-    for name, depth in deepest(built, joints).items():
-        if depth > 0.0:
+    """Raise InputError where a journal in space penetrates its bearing, or is beside it, at the start."""
+    for name, found in seats(built, joints).items():
+        if found.overlap <= 0.0:
             raise InputError(
-                f"joints.{name}: the journal penetrates its bearing by {1e6 * depth:.6g} um at the start; reduce tilt "
-                "or offset, or widen the clearances"
+                f"joints.{name}: the journal is {-1e3 * found.overlap:.6g} mm outside its bearing along the axis at "
+                "the start; reduce offset.2, or give bearing or journal more length"
+            )
+        if found.depth > 0.0:
+            raise InputError(
+                f"joints.{name}: the journal penetrates its bearing by {1e6 * found.depth:.6g} um at the start; reduce "
+                "tilt or offset, or widen the clearances"
             )
 
 
@@ -168,19 +176,6 @@ def _seated(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> t
         roots[place] = math.sqrt(depth)
         offsets[name] = -(joint.clearance + depth) * force / load
     return offsets, roots
-
-
-def static_penetration(elastic: Any, load: float) -> float:
-    """Return the penetration (m) at which an elastic law carries `load` (N)."""
-    low, high = 0.0, 1e-12
-    while elastic_force(elastic, high) < load:
-        high *= 2.0
-    for _ in range(200):  # bisection: any increasing law, and never more than one unit in the last place off
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        low, high = (middle, high) if elastic_force(elastic, middle) < load else (low, middle)
-    return high
 
 
 def signature(case: Case) -> tuple:

@@ -2,7 +2,7 @@
 
 import math
 
-from ..contracts.catalogue import Figure, Shown
+from ..contracts.catalogue import ENDLESS, Figure, Shown
 from ..mechanics.joint.spatial import jam_angle
 from ..mechanics.observe.tally import FORCE_TIME
 from .sums import PerRevolution
@@ -39,6 +39,7 @@ SPATIAL = (
         needs=("spatial",),
         value=tilt_limit,
         differs=False,
+        null=ENDLESS,
         shown=(Shown("forces", "tilt that jams", 21),),
     ),
     Figure(

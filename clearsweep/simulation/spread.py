@@ -23,6 +23,7 @@ class Spread(NamedTuple):
 
     median: Quantile
     p95: Quantile
+    highest: tuple[float, int] | None = None  # N, and the revolution of the run in which it lies, the first being 1
 
 
 def quantiles(values: np.ndarray, shares: tuple[float, ...]) -> tuple[Quantile, ...]:

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..mechanics.observe import histogram
-from ..mechanics.observe.tally import Tally
+from ..mechanics.observe.tally import LOAD_TIME, Tally
 from .spread import CONFIDENCE, dependence
-from .window import RARELY, Summed, Window
+from .window import LEAST_DRY, RARELY, Summed, Window
 
 
 def half_width(values: np.ndarray) -> float:
@@ -58,6 +58,30 @@ class Mean(NamedTuple):
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean and its half-width."""
         return _mean(times, sums)
+
+
+class Share(NamedTuple):
+    """The ratio of two integrals over time."""
+
+    part: int  # column of Tally.joint or Tally.whole
+    whole: int  # the same, of what it is a share of
+
+    def take(self, tally: Tally | Summed, place: int | None) -> Any:
+        """Return both integrals."""
+        return np.array([_sum(tally, place, self.part), _sum(tally, place, self.whole)])
+
+    def value(self, window: Window, place: int | None) -> Any:
+        """Return the ratio over the window, 0 where both are."""
+        part, whole = self.take(window.tally, place)
+        return part / whole if whole else 0.0
+
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the ratio and its half-width, that of the mean of part - ratio whole (Cochran 1977, section 6.4)."""
+        part, whole = np.diff(sums, axis=0).T
+        if not whole.any():
+            return 0.0, 0.0
+        ratio = part.sum() / whole.sum()
+        return ratio, half_width(part - ratio * whole) / whole.mean()
 
 
 class RootMean(NamedTuple):
@@ -137,18 +161,30 @@ class ForceExceeded(NamedTuple):
             return float(histogram.force_exceeded(whole, min(max(share, 0.0), 1.0) * duration))
 
         value = force(RARELY)
-        above = np.array([_time_above(value, each) for each in histograms])
+        above = np.array([histogram.time_above(value, each) for each in histograms])
         width = half_width(np.diff(above) / np.diff(times))
         return value, 0.5 * (force(RARELY - width) - force(RARELY + width))
 
 
-def _time_above(force: float, filled: np.ndarray) -> float:
-    """Return the time (s) at a higher force than `force` (N) in a histogram, (BINS, 2)."""
-    bins = np.max(np.flatnonzero(filled.any(axis=1)), initial=-1) + 1
-    time, change = filled[:bins].T
-    spent = time + (np.cumsum(change) - change) * np.diff(histogram.EDGES[: bins + 1])
-    place = int(np.searchsorted(histogram.EDGES, force, side="right")) - 1
-    if place < 0 or place >= bins:
-        return float(spent.sum()) if place < 0 else 0.0
-    low, high = histogram.EDGES[place], histogram.EDGES[place + 1]
-    return float(spent[place + 1 :].sum() + spent[place] * (high - force) / (high - low))
+class DryTime(NamedTuple):
+    """The share of time in which the dry force is above LEAST_DRY of the mean load, or that in which it is not."""
+
+    bears: bool  # above
+
+    def take(self, tally: Tally, place: int | None) -> Any:
+        """Return the joint's histogram of the dry force over time, and the integral of its load (N s)."""
+        return tally.dry[place].copy(), _sum(tally, place, LOAD_TIME)
+
+    def value(self, window: Window, place: int) -> Any:
+        """Return the share of the window."""
+        return self._of(window.dry[place] / window.duration)
+
+    def over_blocks(self, times: np.ndarray, taken: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the share and its half-width, with the mean load of all blocks."""
+        histograms, loads = zip(*taken, strict=True)
+        least = LEAST_DRY * (loads[-1] - loads[0]) / (times[-1] - times[0])
+        share, width = _mean(times, [histogram.time_above(least, each) for each in histograms])
+        return self._of(share), width
+
+    def _of(self, share: float) -> float:
+        return share if self.bears else 1.0 - share

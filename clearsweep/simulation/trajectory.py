@@ -13,15 +13,17 @@ from ..contracts.case import Case
 from ..contracts.layout import DIFFERENCE
 from ..contracts.results import Trajectory
 from ..grid import check_memory, history_bytes
-from ..judging.validity import UNBALANCED, UNCHECKED, message_of
-from ..language.errors import InputError
-from ..mechanics.compiled.announce import announced
+from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
+from ..language import phases
+from ..language.errors import InputError, shown
+from ..language.wording import joint_name
+from ..mechanics.compiled.announce import LOOP, SCENE, announced
 from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, plan
 from .extrapolation import lived
-from .figures import COST
+from .figures import COST, SETUP
 from .heat import Balance, balanced, has_balance
 from .life import Ageing
 from .life_block import Log, Rates, Told, longest_block, told_by
@@ -30,7 +32,8 @@ from .revolutions import Marks, marks_of
 from .run import Run, call, integrate, integrated, shared, use_no_more
 from .scene import Scene, build
 from .start import NOWHERE, control_of, start_of
-from .telling import Telling, TellingLife
+from .uncertain import failures, further_lives
+from .uncertain import figures as uncertain_figures
 from .until import Until, longest, marks
 from .watch import Moment, Watcher, go_to
 
@@ -50,29 +53,42 @@ def simulate(
     scene : what `load_case` or `scene.build` returned.
     times : (n,) s, increasing, within the run: where to report.  None: the case's own sampling.
     watchers : what looks at the run on its way, see `watch.drive`.
-    progress : whether to tell stderr now and then how far a long run is; no bit of the result depends on it.
+    progress : whether to say on stderr now and then what a long run does, and how long it takes still; no bit of the
+        result depends on it.
     log : where a life keeps what its blocks told until it is done, and goes on from.
 
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
     """
-    scene, balance = timed(scene), None
+    if not isinstance(scene, Scene):
+        raise InputError(
+            f"simulate: found {shown(scene)}; expected what load_case returns, as in "
+            "clearsweep.simulate(clearsweep.load_case('grid.yaml'))"
+        )
+    begin = time.perf_counter()
+    with phases.shown(progress):
+        trajectory = _simulated(timed(scene), times, watchers, log)
+    summary, spent = trajectory.summary, scene.build_time + time.perf_counter() - begin
+    summary[SETUP.name] = max(spent - (summary.get("run_time") or 0.0), 0.0)
+    return judged(scene, trajectory)
+
+
+def _simulated(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], log: Log | None) -> Trajectory:
+    """Return the trajectory of a scene, by all the integrations that its case asks for."""
+    balance = None
     if has_balance(scene.case):
-        scene, balance = balanced(scene)
-    if progress and scene.mechanism.turns and not scene.case.life:
-        settings = scene.case.simulate
-        most = longest(settings) if scene.layout.until else settings.revolutions
-        watchers = (*watchers, Telling(settings.discard, most))
+        with phases.phase("temperature of the oil", whole=True):
+            scene, balance = balanced(scene)
     if scene.case.life:
-        told = TellingLife(scene.case.life.limit) if progress else None
-        trajectory = _live(scene, times, watchers, Ageing(scene, log, told))
+        trajectory = _live(scene, times, watchers, Ageing(scene, log))
     else:
         trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if balance:
         trajectory = _with_balance(trajectory, balance)
     if scene.layout.error_check:
-        trajectory = _error_checked(scene, trajectory)
-    return judged(scene, trajectory)
+        with phases.phase("the same at a tenth of the tolerance"):
+            trajectory = _error_checked(scene, trajectory)
+    return trajectory
 
 
 def judged(scene: Scene, trajectory: Trajectory) -> Trajectory:
@@ -85,9 +101,11 @@ def _with_balance(trajectory: Trajectory, balance: Balance) -> Trajectory:
     """Return a trajectory that tells how far the temperatures of its films are known."""
     for joint, width in balance.width.items():
         trajectory.summary[f"{joint}_film_temperature_ci"] = width if math.isfinite(width) else None
-    if balance.stands or trajectory.status != "ok":
+    if trajectory.status != "ok":
         return trajectory
-    return dataclasses.replace(trajectory, message=message_of(trajectory.message, UNBALANCED))
+    unsure = unsure_films([(joint_name(joint), *told) for joint, told in balance.unsure().items()])
+    remark = unsure if balance.stands else UNBALANCED
+    return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
 
 
 def timed(scene: Scene) -> Scene:
@@ -199,37 +217,40 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], ag
     ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.spent)
     last: list[tuple[Scene, Run, Rates]] = []
 
-    def run_with(state: np.ndarray) -> Told | None:
+    def run_block(ageing: Ageing, state: np.ndarray) -> Told | None:
         last[:] = [_block(ageing.scene_at(state), watchers)]
         aged, run, watch = last[0]
-        return told_by(aged, run, watch, ageing.spent + time.process_time() - begin) if run.status == plan.OK else None
+        if run.status != plan.OK:
+            ageing.failure = _failed_block(aged, run).status
+            return None
+        return told_by(aged, run, watch, ageing.spent + time.process_time() - begin)
 
-    def measure(state: np.ndarray) -> Told | None:
-        if (known := ageing.recall()) is not None:
-            return known
-        told = run_with(state)
-        if told:
-            ageing.keep(told, state)
-        return told
-
-    life = lived(measure, ageing, ageing.plan(), ageing.start)
-    if life and not ageing.constant:
-        ended = run_with(life.nodes[-1].state)
-        life = ageing.ended(life, ended) if ended else None
-    elif life and not last and not run_with(ageing.start):  # its one block was run before a kill
-        life = None
+    with phases.phase(ageing.progress):
+        life = lived(ageing.measured(run_block), ageing, ageing.plan(), ageing.start)
+        if life and not ageing.constant:
+            ended = run_block(ageing, life.nodes[-1].state)
+            life = ageing.ended(life, ended) if ended else None
+        elif life and not last and not run_block(ageing, ageing.start):  # its one block was run before a kill
+            life = None
     aged, run, watch = last[0]
     if life is None:
-        whole = _changed(aged, revolutions=longest_block(scene.case))
-        failed = trajectory_of(whole, run, scene.turning.at(whole.case.simulate.revolutions))
+        failed = _failed_block(aged, run)
         return dataclasses.replace(failed, message=f"block {len(ageing.told) + 1} of its life: {failed.message}")
-    for told in () if ageing.constant else ageing.told:
+    further = further_lives(ageing, run_block) if scene.case.uncertain else {}
+    for told in [*([] if ageing.constant else ageing.told), *(told for each in further.values() for told in each.told)]:
         run.counts += told.counts
         run.duration += float(told.seconds[0])
     trajectory = _settled(aged, run, watch, times)
     trajectory.summary.update(ageing.figures(life))
-    message = message_of(trajectory.message, ageing.remark(life))
+    trajectory.summary.update(uncertain_figures(ageing.judged.column, further) if further else {})
+    message = message_of(trajectory.message, *ageing.remarks(life), *failures(further))
     return dataclasses.replace(trajectory, history=ageing.history(life), message=message)
+
+
+def _failed_block(scene: Scene, run: Run) -> Trajectory:
+    """Return what a block of a life came to that failed."""
+    whole = _changed(scene, revolutions=longest_block(scene.case))
+    return trajectory_of(whole, run, scene.turning.at(whole.case.simulate.revolutions))
 
 
 def _block(scene: Scene, watchers: Sequence[Watcher]) -> tuple[Scene, Run, Rates]:
@@ -289,7 +310,7 @@ def compile_for(case: Case) -> None:
     """Compile the code of a case's own scene, or load it from the cache; stiff motion may take more."""
     scene = build(case)
     bare = case.save.orbits == "none" and not scene.layout.until
-    with announced():
+    with announced(SCENE):
         Run(start_of(scene, NOWHERE if bare else np.array([0.0])))
 
 
@@ -298,7 +319,7 @@ def compile_loop(case: Case) -> None:
     scene = build(case)
     with empty_entries():
         run = Run(start_of(scene, NOWHERE))
-    with announced():
+    with announced(LOOP):
         loop.compile_for(run.kept, shared(run.lane))
 
 

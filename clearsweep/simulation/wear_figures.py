@@ -15,10 +15,11 @@ from ..mechanics.joint.wear.contract import (
     PRESSURE_TIME,
     PV_BEYOND,
     PV_MAX,
+    SLID,
     WIDE,
     class_width,
 )
-from ..mechanics.observe.tally import CONTACT_TIME
+from ..mechanics.observe.tally import CONTACT_TIME, FORCE_TIME
 from .sums import DepthRate
 from .window import Window
 
@@ -63,6 +64,15 @@ def pressure_mean(window: Window, place: int) -> float:
     """Return the mean pressure (Pa) over the contact arc and the time in contact, 0 without contact."""
     time = window.tally.joint[place, CONTACT_TIME]
     return float(window.tally.account[place, PRESSURE_TIME] / time) if time else 0.0
+
+
+def pv_mean(window: Window, place: int) -> float:
+    """Return the mean normal force over diameter and length (Pa) times the mean sliding speed (m/s), W/m^2."""
+    joint, case = window.joints[place], window.case.joints[place]
+    force = window.tally.joint[place, FORCE_TIME] / window.duration
+    speed = (window.tally.account[place, SLID] - window.slid[place]) / window.duration
+    assert case.length is not None  # joints that wear have one
+    return float(force / (2.0 * joint.bearing_radius * case.length) * speed)
 
 
 def pv_beyond(window: Window, place: int) -> float | None:
@@ -145,6 +155,15 @@ WEAR = (
         needs=("wear",),
         value=lambda window, place: window.tally.account[place, PV_MAX],
         shown=(Shown("wear", "pV peak", 57),),
+    ),
+    Figure(
+        "pv_mean",
+        "W/m^2",
+        "mean normal force over diameter times length, times the mean sliding speed, as catalogues of bushes rate them",
+        of="joint",
+        needs=("wear",),
+        value=pv_mean,
+        shown=(Shown("wear", "pV mean", 57),),
     ),
     Figure(
         "pv_limit_fraction",

@@ -20,6 +20,7 @@ from ..mechanics.observe.tally import (
     FORCE_MAX,
     FORCE_SQUARE,
     FORCE_TIME,
+    FRICTION_ENERGY,
     JOINT,
     LOAD_MAX,
     ONSET_MAX,
@@ -34,6 +35,7 @@ LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX,
 #: difference between the walls; rad.
 AXIAL_FORCE_MAX, AXIAL_ONSETS, UNEVEN_TIME, TILT_MAX, WIDTH = range(JOINT, JOINT + 5)
 RARELY = 0.01  # of the window's time
+LEAST_DRY = 1e-3  # of a joint's mean load: a dry force that is smaller bears nothing
 FEW = 4  # bins taken from beyond the seam, where a turn begins anew
 
 
@@ -55,6 +57,7 @@ class Window(NamedTuple):
     joints: tuple[dry.Joint, ...]
     tally: Summed
     exceeded: list[float]  # N, by joint: the normal force that is exceeded during RARELY of its time
+    dry: list[float]  # s, by joint with a film, else 0: at a dry force above LEAST_DRY of its mean load
     ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
     wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_of`
     counts: np.ndarray  # see solver.event, of all that was integrated
@@ -64,6 +67,7 @@ class Window(NamedTuple):
     turns: float  # revolutions; 1 where nothing turns
     spreads: tuple[Spread, ...]  # of each joint's force peaks over the revolutions
     period: int | None  # revolutions after which the motion repeats itself; None: it was not seen to
+    slid: list[float]  # (joints,) m, way slid before the run
     onset: list[float]  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
 
 
@@ -81,7 +85,8 @@ def by_joint(tally: Tally, layout: Layout) -> Tally:
     wear = tally.wear.reshape(len(tally.joint), -1)[[row.start for row in rows]].ravel()
     histogram = np.array([tally.histogram[row].sum(axis=0) for row in bearing])
     bins = np.array([tally.bins[row].max(axis=0) for row in bearing])
-    return tally._replace(joint=joints, histogram=histogram, bins=bins, account=account, wear=wear)
+    dry = tally.dry[[row.start for row in rows]] if len(tally.dry) else tally.dry
+    return tally._replace(joint=joints, histogram=histogram, dry=dry, bins=bins, account=account, wear=wear)
 
 
 def rows_of(layout: Layout) -> list[slice]:
@@ -107,7 +112,7 @@ def _together(contacts: np.ndarray, joint: JointLayout) -> np.ndarray:
         points, flanges, (whole, uneven) = contacts[: joint.corners], contacts[WALLS : joint.corners], contacts[-2:]
         for column in (FORCE_SQUARE, FORCE_MAX, LOAD_MAX):
             found[column] = whole[column]
-        found[CLIPS] = points[:, CLIPS].sum()
+        found[CLIPS], found[FRICTION_ENERGY] = points[:, CLIPS].sum(), points[:, FRICTION_ENERGY].sum()
         found[AXIAL_FORCE_MAX] = flanges[:, FORCE_MAX].max(initial=0.0)
         found[AXIAL_ONSETS] = flanges[:, ONSETS].sum()
         found[UNEVEN_TIME], found[TILT_MAX] = uneven[FORCE_TIME], math.asin(min(uneven[DEPTH_MAX], 1.0))

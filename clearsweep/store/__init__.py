@@ -9,10 +9,12 @@ from .batch import Axis, Form, Row, id_text, open_table
 from .compare import difference
 from .directory import SCRATCH, RunDirectory, commit
 from .judged import SEEK_FILE, Judged, judge, write_answers
+from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
-from .record import now, read_record
+from .record import check_form, now, read_record
 from .state import status, status_text
 from .unfinished import Unfinished
+from .working import Working, case_text
 from .worst import Worst
 
 __all__ = [
@@ -25,11 +27,19 @@ __all__ = [
     "RunDirectory",
     "StoredRun",
     "Unfinished",
+    "Working",
     "Worst",
+    "case_text",
+    "check_form",
+    "check_version",
     "commit",
     "difference",
+    "gather",
     "id_text",
+    "is_unfinished",
     "judge",
+    "keys_of_all",
+    "keys_so_far",
     "merge",
     "newest",
     "now",

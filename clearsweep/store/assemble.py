@@ -17,6 +17,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from ..language import phases
 from . import durable
 from .batch import (
     CASE_ID,
@@ -34,7 +35,7 @@ from .batch import (
     with_verdict,
 )
 from .datasets import CASE, Dataset
-from .directory import FINAL_FILES, RunDirectory
+from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .record import read_record
 from .worst import Again, worst_cases, write_worst
 
@@ -77,15 +78,18 @@ def merge(
             summary, orbits = (
                 finished.enter_context(durable.publishing(run.path / name, run.scratch)) for name in FINAL_FILES
             )
-            _write_orbits(orbits, run, form, rows, mark)
+            with phases.phase(f"writing {ORBITS_FILE}"):
+                _write_orbits(orbits, run, form, rows, mark)
             if peaks:
                 with h5py.File(orbits, "r+", libver=FORMAT) as file:
                     write_worst(file, form, peaks)
-            _write_summary(summary, run, form, rows, mark)
+            with phases.phase(f"writing {SUMMARY_FILE}") as writing:
+                _write_summary(summary, run, form, rows, mark, writing)
             for path in (summary, orbits):
                 durable.sync(path)
         durable.sync(run.path)
-        return _merged(run, mark)
+        with phases.phase("computing checksums"):
+            return _merged(run, mark)
 
 
 def _mark(run: RunDirectory, form: Form, rows: np.ndarray) -> str:
@@ -104,7 +108,9 @@ def _merged(run: RunDirectory, mark: str) -> dict[str, str]:
     return {"mark": mark} | {path.name: durable.checksum(path) for path in paths if path.exists()}
 
 
-def _write_summary(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, mark: str) -> None:
+def _write_summary(
+    path: Path, run: RunDirectory, form: Form, rows: np.ndarray, mark: str, writing: phases.Phase
+) -> None:
     schema = summary_schema(form)
     added = [field_of(column) for column in form.verdict.columns]
     whole = pa.schema([*schema, *added], {"clearsweep": mark})
@@ -112,7 +118,8 @@ def _write_summary(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, 
         os.fdopen(durable.create(path), "wb") as file,
         pq.ParquetWriter(file, whole, write_page_checksum=True) as writer,
     ):
-        for group in summary_groups(run, schema, rows):
+        for number, group in enumerate(summary_groups(run, schema, rows)):
+            writing.note(share=number * GROUP_ROWS / len(rows))
             writer.write_table(with_verdict(form.verdict, group).replace_schema_metadata(whole.metadata))
 
 
@@ -120,6 +127,7 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
     """Yield the given rows of the summary, GROUP_ROWS at a time; every batch is read once.
 
     The rows of some batches at a time go, sorted, to a file without a name; each group is then picked from these files.
+    They are streams, not files of Arrow, as those are read ahead by threads of its own (see `batch.open_table`).
     """
     cuts = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
     with contextlib.ExitStack() as files:
@@ -128,12 +136,13 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
             bounds = np.searchsorted(places, cuts)
             (batch,) = _rows_of_batches(run, schema, rows[places]).to_batches()
-            with pa.ipc.new_file(file, schema) as writer:
+            with pa.ipc.new_stream(file, schema) as writer:
                 for first, last in itertools.pairwise(bounds.tolist()):
                     writer.write_batch(batch.slice(first, last - first))
-            sorted_rows.append((places, bounds, pa.ipc.open_file(file)))
+            file.seek(0)
+            sorted_rows.append((places, bounds, pa.ipc.open_stream(file)))
         for k in range(len(cuts) - 1):
-            group = pa.Table.from_batches([reader.get_batch(k) for *_, reader in sorted_rows], schema)
+            group = pa.Table.from_batches([reader.read_next_batch() for *_, reader in sorted_rows], schema)
             order = np.argsort(np.concatenate([places[bounds[k] : bounds[k + 1]] for places, bounds, _ in sorted_rows]))
             yield group.take(_indices(order)).combine_chunks()
 
@@ -219,9 +228,12 @@ def _write_orbits(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, m
         for each, dataset in offsets_of(form).items():
             _, count = orbits.extents(each, 1, rows)
             put(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
-        for dataset in datasets(form):
+        all_datasets, writing = datasets(form), phases.innermost()
+        for number, dataset in enumerate(all_datasets):
             first, count = orbits.extents(dataset.each, dataset.width, rows)
             _write_dataset(file, dataset, _pieces(orbits, dataset, rows["batch"], first, count), count.sum(), threads)
+            if writing:
+                writing.note(share=(number + 1) / len(all_datasets))
 
 
 def _pieces(

@@ -212,15 +212,17 @@ def orbits_bytes(form: Form, rows: list[Row]) -> bytes:
 
 
 def _count(form: Form, trajectory: results.Trajectory, each: str) -> int:
+    if form.histories and each == EVENT:
+        return len(trajectory.events)  # also of a case that failed, where they are kept
     if trajectory.status != "ok":
-        return 0  # a failed case keeps no history
+        return 0  # a failed case keeps no other history
     if each == NODE:
         return len(trajectory.history["revolutions"])
     if not form.histories:
         return 0
     if each == SECTION:
         return len(trajectory.poincare.get(SECTION_COUNT, ()))
-    return len(trajectory.t) if each == SAMPLE else len(trajectory.events)
+    return len(trajectory.t)
 
 
 def _gathered(form: Form, dataset: Dataset, rows: list[Row]) -> np.ndarray:
@@ -236,7 +238,7 @@ def _gathered(form: Form, dataset: Dataset, rows: list[Row]) -> np.ndarray:
         return np.concatenate([np.empty((0, *dataset.shape)), *parts])
     if dataset.each == EVENT:
         name = dataset.path.removeprefix("events/")
-        values = np.concatenate([np.empty(0, results.EVENT_DTYPE), *(path.events for path in good)])[name]
+        values = np.concatenate([np.empty(0, results.EVENT_DTYPE), *(row.trajectory.events for row in rows)])[name]
         codes = h5py.check_enum_dtype(dataset.dtype)
         return values if codes is None else _coded(values, codes, dataset.dtype)
     _, joint, body = dataset.path.split("/")
@@ -299,9 +301,12 @@ def batch_files(path: Path, content: bytes) -> BatchFiles:
 
 
 def read_summary(path: Path, columns: list[str]) -> pa.Table:
-    """Return columns of the summary of a batch."""
-    with open_table(path) as file:
-        return file.read(columns, use_threads=False)
+    """Return columns of the summary of a batch; StorageError where it is no longer what was committed."""
+    try:
+        with open_table(path) as file:
+            return file.read(columns, use_threads=False)
+    except (OSError, ValueError) as error:  # as Arrow puts it
+        raise durable.changed(path) from error
 
 
 def read_done(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -329,6 +334,13 @@ def numbers_of(texts: bytes) -> np.ndarray:
 
 @contextlib.contextmanager
 def open_table(path: Path) -> Iterator[pq.ParquetFile]:
-    """Yield a Parquet file whose pages are checked as they are read; lighter than pq.read_table, too."""
-    with durable.opened(path) as file, pq.ParquetFile(file, page_checksum_verification=True) as table:
+    """Yield a Parquet file whose pages are checked as they are read; lighter than pq.read_table, too.
+
+    Nothing is read ahead: Arrow would do that in a thread of its own, which may hold a Python buffer for longer than
+    the interpreter lives and then aborts the process (apache/arrow issue 34314).
+    """
+    with (
+        durable.opened(path) as file,
+        pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True) as table,
+    ):
         yield table

@@ -39,6 +39,7 @@ ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
 LOOK = 0.05  # s, more than a look at who holds the lock takes
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
+ANSWER_FILES = (SEEK_FILE,) = ("seek.parquet",)  # answers that follow from cases; run.json has their checksums
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # what may be there before run.json is
 _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # what a lock says
 
@@ -119,9 +120,10 @@ class RunDirectory:
         with contextlib.ExitStack() as at_end:
             try:
                 self.path.mkdir(parents=True, exist_ok=True)
-                for folder in (self.orbits, self.summaries, self.scratch):
+                for folder in (self.orbits, self.summaries):
                     durable.make_folder(folder)
                 self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
+                durable.make_folder(self.scratch)  # with the lock held: a run removes it as it ends
                 at_end.callback(durable.clear, self.scratch, remove=True)
                 durable.clear(self.scratch)
                 durable.probe(self.scratch)
@@ -227,7 +229,17 @@ class RunDirectory:
     def adopt(self, name: str) -> None:
         """Take a batch into account that was committed during this run, by the name of its summary."""
         path = self.summaries / name
-        self.batches.append(batch_files(path, durable.read(path)))
+        self.batches.append(batch_files(path, self._intact(path)))
+
+    def _intact(self, path: Path) -> bytes:
+        """Return the content of the summary of a batch; StorageError where it is not what was committed."""
+        try:
+            content = durable.read(path)
+        except FileNotFoundError:
+            content = b""
+        if named_hash(path) != hashlib.sha256(content).hexdigest()[:HASH_LENGTH]:
+            raise durable.changed(path)
+        return content
 
     def take(self, other: "RunDirectory") -> None:
         """Take over the batches of another directory, linked or copied; orbits first, for the summaries commit."""
@@ -254,6 +266,7 @@ class RunDirectory:
 
     def counts_of(self, name: str) -> tuple[int, int]:
         """Return how many cases the summary called `name` holds and how many of them failed."""
+        self._intact(self.summaries / name)
         failed = read_done(self.summaries / name)[1]
         return len(failed), int(np.count_nonzero(failed))
 

@@ -25,7 +25,8 @@ _KINDS = {
     stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
 }
-_PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note)|stop)")  # names of what a run leaves where it is killed
+# Names of what a run leaves where it is killed.
+_PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work)|stop)")
 _KEPT = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # of what the next run of the case goes on from
 
 
@@ -115,6 +116,18 @@ def kept_in(folder: Path) -> dict[str, Path]:
     return {match.group(1): folder / name for name in names if (match := _KEPT.fullmatch(name))}
 
 
+def work_of(name: str) -> str | None:
+    """Return the name of the batch whose progress the file called `name` keeps, None where it is another file."""
+    match = re.fullmatch(r"\.clearsweep-([0-9a-f]{16})\.work", name)
+    return match and match.group(1)
+
+
+def overwrite(path: Path, content: bytes) -> None:
+    """Put a content into a passing file, which is made where it is missing; a reader may meet a part of it."""
+    with os.fdopen(_handle(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), "wb") as file:
+        file.write(content)
+
+
 @contextlib.contextmanager
 def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
     """Yield the name under which to create a file, and to sync it; at the end it takes the place of `path`.
@@ -127,6 +140,10 @@ def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
     try:
         yield temporary
         os.replace(temporary, path)
+    except OSError as error:
+        if error.errno:  # of the system: a write that is refused names no file, and nobody knows the passing one
+            error.filename = os.fspath(path)
+        raise
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -210,9 +227,22 @@ def storing(path: Path) -> Iterator[None]:
         raise refused(path, error) from error
 
 
+def changed(path: Path) -> StorageError:
+    """Return what to tell where a file of a batch is no longer what was committed."""
+    return StorageError(
+        f"{path}: was damaged or removed while this run worked here; run the same command again, which runs its cases "
+        "again"
+    )
+
+
 def refused(path: Path, error: OSError | RuntimeError) -> StorageError:
     """Return what to tell where the operating system refused to write `path`."""
     number = getattr(error, "errno", None)
+    if isinstance(error, FileNotFoundError) or (isinstance(error, OSError) and not number):  # while reading
+        return StorageError(
+            f"{path}: cannot be put together ({error}): a file of a batch was damaged or removed meanwhile; run the "
+            "same command again, which runs its cases again"
+        )
     reason = os.strerror(number) if number else str(error)
     return StorageError(
         f"{path}: writing failed ({reason}); what was committed before is unharmed: "

@@ -13,9 +13,7 @@ from ..judging.verdict import EXCEEDED
 from . import durable
 from .assemble import summary_groups
 from .batch import Form, field_of, summary_schema, values_of, with_verdict
-from .directory import RunDirectory
-
-SEEK_FILE = "seek.parquet"
+from .directory import SEEK_FILE, RunDirectory
 
 
 class Judged(NamedTuple):
@@ -39,20 +37,26 @@ def judge(run: RunDirectory, form: Form, rows: np.ndarray) -> Judged:
         columns = {name: values_of(table[name].combine_chunks()) for name in used}
         here: dict[str, np.ndarray] = {}
         for limit in form.verdict.limits:
-            here[limit.column] = np.fmin(here.get(limit.column, np.inf), limit.margin(columns))
+            margin = limit.margin(columns)
+            margin = np.where(np.isnan(margin) & limit.fails(columns), -np.inf, margin)
+            here[limit.column] = np.fmin(here.get(limit.column, np.inf), margin)
         for name, values in here.items():
             margins[name].append(values)
     return Judged(status, exceeded, {name: np.concatenate([[], *parts]) for name, parts in margins.items()})
 
 
-def write_answers(run: RunDirectory, form: Form, path: str, answers: Sequence[Any]) -> None:
-    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `path`; take it away where is none."""
+def write_answers(run: RunDirectory, form: Form, path: str, answers: Sequence[Any]) -> dict[str, str]:
+    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `path`; remove it where there is none.
+
+    Return the checksums of the answer files, by name, as run.json holds them.
+    """
     file = run.path / SEEK_FILE
     with durable.storing(file):
-        if answers:
-            durable.replace(file, _answers_bytes(form, path, answers), run.scratch)
-        else:
+        if not answers:
             durable.discard(file)
+            return {}
+        durable.replace(file, _answers_bytes(form, path, answers), run.scratch)
+        return {file.name: durable.checksum(file)}
 
 
 def _answers_bytes(form: Form, path: str, answers: Sequence[Any]) -> bytes:

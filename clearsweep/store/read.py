@@ -1,6 +1,7 @@
 """Reads what a run left: its summary, orbits, events and wear; what is not as it was written is named."""
 
 import contextlib
+import os
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
@@ -13,19 +14,20 @@ import pyarrow.parquet as pq
 
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Layout
+from ..judging import verdict
 from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
 from .batch import CASE_ID, GROUP_ROWS, ID_LENGTH, open_table, values_of
 from .datasets import EVENT, NODE, SAMPLE, SECTION
-from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
-from .judged import SEEK_FILE
-from .record import check_form, damaged, read_record
+from .directory import ANSWER_FILES, FINAL_FILES, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
+from .record import RECORD_FILE, check_form, damaged, read_record
 from .worst import GROUP, JOINT, OFFSETS, TURNS
 
 if TYPE_CHECKING:
     import pandas as pd  # loaded only where a frame is made
 
 
+TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
 _OFFSETS = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
 
 
@@ -40,25 +42,52 @@ class StoredRun:
     summary : DataFrame, one row per case in case_id order; `attrs["units"]` and `attrs["descriptions"]` by column.
     """
 
-    def __init__(self, directory: str | Path):
+    def __init__(self, directory: str | Path, place: Path | None = None):
+        """Take the directory, and the `place` of its files where they were put together elsewhere."""
         self.directory = Path(directory)
-        self.grid = read_record(self.directory)
+        self.place = place or self.directory
+        self.grid = read_record(self.place)
         self._check()
         self.layout = Layout.read(self.grid["layout"])
 
     def _check(self) -> None:
         """Raise DirectoryError where the merged files are missing, damaged, of different runs or of another form."""
-        check_form(self.directory, self.grid)
-        verify(self.directory, self.grid, (SUMMARY_FILE,))
+        check_form(self.place, self.grid)
+        verify(self.place, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
+        self._check_columns()
         with self._orbits() as file:
             matching = file.attrs["clearsweep"] == self.grid["merged"]["mark"]
         if not matching:
-            raise damaged(self.directory / ORBITS_FILE, "it is of another run than summary.parquet")
+            raise damaged(self.place / ORBITS_FILE, "it is of another run than summary.parquet")
+
+    def _check_columns(self) -> None:
+        """Raise DamagedError where a table has other columns than follow from run.json."""
+        try:
+            made = [column.name for column in verdict.of_record(self.grid).columns]
+        except InputError as error:
+            raise damaged(self.place / RECORD_FILE, f"figures: {error}") from error
+        paths = list(self.grid["units"])
+        given = [column["name"] for column in self.grid["layout"]["columns"]]
+        wanted = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *given, *made}}
+        if SEEK_FILE in self.grid.get("answers", {}):
+            seek = self.grid.get("seek") or {}
+            path = seek.get("largest") or seek.get("smallest")
+            wanted[SEEK_FILE] = {*paths, f"seek.{path}", "seek_low", "seek_high", "limiting", "probes"} - {path}
+        for name, names in wanted.items():
+            with self._table(name) as table:
+                fields = list(table.schema_arrow)
+            described = all({b"unit", b"description"} <= (field.metadata or {}).keys() for field in fields)
+            if (
+                not described
+                or not {field.type for field in fields} <= TYPES
+                or {each.name for each in fields} != names
+            ):
+                raise damaged(self.place / name, "its columns are not those that run.json asks for")
 
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
         """Yield orbits.h5, whose parts are checked as they are read; DamagedError where one is not what was written."""
-        path = self.directory / ORBITS_FILE
+        path = self.place / ORBITS_FILE
         durable.check_regular(path)
         try:
             with h5py.File(path, "r") as file:
@@ -71,9 +100,9 @@ class StoredRun:
             raise damaged(path, str(error)) from error
 
     @contextlib.contextmanager
-    def _table(self) -> Iterator[pq.ParquetFile]:
-        """Yield summary.parquet, whose pages are checked as they are read; DamagedError as `_orbits`."""
-        path = self.directory / SUMMARY_FILE
+    def _table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
+        """Yield a table, whose pages are checked as they are read; DamagedError as `_orbits`."""
+        path = self.place / name
         try:
             with open_table(path) as table:
                 yield table
@@ -105,7 +134,7 @@ class StoredRun:
             table = file.read(use_threads=False)
         schema = table.schema
         table = table.replace_schema_metadata(None)
-        frame = table.to_pandas(split_blocks=True, self_destruct=True)  # column by column, not all of it twice
+        frame = table.to_pandas(use_threads=False, split_blocks=True, self_destruct=True)  # column by column, not twice
         for name, key in (("units", b"unit"), ("descriptions", b"description")):
             frame.attrs[name] = {field.name: field.metadata[key].decode() for field in schema}
         return frame
@@ -131,11 +160,11 @@ class StoredRun:
         if name == "case_id":
             ends = np.arange(len(self._ids) + 1, dtype="i8") * self._ids.itemsize
             ids = pa.LargeStringArray.from_buffers(len(self._ids), pa.py_buffer(ends), pa.py_buffer(self._ids))
-            return ids.to_pandas().rename(name)
+            return ids.to_pandas(use_threads=False).rename(name)
         with self._table() as file:
             if file.schema_arrow.field(name).type == pa.string():
                 texts = file.read([name], use_threads=False).column(0).combine_chunks()
-                return texts.to_pandas().rename(name)
+                return texts.to_pandas(use_threads=False).rename(name)
         values, place = np.empty(len(self)), 0
         for block in self.blocks([name]):  # group by group, so that all of it is there but once
             values[place : place + len(block[name])] = block[name]
@@ -185,12 +214,11 @@ class StoredRun:
     @property
     def seek(self) -> "pd.DataFrame | None":
         """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None where nothing was sought."""
-        path = self.directory / SEEK_FILE
-        if not path.exists():
+        if SEEK_FILE not in self.grid.get("answers", {}):
             return None
-        with open_table(path) as file:
+        with self._table(SEEK_FILE) as file:
             table = file.read(use_threads=False)
-        frame = table.replace_schema_metadata(None).to_pandas()
+        frame = table.replace_schema_metadata(None).to_pandas(use_threads=False)
         frame.attrs["units"] = {field.name: field.metadata[b"unit"].decode() for field in table.schema}
         return frame
 
@@ -291,23 +319,29 @@ class StoredRun:
         return frame
 
 
-def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = FINAL_FILES) -> None:
-    """Raise DamagedError where a final file is not, to the last bit, what `record`, its run.json, says of it."""
+def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:
+    """Raise DamagedError where a file is not, to the last bit, what `record`, its run.json, says of it."""
     for path in (directory / name for name in names):
         if "merged" not in record:
             raise _unfinished(path)
+        if path.name in ANSWER_FILES and "answers" not in record and "seek" in record:
+            raise damaged(path, "run.json has no checksum of it, as an older version wrote it")
+        wanted = (record["merged"] | record.get("answers", {})).get(path.name)
+        if wanted is None and path.name in ANSWER_FILES and not os.path.lexists(path):
+            continue  # nothing was sought
         try:
             found = durable.checksum(path)
         except FileNotFoundError:
             raise _unfinished(path) from None
-        if found != record["merged"].get(path.name):
+        if found != wanted:
             raise damaged(path, "its checksum is not that in run.json")
 
 
 def _unfinished(path: Path) -> DirectoryError:
     return DirectoryError(
         f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
-        f"--out {path.parent}, which computes only what is missing"
+        f"--out {path.parent}, which computes only what is missing, or read what there is: report --partial, "
+        "clearsweep.open(..., partial=True)"
     )
 
 

@@ -14,7 +14,7 @@ import clearsweep
 
 from ..grid import SCHEMA_VERSION, Grid
 from ..language.errors import DamagedError, DirectoryError
-from . import durable
+from . import durable, record_shape
 
 RECORD_FILE = "run.json"
 
@@ -60,6 +60,11 @@ def read_record(directory: Path) -> dict[str, Any]:
         return dict(record)  # of a version that wrote none
     if record.get("checksum") != checksum:
         raise damaged(path, "its checksum differs")
+    if record["frame"].get("schema") == SCHEMA_VERSION:
+        try:
+            record_shape.check(record)
+        except record_shape.MisshapenError as problem:
+            raise damaged(path, f"it is not what `clearsweep run` writes: {problem}") from None
     return dict(record)
 
 

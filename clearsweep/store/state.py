@@ -5,10 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from ..language import phases
 from ..language.errors import DirectoryError
-from .directory import FINAL_FILES, RunDirectory
+from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory
 from .read import verify
 from .record import RECORD_FILE, check_form, read_record
+from .working import at_work, case_text
 
 FINISHED, UNDER_WAY, INTERRUPTED, DAMAGED = "finished", "under way", "interrupted", "damaged"
 
@@ -17,17 +19,20 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     """Return the state of a run, ready for JSON; `every_file`: read all that it wrote and compare the checksums.
 
     `cases` are those of the grid, `missing` those of them without a result; None while a run works on other values of
-    the axes than the last one.  `ok` and `failed` count what is committed.  `damage` has a sentence for each file that
-    is not what was written.  Raise DirectoryError where there is no run, or none that can be read.
+    the axes than the last one.  `ok` and `failed` count what is committed.  `at_work` has the progress of every worker
+    that has been at its case for some time: what it does, s so far, s left (None: unknown), of a life also its block
+    and the wear of the limit, m.  `damage` has a sentence for each file that is not what was written.
+
+    Raise DirectoryError where there is no run, or none that can be read.
     """
     record = read_record(directory)
     check_form(directory, record)
     run = RunDirectory(directory)
     holder, merged = run.holder(), "merged" in record
     damage = [f"{directory}/{sentence}; its cases run again" for sentence in run.look(histories=every_file).values()]
-    for name in FINAL_FILES if merged else ():
+    for name in (*FINAL_FILES, *ANSWER_FILES) if merged else ():
         try:
-            if every_file or not (directory / name).is_file():
+            if every_file or name in ANSWER_FILES or not (directory / name).is_file():
                 verify(directory, record, (name,))
         except DirectoryError as error:
             damage.append(str(error))
@@ -37,10 +42,15 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
         "name": record.get("name"),
         "state": state,
         "holder": holder,
+        "at_work": [_at_work(progress) for progress in at_work(directory)] if holder else [],
         **_counts(record, run, working=holder is not None),
         "start": record.get("start"),
         "end": record.get("end"),
-        "files": {name: str(directory / name) for name in (*FINAL_FILES, RECORD_FILE) if (directory / name).exists()},
+        "files": {
+            name: str(directory / name)
+            for name in (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
+            if (directory / name).exists()
+        },
         "every_file": every_file,
         "damage": damage,
     }
@@ -62,6 +72,17 @@ def _counts(record: dict[str, Any], run: RunDirectory, *, working: bool) -> dict
     }
 
 
+def _at_work(progress: phases.Progress) -> dict[str, Any]:
+    """Return the progress of a worker, ready for JSON, with a line for people."""
+    return {
+        **progress.facts,
+        "what": progress.what,
+        "seconds": progress.seconds,
+        "left": progress.left,
+        "text": case_text(progress),
+    }
+
+
 def status_text(facts: dict[str, Any]) -> str:
     """Return the state of a run as the lines a person reads."""
     said = {
@@ -78,6 +99,7 @@ def status_text(facts: dict[str, Any]) -> str:
             f"{facts['directory']}: {said[facts['state']]}",
             f"{facts['ok'] + facts['failed']:,}{of} cases are there: "
             f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}",
+            *(each["text"] for each in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",
             *([] if facts["damage"] else [f"Checksums: {checked}"]),
         ]

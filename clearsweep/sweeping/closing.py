@@ -1,5 +1,6 @@
 """The short table that a run ends with: worst cases, failures, where the files are."""
 
+import functools
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -7,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import simulation
 from ..judging import validity, verdict
 from ..language import wording
+from .lives import Lives, life_lines
 from .sweep import RunResult
 
 WORST_CASES = 5
@@ -26,10 +27,11 @@ def of_run(result: RunResult) -> dict[str, Any]:
     worst: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     statuses: Counter[str] = Counter()
-    surfaces = validity.surfaces_of(run.grid, joints)
-    remarks = validity.Remarks(surfaces, simulation.yielding())
+    remarks = validity.Remarks(joints)
+    judged = validity.columns(joints, {column.name for column in run.layout.columns})
     kept = _Kept(run.grid)
-    columns = ["status", *swept, *(_peak(joint) for joint in joints), *validity.columns(surfaces), *kept.columns]
+    lives = Lives(run.layout)
+    columns = ["status", *swept, *(_peak(joint) for joint in joints), *judged, *kept.columns, *lives.columns]
     columns = list(dict.fromkeys(columns))
     for block in run.blocks(columns):
         good = block["status"] == "ok"
@@ -43,6 +45,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
             finished = {name: values[good] for name, values in block.items()}
             remarks.add(finished)
             kept.add(finished, swept)
+            lives.add(finished, functools.partial(_known, finished, swept=swept))
             worst = sorted([*worst, *_worst_of(finished, joints, swept)], key=_order, reverse=True)[:WORST_CASES]
     return {
         "directory": str(result.directory),
@@ -61,6 +64,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "warnings": [*result.warnings, *remarks.sentences()],
         "units": run.grid.get("units", {}),
         "limits": kept.facts(),
+        "life": lives.facts(),
         "seek": _sought(result, run.grid.get("units", {})),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
@@ -77,10 +81,12 @@ class _Kept:
         self.verdict = verdict.of_record(record)
         self.units = {column["name"]: column["unit"] for column in record["layout"]["columns"]}
         self.units |= {own.name: own.unit for own in self.verdict.figures}
-        self.columns = [verdict.EXCEEDED, verdict.MARGIN] if self.verdict.limits else []
+        limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
+        self.columns = [verdict.EXCEEDED, verdict.MARGIN, *sorted(limited)] if limited else []
         self.cases = 0
         self.exceeded: Counter[str] = Counter()  # column -> cases
-        self.any = 0
+        self.unknown: Counter[str] = Counter()  # column -> those of them that it cannot judge
+        self.any = self.any_unknown = 0
         self.worst: dict[str, Any] | None = None  # the case with the smallest margin
 
     def add(self, block: dict[str, np.ndarray], swept: list[str]) -> None:
@@ -90,12 +96,17 @@ class _Kept:
         self.cases += len(block["status"])
         self.any += sum(map(bool, block[verdict.EXCEEDED]))
         self.exceeded.update(name for names in block[verdict.EXCEEDED] if names for name in names.split(","))
+        self.any_unknown += int(np.count_nonzero(self.verdict.unknown(block)))
+        for name in {limit.column for limit in self.verdict.limits}:
+            unknown = [limit.unknown(block) for limit in self.verdict.limits if limit.column == name]
+            self.unknown[name] += int(np.count_nonzero(np.any(unknown, axis=0)))
         margins = block[verdict.MARGIN]
         if np.isfinite(margins).any():
             place = int(np.nanargmin(margins))
             margin = float(margins[place])
             if self.worst is None or (margin, block["case_id"][place]) < (self.worst["margin"], self.worst["case_id"]):
-                self.worst = _known(block, place, swept) | {"margin": margin}
+                words = verdict.margin_words(margin, self.verdict.limits, block[verdict.EXCEEDED][place] or "")
+                self.worst = _known(block, place, swept) | {"margin": margin, "margin_words": words}
 
     def facts(self) -> dict[str, Any] | None:
         """Return the counts, ready for JSON; None where there are no limits."""
@@ -107,7 +118,11 @@ class _Kept:
         return {
             "cases": self.cases,
             "exceeding": self.any,
-            "each": {name: {"limit": ", ".join(words), "cases": self.exceeded[name]} for name, words in bounds.items()},
+            "unknown": self.any_unknown,
+            "each": {
+                name: {"limit": ", ".join(words), "cases": self.exceeded[name], "unknown": self.unknown[name]}
+                for name, words in bounds.items()
+            },
             "worst": self.worst,
         }
 
@@ -118,11 +133,18 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
     if not kept:
         return []
     lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one"]
-    lines += [f"  {name} {each['limit']}: {each['cases']:,} exceed it" for name, each in kept["each"].items()]
+    for name, each in kept["each"].items():
+        doubt = f" ({each['unknown']:,} of them cannot be judged: null)" if each["unknown"] else ""
+        lines.append(f"  {name} {each['limit']}: {each['cases']:,} exceed it{doubt}")
+    if kept["unknown"]:
+        lines.append(
+            f"  {cases(kept['unknown'])} cannot be judged, as a limited figure is null (infinite, 0/0 or not "
+            "computed); they count as exceeding it and have no margin"
+        )
     if kept["worst"]:
         setting = _setting(kept["worst"]["swept"], facts)
         lines.append(
-            f"  smallest margin {100.0 * kept['worst']['margin']:.3g} %: case {kept['worst']['case_id']}"
+            f"  smallest margin: {kept['worst']['margin_words']}, case {wording.short_id(kept['worst']['case_id'])}"
             + (f", {setting}" if setting else "")
         )
     return lines
@@ -218,6 +240,7 @@ def run_text(facts: dict[str, Any]) -> str:
             f"grid with these values has them again, `clearsweep report {facts['directory']} --all` shows all"
         )
     lines += derived_lines(facts["derived"])
+    lines += life_lines(facts["life"], lambda point: _setting(point, facts))
     lines += _limit_lines(facts)
     lines += _seek_lines(facts)
     lines += _refine_lines(facts)
@@ -263,13 +286,16 @@ def estimate_text(facts: dict[str, Any]) -> str:
         *_case_lines(facts["case"]),
     ]
     if facts["seconds"] is None:
-        lines.append("time: unknown, a timed case did not end within a minute")
+        lines.append("time: unknown, the beginning of the first case does not tell")
     elif facts["pending"]:
         spread = facts["give_or_take"] > 0.1 * facts["seconds"]
+        beginning = (
+            f", {facts['extrapolated']:,} of them extrapolated from its beginning" if facts["extrapolated"] else ""
+        )
         lines.append(
             f"time: about {wording.duration(facts['seconds'])}"
             + (f", give or take {wording.duration(facts['give_or_take'])}" if spread else "")
-            + f" ({cases(facts['timed'])} timed, {friendly(facts['case_seconds'], 's')} each, the longest "
+            + f" ({cases(facts['timed'])} timed{beginning}, {friendly(facts['case_seconds'], 's')} each, the longest "
             f"{friendly(facts['longest'], 's')})"
         )
     if facts["pending"]:

@@ -1,9 +1,11 @@
 """The workers of a run: which cases are missing, compiling once, running cases of one grid or of several."""
 
+import secrets
 import shutil
 import time
 from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Future, wait
+from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -12,10 +14,11 @@ from .. import grid as grids
 from .. import store
 from ..contracts.case import Case
 from ..contracts.results import Peak
+from ..language import phases
 from ..language.errors import InputError, brief
 from . import executors, progress, signals
 from .driver import TICK, Batches, Driver
-from .worker import Job, Simulator, find_peak
+from .worker import Job, Simulator, find_peak, prepare
 
 MANY = 64  # cases per kind of scene, for which it is worth compiling what integrates several side by side
 
@@ -64,13 +67,13 @@ class Crew:
         if not len(pending):
             return True
         grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
-        listed = kinds(grid, pending, self.simulator)
-        many = not self.options.case_timeout and len(pending) >= MANY * len(listed)
-        together = self.simulator.solve_each is not None and many
+        with phases.phase("looking at the kinds of scenes"):
+            listed = kinds(grid, pending, self.simulator)
+        together = not self.options.case_timeout and go_together(self.simulator, len(pending), len(listed))
         workers = self._hired(listed, len(pending), together=together)
         job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together)
         batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
-        with progress.of(len(pending), wanted=self.options.show_progress) as display:
+        with phases.phase(display := progress.Cases(len(pending))):
             most_failures = most(self.options.max_failures, len(pending))
             driver = Driver(workers, self.directory, job, batches, most_failures, display)
             done = driver.run()
@@ -100,7 +103,9 @@ class Crew:
             _submitted(workers, self.simulator, case, each.joint, each.revolutions or case.simulate.revolutions)
             for case, each in zip(cases, worst, strict=True)
         ]
-        for task, each in zip(tasks, worst, strict=True):
+        for done, (task, each) in enumerate(zip(tasks, worst, strict=True)):
+            if saving := phases.innermost():
+                saving.note(share=done / len(worst))
             column = f"{grid.layout.joints[each.joint].name}_force_peak"
             try:
                 peak = _awaited(task)
@@ -117,7 +122,8 @@ class Crew:
     def _hired(self, kinds_of_scenes: list[Case], pending: int, *, together: bool) -> executors.Executor:
         """Return the workers, started and their code compiled."""
         if self.workers is None:
-            warm(self._hire(pending), kinds_of_scenes, self.simulator, together=together)
+            workers = self._hire(pending)
+            warm(workers, kinds_of_scenes, self.simulator, self.directory.path.resolve(), together=together)
             self.ready = time.monotonic()
         assert self.workers is not None  # hired
         return self.workers
@@ -194,15 +200,35 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
     return list({simulator.signature(case): case for case in cases}.values())
 
 
-def warm(workers: executors.Executor, cases: list[Case], simulator: Simulator, *, together: bool = False) -> None:
+def go_together(simulator: Simulator, pending: int, listed: int) -> bool:
+    """Return whether so many cases, of so many kinds of scenes, are worth compiling what solves several at a time."""
+    return simulator.solve_each is not None and pending >= MANY * listed
+
+
+def warm(
+    workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path, *, together: bool = False
+) -> None:
     """Compile all that cases of these kinds need, so that every worker finds it in the cache: each part in one of them.
+
+    directory : of the run, in whose folder for passing files they keep their progress.
 
     What fails there fails again as a case, where it is recorded.
     """
     each = (simulator.compile_for, simulator.compile_together) if together else (simulator.compile_for,)
     parts = [(simulator.compile_loop, cases[0]), *((part, case) for case in cases for part in each)]
+    kept = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
+
+    def look() -> list[phases.Progress]:
+        return [found for working in kept if (found := working.read())]
+
     try:
-        failures = [_failure(future) for future in [workers.submit(*part) for part in parts]]
+        compiling = progress.Compiling(len(parts), look)
+        with phases.phase(compiling):
+            tasks = [workers.submit(prepare, working, *part) for working, part in zip(kept, parts, strict=True)]
+            failures = []
+            for task in tasks:
+                failures.append(_failure(task))
+                compiling.done += 1
     except BrokenExecutor as error:
         failures = [error]
     if any(isinstance(failure, BrokenExecutor) for failure in failures):

@@ -12,10 +12,11 @@ import numpy as np
 
 from .. import store
 from ..language.errors import ClearsweepError, StorageError
+from ..language.phases import Progress
 from ..store import durable
 from . import signals
 from .executors import Executor
-from .progress import Silent
+from .progress import Cases
 from .worker import Batch, Job, Manifest, Task, failure, read_note, run_batch
 
 TARGET = 2.0  # s of work in a batch: commits cost about 20 ms, and this is what a killed worker loses
@@ -83,10 +84,11 @@ class Driver:
         job: Job,
         batches: Batches,
         most_failures: int | None,
-        progress: Silent,
+        progress: Cases,
     ):
         self.executor, self.directory, self.job, self.batches = executor, directory, job, batches
         self.most_failures, self.progress = most_failures, progress
+        progress.look = self._at_work
         self.window: dict[Future, Batch] = {}  # under way
         self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
         self.doubtful: dict[Future, float] = {}  # time at which its worker was first seen dead, s
@@ -104,7 +106,6 @@ class Driver:
                 done, _ = wait(self.window, timeout=TICK, return_when=FIRST_COMPLETED)
                 for future in done or self._orphans():
                     self._settle(future)
-                self.progress.look(self._in_hand())
             self._drain()
             raise signals.Stopped(
                 signals.requested(),
@@ -116,7 +117,7 @@ class Driver:
         return self.most_failures is not None and self.failed > self.most_failures
 
     def _hand_out(self) -> None:
-        jobs = self.batches.jobs = self.executor.jobs  # workers of a cluster come and go
+        jobs = self.batches.jobs = self.progress.jobs = self.executor.jobs  # workers of a cluster come and go
         while len(self.window) < WINDOW * jobs and not signals.requested():
             batch = self.batches.next()
             if batch is None:
@@ -151,7 +152,7 @@ class Driver:
 
     def _take(self, batch: Batch, manifest: Manifest) -> None:
         """Take a batch into account that its worker has given back."""
-        durable.discard(self.job.note(batch))
+        self._discard(batch)
         if manifest.committed:
             self.directory.adopt(manifest.committed)
             self.restarts = 0
@@ -174,7 +175,7 @@ class Driver:
     def _lost(self, batch: Batch, exitcode: int | None) -> None:
         """Deal with a batch whose worker died: the case it was at is tried once more alone, the others go on."""
         note = read_note(self.job, batch)
-        durable.discard(self.job.note(batch))
+        self._discard(batch)
         if self._was_committed(batch):
             return
         if note is None:  # it died before the first case
@@ -228,10 +229,24 @@ class Driver:
                 self.doubtful.setdefault(future, now)
         return [future for future, since in list(self.doubtful.items()) if now - since > PATIENCE]
 
-    def _in_hand(self) -> int:
-        """Return how many cases of the batches under way are done, as far as their workers can be looked at."""
-        notes = () if self.executor.elsewhere else (read_note(self.job, batch) for batch in self.window.values())
-        return sum(note.batch_index for note in notes if note)
+    def _discard(self, batch: Batch) -> None:
+        """Remove what a worker noted of a batch."""
+        durable.discard(self.job.note(batch))
+        self.job.working(batch).put(None)
+
+    def _at_work(self) -> tuple[int, list[Progress]]:
+        """Return how many cases of the batches under way are done, and which cases workers are at."""
+        done, cases = 0, []
+        for batch in list(self.window.values()):  # another thread changes it
+            note = read_note(self.job, batch)
+            if note is None:
+                continue
+            done += note.batch_index
+            task, progress = batch.cases[note.batch_index], self.job.working(batch).read()
+            if progress is None or progress.facts.get("case_id") != task.case_id:
+                progress = Progress("", max(time.time() - note.since, 0.0), facts=self.job.facts(task))
+            cases.append(progress)
+        return done, sorted(cases, key=lambda each: -each.seconds)
 
     def _drain(self) -> None:
         """Let the workers finish the case they are at, end them, and take in what they have committed."""

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import tempfile
 import time
 from concurrent.futures import TimeoutError as Late
 from pathlib import Path
@@ -9,17 +10,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import store
 from ..contracts.case import Case
 from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
+from ..language import phases
+from ..language.wording import count
 from . import crew, executors, signals, sweep
 from .bracket import usual_probes
 from .shard import Shard, each_once
 from .simulator import SIMULATION
-from .worker import Simulator, time_case
+from .worker import Simulator, Timed, time_case
 
 PILOT_CASES, PILOT_TIME = 64, 10.0  # timed: at most so many cases, and no further one after so many seconds
-ODD = 20.0  # times the median, above which a case is timed again: it may have compiled something
-PILOT_PATIENCE = 60.0  # s waited for one case
+PILOT_SHARE = 0.5  # of PILOT_TIME that one case gets; a longer one is extrapolated
+COMPILED = 0.5  # s of compiling, from which a case that took all its time is timed again
+PILOT_PATIENCE = 60.0  # s waited for one case beside what it compiles
 START_UP = 1.0  # s until the workers are ready
 EACH = 1e-3  # s a case takes besides its motion: to make it, commit it and merge it
 EVENT_BYTES = 26  # of one event in orbits.h5
@@ -33,7 +38,8 @@ class Estimate(NamedTuple):
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: list[str]
     timed: int  # cases timed
-    case_seconds: float | None  # s a case on average; None where a timed case did not end
+    extrapolated: int  # of them that took too long, whose time is extrapolated from their first revolutions or blocks
+    case_seconds: float | None  # s a case on average; None where the beginning of a case does not tell
     longest: float | None  # s, of the cases timed
     seconds: float | None  # s of the whole run, compiled code in the cache
     give_or_take: float | None  # s, twice the standard error of `seconds`, as the cases that were timed differ
@@ -52,9 +58,10 @@ def estimate(
 ) -> Estimate:
     """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
     part = None if shard is None else Shard.read(shard)
-    grid = sweep.load(source, simulator)
-    check_memory(largest_history(grid))
-    derived, warnings = sweep.facts(grid, simulator)
+    with phases.phase("reading the grid"):
+        grid = sweep.load(source, simulator)
+        check_memory(largest_history(grid))
+        derived, warnings = sweep.facts(grid, simulator)
     if grid.seek:
         times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
         sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
@@ -62,14 +69,21 @@ def estimate(
     if grid.refine:
         warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
     directory = sweep.directory_of(grid, out, part)
-    directory.check(grid)
-    directory.look()
-    ids = crew.case_ids(grid)
-    wanted = part.ids(ids) if part else each_once(ids)
-    pending = crew.missing(ids, wanted, directory.rows(), retry_failed=False)
+    with phases.phase("reading what the directory holds"):
+        directory.check(grid)
+        directory.look()
+        ids = crew.case_ids(grid)
+        wanted = part.ids(ids) if part else each_once(ids)
+        pending = crew.missing(ids, wanted, directory.rows(), retry_failed=False)
     jobs = jobs or executors.cores()
-    times, events = _pilot(grid, pending, simulator) if len(pending) else ([], 0.0)
+    timed = _pilot(grid, pending, simulator) if len(pending) else []
+    times, events = [each.seconds for each in timed if each.seconds is not None], [each.events for each in timed]
     mean = float(np.mean(times)) if times else None
+    if beyond := sum(each.beyond for each in timed):
+        warnings.append(
+            f"{beyond:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows and "
+            "end with the status time-budget; allow more, or ask for fewer revolutions"
+        )
     jobs = min(jobs, max(len(pending), 1))
     seconds = 0.0 if not len(pending) else None if mean is None else START_UP + (mean + EACH) * len(pending) / jobs
     units = key_units(grid.resolved(), simulator.catalogue())
@@ -79,11 +93,12 @@ def estimate(
         derived,
         warnings,
         len(times),
+        sum(each.extrapolated for each in timed),
         mean,
         max(times, default=None),
         seconds,
         _give_or_take(times, len(pending)) / jobs if seconds else None,
-        int(len(pending) * _case_bytes(grid, events)),
+        int(len(pending) * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
         {
             path: {"unit": units[path], "values": ends}
             for path in grid.assumed
@@ -129,37 +144,63 @@ def chosen(count: int) -> list[int]:
     return [picked[place] for place in chance.permutation(len(picked))]
 
 
-def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> tuple[list[float], float]:
-    """Return the times (s) of a few cases spread over the grid and their mean number of events."""
-    times: list[float] = []
-    events: list[int] = []
-    with signals.catching():
+def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> list[Timed]:
+    """Return the times of a few cases spread over the grid; [] where the first of them does not answer."""
+    with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as passing:
+        directory = Path(passing)
+        (directory / store.SCRATCH).mkdir()
         workers = executors.Local(1, load=simulator.load)
         try:
-            crew.warm(workers, crew.kinds(grid, pending, simulator), simulator)
-            cases = [grid.case(index) for index in pending[chosen(len(pending))].tolist()]
-
-            def timed(case: Case) -> tuple[float, int]:
-                spent: tuple[float, int] = workers.submit(time_case, simulator, case).result(timeout=PILOT_PATIENCE)
-                return spent
-
-            timed(cases[0])  # the first motion of all may compile what its first moment did not need
-            begin = time.monotonic()
-            for case in cases:
-                if times and time.monotonic() - begin > PILOT_TIME:
-                    break
-                seconds, count = timed(case)
-                times.append(seconds)
-                events.append(count)
-            times = [
-                min(seconds, timed(case)[0]) if seconds > max(ODD * float(np.median(times)), 1.0) else seconds
-                for case, seconds in zip(cases, times, strict=False)
-            ]
-        except Late:
-            return [], 0.0
+            kinds = crew.kinds(grid, pending, simulator)
+            together = crew.go_together(simulator, len(pending), len(kinds))
+            crew.warm(workers, kinds, simulator, directory, together=together)
+            working = store.Working(directory, "0" * 16)
+            return _timed(workers, simulator, [grid.case(k) for k in pending[chosen(len(pending))].tolist()], working)
         finally:
             workers.close()
-    return times, float(np.mean(events))
+
+
+def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case], working: store.Working) -> list[Timed]:
+    """Return the times of cases, as many of the first ones as PILOT_TIME allows."""
+    found: list[Timed] = []
+
+    def words() -> str:
+        at_work = working.read()
+        return f"timing {count(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
+
+    def one(case: Case) -> Timed:
+        task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
+        while True:
+            try:
+                timed: Timed = task.result(timeout=phases.FIRST)
+                return timed
+            except Late:
+                compiles = (at_work := working.read()) and at_work.once
+                begin = time.monotonic() if compiles else begin
+                if time.monotonic() - begin > PILOT_PATIENCE:
+                    raise
+
+    with phases.phase(words) as timing:
+        for case in cases:
+            try:
+                timed = one(case)
+                if timed.extrapolated and (timed.seconds is None or timed.once > COMPILED):
+                    timed = _joined(timed, one(case))  # what took the case's time is kept by now
+            except Late:
+                break
+            found.append(timed)
+            spent = sum(each.spent for each in found)
+            timing.note(share=min(max(len(found) / len(cases), spent / PILOT_TIME), 1.0))
+            if spent > PILOT_TIME:
+                break
+    return found
+
+
+def _joined(first: Timed, second: Timed) -> Timed:
+    """Return the time of a case of which the first attempt came to no end of its set-up, which the second one found."""
+    setup = first.spent if first.seconds is None and first.once <= COMPILED else 0.0
+    seconds = None if second.seconds is None else second.seconds + setup
+    return second._replace(seconds=seconds, spent=first.spent + second.spent)
 
 
 def _case_bytes(grid: Grid, events: float) -> float:

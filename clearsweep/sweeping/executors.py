@@ -229,10 +229,22 @@ class Dask:
                 nanny.auto_restart = False
                 with contextlib.suppress(ProcessLookupError, TypeError):
                     os.kill(nanny.pid, signal.SIGKILL)  # a case may never end
-        with contextlib.suppress(Exception):  # a scheduler that is gone takes no leave
-            self._client.close(timeout=PATIENCE)
+        _close(self._client)
         if self._cluster is not None:
-            self._cluster.close(timeout=PATIENCE)
+            _close(self._cluster)
+
+
+def _close(peer: Any) -> None:
+    """Close a client or a cluster, or give it up after PATIENCE.
+
+    Both wait for a lock that all of them share and that is not given back where one of them is collected as garbage
+    meanwhile; a cluster that is given up must not be closed once more when the interpreter ends.
+    """
+    with contextlib.suppress(Exception):
+        _in_time(functools.partial(peer.close, timeout=PATIENCE))
+        return
+    with contextlib.suppress(AttributeError, KeyError):
+        type(peer)._instances.discard(peer)
 
 
 def reach(scheduler: str | None) -> None:
@@ -246,8 +258,7 @@ def reach(scheduler: str | None) -> None:
     except Exception as error:
         raise _no_answer(scheduler, error) from None
     finally:
-        with contextlib.suppress(Exception):
-            client.close(timeout=PATIENCE)
+        _close(client)
     if several:
         raise InputError(
             f"scheduler: {len(several)} workers of {scheduler} have several threads ({several[0]}); start "

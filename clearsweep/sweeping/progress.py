@@ -1,39 +1,18 @@
-"""Progress of a sweep on stderr: a bar on a terminal, a plain line now and then in a log."""
+"""Progress of the cases of a sweep, and of the workers that compile for it; `language.phases` prints it."""
 
-import sys
+import math
 import time
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Sequence
 
-from ..language.errors import printable
-from ..language.wording import duration
+from .. import store
+from ..language import phases
+from ..language.phases import say, shown
+
+__all__ = ["Cases", "Compiling", "Pace", "say", "shown"]
 
 SETTLING = 1.0  # s after the first case before the time left is told
-
-
-def of(total: int, *, wanted: bool) -> "Silent":
-    """Return a context with `advance(done, failed)` for `total` cases."""
-    if not wanted or sys.stderr is None:
-        return Silent()
-    return Bar(total) if sys.stderr.isatty() else Lines(total)
-
-
-def say(sentence: str) -> None:
-    """Tell whoever watches something."""
-    if sys.stderr is not None:  # None would mean stdout
-        print(printable(sentence), file=sys.stderr, flush=True)
-
-
-class Silent(AbstractContextManager["Silent"]):
-    """No progress."""
-
-    def advance(self, done: int, failed: int) -> None:
-        """Take note of `done` more cases; `failed` is the number that failed in all."""
-
-    def look(self, in_hand: int) -> None:
-        """Show the time that goes by, and so many cases that are done but not committed."""
-
-    def __exit__(self, *_: object) -> None:
-        """End the display."""
+LISTED = 3  # cases at work that a line tells of
+LONG = phases.FIRST  # s, from which a case at work is listed
 
 
 class Pace:
@@ -54,54 +33,74 @@ class Pace:
         return None if done == self.first or spent < SETTLING else spent * (total - done) / (done - self.first)
 
 
-class Bar(Silent):
-    """A bar with the time left; it moves with every case that a worker has done, committed or not."""
+class Cases(phases.Phase):
+    """The phase in which cases run: how many are done, how long the others take, which one takes long."""
 
     def __init__(self, total: int):
-        from tqdm import tqdm
+        super().__init__(self._words)
+        self.total, self.done, self.failed, self.jobs = total, 0, 0, 1
+        self.pace = Pace()
+        #: Returns the number of cases that workers have done of batches under way, and the cases they are at.
+        self.look: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
+        self._seen: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
 
-        form = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} cases, {elapsed} spent{postfix}"
-        self.bar = tqdm(total=total, bar_format=form, dynamic_ncols=True, file=sys.stderr)
-        self.pace, self.done, self.failed, self.due = Pace(), 0, 0, 0.0
+    def seen(self) -> tuple[int, Sequence[phases.Progress]]:
+        """Return what `look` returns, or what it did a moment ago: it reads files."""
+        now = time.monotonic()
+        if now - self._seen[0] >= phases.LOOK:
+            self._seen = now, self.look()
+        return self._seen[1]
 
     def advance(self, done: int, failed: int) -> None:
-        """Move the bar on by `done` cases."""
+        """Take note of `done` more cases; `failed` is the number that failed in all."""
         self.done, self.failed = self.done + done, failed
+        self.pace.left(self.done, self.total)
 
-    def look(self, in_hand: int) -> None:
-        """Draw the bar, twice a second at most."""
-        now = time.monotonic()
-        if now < self.due:
-            return
-        self.due = now + 0.5
-        self.bar.n = max(self.bar.n, min(self.done + in_hand, self.bar.total))
-        left = self.pace.left(self.bar.n, self.bar.total)
-        said = [] if left is None else [f"about {duration(left)} left"]
-        said += [f"{self.failed:,} failed"] if self.failed else []
-        self.bar.set_postfix_str(", ".join(said))
+    def _words(self) -> str:
+        done = min(self.done + self.seen()[0], self.total)
+        self.share = done / max(self.total, 1)
+        return f"{done:,} of {self.total:,} cases, {self.failed:,} failed"
 
-    def __exit__(self, *_: object) -> None:
-        self.bar.n = self.done
-        self.bar.set_postfix_str(f"{self.failed:,} failed" if self.failed else "")
-        self.bar.close()
+    def left(self, now: float) -> float | None:
+        """Return the time (s) left: at the mean pace of cases, or as the progress of those at work foretells."""
+        in_hand, at_work = self.seen()
+        known = [each for each in at_work if each.left is not None]
+        paced = self.pace.left(self.done + in_hand, self.total)
+        if not known:
+            return paced
+        left = max(each.left or 0.0 for each in known)
+        if paced is not None:
+            return max(paced, left)
+        whole = [each.seconds + (each.left or 0.0) for each in known if not each.once]
+        if not whole:
+            return None
+        waiting = max(self.total - self.done - in_hand - len(at_work), 0)
+        return max(left, sum(whole) / len(whole) * (1.0 + waiting / max(self.jobs, 1)) - known[0].seconds)
+
+    def further(self) -> str:
+        """Return the cases that take long, each with its progress."""
+        long = [each for each in self.seen()[1] if each.seconds >= LONG]
+        more = f"; and {len(long) - LISTED:,} more" if len(long) > LISTED else ""
+        return "".join(f"; {store.case_text(each)}" for each in long[:LISTED]) + more
 
 
-class Lines(Silent):
-    """A line after 5 s, then at growing intervals up to a minute."""
+class Compiling(phases.Phase):
+    """The phase in which workers compile what cases need, or load it."""
 
-    def __init__(self, total: int):
-        self.total, self.done, self.begin, self.pace = total, 0, time.monotonic(), Pace()
-        self.due, self.interval = self.begin + 5.0, 5.0
+    def __init__(self, parts: int, look: Callable[[], Sequence[phases.Progress]]):
+        """Take the number of parts to compile, and what returns the progress of those that workers are at."""
+        super().__init__(self._words)
+        self.parts, self.look, self.done = parts, look, 0
 
-    def advance(self, done: int, failed: int) -> None:
-        """Write a line if one is due."""
-        self.done += done
-        left = self.pace.left(self.done, self.total)
-        now = time.monotonic()
-        if now < self.due or not self.done:
-            return
-        self.interval = min(1.5 * self.interval, 60.0)
-        self.due = now + self.interval
-        spent = now - self.begin
-        rest = "" if left is None else f", about {duration(left)} left"
-        say(f"{self.done:,} of {self.total:,} cases, {failed:,} failed, {duration(spent)} spent{rest}")
+    def _words(self) -> str:
+        if phases.innermost() is not self:
+            return ""  # the worker is this process, and says it itself
+        what = next((each.what for each in self.look()), "loading compiled code")
+        return f"{what}, part {min(self.done + 1, self.parts)} of {self.parts}"
+
+    def left(self, now: float) -> float | None:
+        """Return the time (s) that the slowest of them takes still, and the others at the pace so far."""
+        slowest = max((each.left for each in self.look() if each.left is not None), default=None)
+        if slowest is None or not self.done:
+            return slowest
+        return slowest + (now - self.begin) * max(self.parts / self.done - 2.0, 0.0)  # two at a time at least

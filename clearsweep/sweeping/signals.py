@@ -5,8 +5,9 @@ import os
 import signal
 import threading
 from collections.abc import Iterator
-from multiprocessing import resource_tracker
 from types import FrameType
+
+from ..language.errors import ClearsweepError
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -16,12 +17,15 @@ class _Request:
 
     signum = 0  # the signal that asked it to stop, 0 while none has
     patient = False  # whether whoever runs looks at requested() between two cases
+    leaving = False  # whether it is on its way out: later signals change nothing
+    last = False  # whether the process ends with the run
 
 
 class Stopped(KeyboardInterrupt):
     """A run that was asked to stop; what was finished is committed."""
 
     def __init__(self, signum: int, message: str = "stopped; run the same command again to go on"):
+        _Request.leaving = True
         super().__init__(message)
         self.exit_code = 128 + signum
 
@@ -29,6 +33,11 @@ class Stopped(KeyboardInterrupt):
 def requested() -> int:
     """Return the signal that asked to stop, 0 where none has."""
     return _Request.signum
+
+
+def end_with_run() -> None:
+    """Let signals that come after the one that stopped a run change nothing until this process ends."""
+    _Request.last = True
 
 
 @contextlib.contextmanager
@@ -45,9 +54,10 @@ def patience() -> Iterator[None]:
 def catching() -> Iterator[None]:
     """Let a signal raise Stopped inside, or be noted first where there is patience; for the main thread.
 
-    A SIGHUP that is ignored stays so: `nohup` asked for that.
+    The first signal decides the exit code.  Once Stopped is raised, further signals change nothing: one that broke into
+    the way out could leave a lock in a state that is none.  A SIGHUP that is ignored stays so: `nohup` asked for that.
     """
-    _Request.signum = 0
+    _Request.signum, _Request.leaving = 0, False
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread can catch signals
         return
@@ -56,9 +66,15 @@ def catching() -> Iterator[None]:
     before = {signum: signal.signal(signum, _in_parent) for signum in caught}
     try:
         yield
+    except ClearsweepError:
+        raise
+    except Exception as error:
+        if _Request.leaving:  # what Stopped broke into, as a lock that was about to be taken
+            raise Stopped(_Request.signum) from error
+        raise
     finally:
         for signum, handler in before.items():
-            signal.signal(signum, handler)
+            signal.signal(signum, signal.SIG_IGN if _Request.last and _Request.leaving else handler)
 
 
 def in_worker() -> None:
@@ -73,6 +89,8 @@ def in_worker() -> None:
 @contextlib.contextmanager
 def shielded() -> Iterator[None]:
     """Block all of them for threads and processes born inside: a worker starting up is not torn by Ctrl-C."""
+    from multiprocessing import resource_tracker
+
     before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     resource_tracker.ensure_running()  # it would start with the first worker, and unblock two of them
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
@@ -83,9 +101,11 @@ def shielded() -> Iterator[None]:
 
 
 def _in_parent(signum: int, _frame: FrameType | None) -> None:
-    again, _Request.signum = _Request.signum, signum
+    if _Request.leaving:
+        return
+    again, _Request.signum = _Request.signum, _Request.signum or signum
     if again or not _Request.patient:
-        raise Stopped(signum)
+        raise Stopped(_Request.signum)
 
 
 def leave_if_asked() -> None:

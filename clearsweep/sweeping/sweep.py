@@ -2,7 +2,7 @@
 
 import errno
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -12,6 +12,8 @@ import numpy as np
 
 from .. import grid as grids
 from .. import store
+from ..contracts.results import Peak
+from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
 from . import executors, progress, resources, rounds, signals
 from .crew import Crew, Options, case_ids, most, within
@@ -108,10 +110,17 @@ def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the comma
 
 def run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator = SIMULATION) -> RunResult:
     """Run a grid as `sweep` does, its cases by `simulator`."""
+    with phases.shown(options.show_progress):
+        return _run_sweep(source, out, options, simulator)
+
+
+def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:
+    """Run a grid; what is done is said in phases."""
     begin = time.monotonic()
     check(options)
     most(options.max_failures, 0)
-    grid = load(source, simulator)
+    with phases.phase("reading the grid"):
+        grid = load(source, simulator)
     grids.check_memory(grids.largest_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
     if shard and grid.seek:
@@ -121,14 +130,18 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
             "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
             "them, and run the grid with it where they were merged to"
         )
-    ids = case_ids(grid)
-    wanted = shard.ids(ids) if shard else each_once(ids)
-    derived, warnings = facts(grid, simulator)
-    known = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
+    with phases.phase("looking at the cases"):
+        ids = case_ids(grid)
+        wanted = shard.ids(ids) if shard else each_once(ids)
+        derived, warnings = facts(grid, simulator)
+    known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     search = Seeking(grid) if grid.seek else Refining(grid) if grid.refine else None
-    with signals.catching(), directory_of(grid, out, shard).open_for(grid, counts={"cases": len(wanted)}) as directory:
+    begun = {"counts": {"cases": len(wanted)}, **known}
+    with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
         start = store.now()
-        for sentence in directory.recover():
+        with phases.phase("reading what the directory holds"):
+            sentences = directory.recover()
+        for sentence in sentences:
             progress.say(sentence)
         with Crew(directory, options, simulator) as crew:
             if search:
@@ -138,7 +151,8 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
                 complete = crew.run(grid, ids, wanted)
             del ids  # 8 MB of a million cases, which merging needs
             answers = search.answers() if isinstance(search, Seeking) and complete else []
-            store.write_answers(directory, store.Form.of(grid), grid.seek.path if grid.seek else "", answers)
+            path = grid.seek.path if grid.seek else ""
+            known["answers"] = store.write_answers(directory, store.Form.of(grid), path, answers)
             counts: dict[str, Any] = conclude(crew, grid, wanted, start=start, **known)
     return RunResult(
         directory.path,
@@ -182,7 +196,13 @@ def conclude(crew: Crew, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> 
     asked = within(rows["id"], wanted)
     rows = rows if asked.all() else rows[asked]
     form = store.Form.of(grid)
-    merged = store.merge(directory, form, rows, say=progress.say, again=lambda worst: crew.peaks(grid, worst))
+
+    def again(worst: Sequence[store.Worst]) -> list[Peak | None]:
+        words = f"saving the revolution of the largest peak of {wording.count(len(worst), 'case')}"
+        with phases.phase(words):
+            return crew.peaks(grid, worst)
+
+    merged = store.merge(directory, form, rows, say=progress.say, again=again)
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
         "cases": len(wanted),
@@ -193,7 +213,7 @@ def conclude(crew: Crew, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> 
         "missing": len(wanted) - len(rows),
         "others": stored - len(rows),
     }
-    directory.write_record(grid, end=store.now(), counts=counts, merged=merged, **known)
+    directory.write_record(grid, end=store.now(), counts=counts, merged=merged, **({"answers": {}} | known))
     return counts
 
 

@@ -22,12 +22,16 @@ from ..contracts.case import Case
 from ..contracts.catalogue import Catalogue
 from ..contracts.results import Peak, Trajectory
 from ..grid import Grid
+from ..judging.validity import LIFE_FAILED
+from ..language import phases
 from ..language.errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
 from ..store import durable
 from . import resources, signals
 
 AT_ONCE = 64  # cases made at a time, in a third of the time of one by one
 LOOK = 0.01  # s between two looks at what tells workers to stop
+CHECK = 10.0**0.125  # times as long as the case its error check takes: a tenth of the tolerance, of order eight
+OUT_OF_TIME = "time-budget"  # status of what took longer than it may
 _PR_SET_PDEATHSIG = 1
 NOTE_LENGTH = 22  # bytes that say who is at which case; after them a watchdog writes where a late case was
 
@@ -122,6 +126,14 @@ class Job:
         """Return the file in which a worker says which case it is at."""
         return durable.passing(self.directory / store.SCRATCH, f"{batch.name}.note")
 
+    def facts(self, task: Task) -> dict[str, Any]:
+        """Return which case a task is, for programs."""
+        return {"case_id": task.case_id, "case": task.grid_index + 1, "cases": len(self.grid)}
+
+    def working(self, batch: Batch) -> store.Working:
+        """Return the file in which a worker keeps its progress at a case that takes long."""
+        return store.Working(self.directory, batch.name)
+
 
 @functools.lru_cache(maxsize=1)
 def _unpacked(content: bytes) -> Job:
@@ -154,11 +166,39 @@ def enter(parent: int, load: Callable[[], None]) -> None:
     gc.freeze()  # what is loaded stays, so it need not be looked through again and again
 
 
-def time_case(simulator: Simulator, case: Case) -> tuple[float, int]:
-    """Return the time (s) that a case takes and the number of its events."""
-    begin = time.perf_counter()
-    trajectory = simulator.solve(case)
-    return time.perf_counter() - begin, len(trajectory.events)
+class Timed(NamedTuple):
+    """The time that a case takes, as it was measured, or extrapolated from its beginning."""
+
+    seconds: float | None  # what is compiled once does not count; None: the beginning does not tell
+    events: int
+    spent: float  # s, that measuring took, without what is compiled
+    once: float  # s, that compiling took on the way
+    extrapolated: bool = False
+    beyond: bool = False  # its time budget ends it before, and that is its time
+
+
+def time_case(simulator: Simulator, case: Case, patience: float, working: store.Working | None = None) -> Timed:
+    """Return the time that a case takes; of one that takes more than `patience` (s) as its beginning tells."""
+    budget = min(case.simulate.time_budget, patience)
+    begin, once = time.perf_counter(), phases.once_seconds()
+    with phases.written(working.put) if working else contextlib.nullcontext(), phases.estimated() as latest:
+        trajectory = simulator.solve(case._replace(simulate=case.simulate._replace(time_budget=budget)))
+    once = phases.once_seconds() - once
+    spent = time.perf_counter() - begin - once
+    out_of_time = [trajectory.status, *trajectory.message.partition(LIFE_FAILED)[2:]]  # of the case, of a further life
+    if not any(OUT_OF_TIME in text for text in out_of_time) or budget == case.simulate.time_budget:
+        return Timed(spent, len(trajectory.events), spent, once)
+    total = latest.total and max(latest.total - once, spent)
+    if total and case.simulate.error_check:
+        total *= 1.0 + CHECK
+    beyond = total is not None and total > case.simulate.time_budget
+    return Timed(case.simulate.time_budget if beyond else total, 0, spent, once, extrapolated=True, beyond=beyond)
+
+
+def prepare(working: store.Working, part: Callable[[Case], None], case: Case) -> None:
+    """Compile a part of what a case needs, or load it, and keep the progress of compiling in a file."""
+    with phases.written(working.put):
+        part(case)
 
 
 def find_peak(simulator: Simulator, case: Case, joint: int, revolutions: float) -> Peak:
@@ -184,7 +224,7 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
         )
     rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
     together = job.together and not batch.tried
-    with signals.patience(), _noting(job.note(batch)) as note:
+    with signals.patience(), _noting(job.note(batch)) as note, phases.written(job.working(batch).put):
         for task, point, trajectory in (_together if together else _one_by_one)(job, batch, note, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
         seconds = time.perf_counter() - begin
@@ -208,7 +248,10 @@ def _one_by_one(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfini
             return
         note.say(index)
         log = store.Unfinished(job.directory, task.case_id) if case.life else None
-        yield task, point, _solve(job, case, log, note.handle)
+        with phases.phase("") as phase:
+            phase.facts = job.facts(task)
+            trajectory = _solve(job, case, log, note.handle)
+        yield task, point, trajectory
         logs += [log] if log else []
 
 
@@ -293,13 +336,15 @@ class Note(NamedTuple):
     process: int
     batch_index: int
     late: bool  # the case took longer than it may
+    since: float = 0.0  # s of the clock, when it was written
 
 
 def read_note(job: Job, batch: Batch) -> Note | None:
     """Return what is noted of a batch, None where no worker has begun it."""
     try:
-        process, index, *rest = durable.read(job.note(batch)).split()
-        return Note(int(process), int(index), bool(rest))
+        path = job.note(batch)
+        process, index, *rest = durable.read(path).split()
+        return Note(int(process), int(index), bool(rest), path.stat().st_mtime)
     except (OSError, ValueError):
         return None
 

@@ -6,10 +6,11 @@ lengths (`convergence`), every case of a table of stiff and extreme ones (`stabi
 implicit method saves (`stiff`).
 """
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+from ..language import phases
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
@@ -22,10 +23,17 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
     from . import text
 
-    results = measure(quick=quick, note=lambda sentence: print(f"verify: {sentence}", file=sys.stderr, flush=True))
+    at = ["verify"]
+
+    def note(sentence: str) -> None:
+        at[0] = f"verify: {sentence}"
+        phases.say(at[0])
+
+    with phases.phase(lambda: at[0]):
+        results = measure(quick=quick, note=note)
     print(dumps(results, indent=2, allow_nan=False) if json else text.text(results), flush=True)
     if directory is not None:
-        print(f"verify: wrote {write(results, directory)}", file=sys.stderr, flush=True)
+        phases.say(f"verify: wrote {write(results, directory)}")
 
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:

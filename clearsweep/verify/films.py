@@ -19,7 +19,7 @@ FACTORS = {
     "speed": (60.0, 300.0, 1500.0, 3000.0, 6000.0),  # rpm
     "clearance": (1e-5, 3e-5, 1e-4, 2e-4, 5e-4),  # m
     "scarcity": (0.03, 0.1, 0.3, 1.0, 10.0),  # load over what the film bears at half the clearance
-    "law": (0, 1, 2, 3, 0),  # of LAWS
+    "law": (0, 1, 2, 3, 4),  # of LAWS
     "mass": (0.1, 1.0, 1.0, 1.0, 10.0),  # factor on all masses and inertias
     "softness": (0.2, 0.4, 0.6, 0.8, 1.0),  # where the stiffness is, as in `machines`
     "restitution": (0.05, 0.3, 0.5, 0.9, 1.0),
@@ -27,7 +27,7 @@ FACTORS = {
     "width": (5e-7, 1e-6, 2e-6, 2e-6, 5e-6),  # m, of the transition
     "opening": (0, 0, 0, 1, 2),  # of OPENINGS
 }
-LAWS = ("finite", "short", "long", "pinkus-sternlicht")
+LAWS = ("finite", "short", "long", "pinkus-sternlicht", "reynolds")
 OPENINGS = (("rod-slider",), ("crank-rod",), ("crank-rod", "rod-slider"))
 Levels = dict[str, float]
 

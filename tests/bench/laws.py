@@ -39,6 +39,7 @@ STAGE = 1  # of a step, as most evaluations are: at its ends more is looked at, 
 DEPTHS = np.geomspace(1e-8, 1e-4, 2000)  # m
 STEEL = {"law": "hertz", "material": {"young": 207e9, "poisson": 0.3}}
 OIL = {"viscosity": 0.4}
+FILMS = ("reynolds", "finite", "short", "long", "pinkus-sternlicht")
 WINKLER = STEEL | {"elastic": "winkler", "thickness": 5e-3}
 WEAR = {"law": "archard", "coefficient": 1e-14, "bins": 360}
 WORN = {  # a joint of circles, and the same worn before
@@ -47,7 +48,7 @@ WORN = {  # a joint of circles, and the same worn before
 }
 KINDS = {  # what a joint has besides its sizes
     "dry": {"contact": STEEL},
-    **{f"film {law}": {"film": OIL | {"law": law}} for law in ("finite", "short", "long", "pinkus-sternlicht")},
+    **{f"film {law}": {"film": OIL | {"law": law}} for law in FILMS},
     "film finite before dry": {"film": OIL | {"law": "finite"}, "contact": STEEL},
 }
 

@@ -131,6 +131,7 @@ class Guard(NamedTuple):
     counted: bool = False  # in the figure `force_clips`
     observable: int = -1  # of the contact, see `observables`, that is its value, so that nothing is evaluated; -1: none
     sign: float = 1.0  # by which that is multiplied
+    ends_run: bool = False  # as the journal has left its bearing
 
 
 # ---------------------------------------------------------------------------------------------- of a joint

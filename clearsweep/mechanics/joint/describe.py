@@ -96,6 +96,9 @@ def _described(law: Law) -> str:
     for head, lines in (("holds for", ranges), ("against it", against)):
         if lines:
             blocks.append("\n".join([head, *(_wrapped("  ", line) for line in lines)]))
+    if law.family == "elastic":
+        kind = f"of a {law.contact}" if law.contact else "not judged"
+        blocks.append(f"first yield: {kind}")
     if law.source:
         blocks.append(_wrapped("", f"source: {law.source}"))
     if law.notes:

@@ -53,10 +53,11 @@ class Guards(NamedTuple):
     contact: np.ndarray  # (g,) int64, at which it acts
     modes: np.ndarray  # (g,) int64, bit m: it is looked at in mode m
     leads_to: np.ndarray  # (g,) int64
-    at_stages: np.ndarray  # (g,) bool, likewise the next three
+    at_stages: np.ndarray  # (g,) bool, likewise the next four
     at_start: np.ndarray
     of_state: np.ndarray
     counted: np.ndarray
+    ends_run: np.ndarray
     column: np.ndarray  # (g,) int64, that of the observable that it is, -1 where its law gives the value
     sign: np.ndarray  # (g,) by which that is multiplied
     value: np.ndarray  # (2, g) values of the guards; the largest at the stages and the end of a step
@@ -250,7 +251,7 @@ def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
     """Return what Guards says of each guard, and whether a law keeps anything: the types of the laws decide that."""
     listed = every_guard(joints)
     each = [guard for _, guard in listed]
-    flags = ("at_stages", "at_start", "of_state", "counted")
+    flags = ("at_stages", "at_start", "of_state", "counted", "ends_run")
     arrays = {
         "contact": np.array([contact for contact, _ in listed], dtype=np.int64),
         "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),

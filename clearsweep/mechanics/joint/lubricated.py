@@ -81,6 +81,7 @@ class FilmContact(NamedTuple):
     lost: float  # W, taken by the film and by the dry share's normal force
     rubbed: float  # W, taken by the dry share's friction
     drained: float  # W, taken by the film
+    pumped: float  # W, of it by its pressure alone, without its shear
     dry: float  # N, the dry share of the normal force
     highest: tuple  # (law, FilmMotion), of which the pressure follows
     speed: float  # m/s, of the journal's surface over the bearing's by their spins alone
@@ -94,6 +95,7 @@ class Floating(NamedTuple):
     on_journal: float  # N m
     on_bearing: float  # N m
     lost: float  # W
+    pumped: float  # W, of it what the pressure takes
     motion: FilmMotion
     nx: float  # direction of the line of centres
     ny: float
@@ -119,6 +121,7 @@ def floating(joint, gap):
             on_journal=on_journal,
             on_bearing=on_bearing,
             lost=-on_journal * journal - on_bearing * bearing,
+            pumped=zero,
             motion=FilmMotion(zero, zero, zero),
             nx=as_type_of(1.0, square),
             ny=zero,
@@ -143,6 +146,7 @@ def floating(joint, gap):
         on_journal=on_journal,
         on_bearing=on_bearing,
         lost=lost,
+        pumped=0.5 * eccentricity * tangential * motion.spin - radial * rate,
         motion=motion,
         nx=nx,
         ny=ny,
@@ -169,6 +173,7 @@ def load_of(joint, film, speed):
         lost=film.lost,
         rubbed=zero,
         drained=film.lost,
+        pumped=film.pumped,
         dry=zero,
         highest=(joint.film, film.motion),
         speed=film.speed,
@@ -194,6 +199,7 @@ def with_dry(afloat, pressed, share):
         lost=rest * a.lost + share * (b.normal - b.elastic) * b.rate,
         rubbed=rest * a.rubbed - share * b.tangential * b.slip,
         drained=rest * a.drained,
+        pumped=rest * a.pumped,
         dry=rest * a.dry + share * b.normal,
         highest=a.highest,
         speed=a.speed,
@@ -235,6 +241,7 @@ def with_asperities(joint, gap, film, load):
                 lost=contact.lost,
                 rubbed=-rubbing * slip,
                 drained=contact.drained,
+                pumped=contact.pumped,
                 dry=borne,
                 highest=contact.highest,
                 speed=contact.speed,
@@ -350,7 +357,7 @@ def _of_all_but_the_resultant_slip(contact):
 def _of_the_film(contact, accurate):
     law, motion = contact.highest
     pressure = film_pressure(law, motion) if accurate else 0.0
-    return contact.dry, contact.drained, contact.rubbed, pressure, contact.speed
+    return contact.dry, contact.drained, contact.rubbed, pressure, contact.speed, contact.pumped
 
 
 @channels_beside.member(FilmContact)

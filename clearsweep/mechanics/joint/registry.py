@@ -16,7 +16,7 @@ from .describe import text
 from .elastic.conformal import Foundation
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
-from .film.shear import BY_LAW
+from .film.shear import DEFAULT
 from .film.transition import bounds
 from .friction.contract import Frictionless
 from .loss.contract import lowest_force
@@ -35,7 +35,7 @@ from .elastic import power, cylinders, conformal, compatible  # noqa: F401
 from .roughness import smooth, fractal, kogut_etsion  # noqa: F401
 from .friction import sliding, stick, bristles  # noqa: F401
 from .wear import archard, bed, persson, pressure, slices  # noqa: F401
-from .film import finite, short, long, shear, transition  # noqa: F401
+from .film import reynolds, finite, short, long, shear, transition  # noqa: F401
 # isort: on
 
 __all__ = [
@@ -49,11 +49,13 @@ __all__ = [
     "elastic_forces",
     "film_terms",
     "friction_term",
+    "is_ball",
     "jam_angle",
     "joint_term",
     "penetration_limit",
     "pulls",
     "restitution",
+    "smoothing",
     "text",
     "wear_term",
 ]
@@ -105,9 +107,8 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
         wear=wear_term(joint),
     )
     if joint.wear and joint.wear.evolve:
-        if isinstance(elastic, Foundation) and joint.wear.pressure == "winkler":
-            return worn.WornOnBed(*pressed, *_shapes(joint, before, ON_SPRINGS))
-        return worn.WornJoint(*pressed, *_shapes(joint, before, AT_POINT))
+        form = worn.WornOnBed if _on_springs(joint, elastic) else worn.WornJoint
+        return form(*pressed, *_shapes(joint, elastic, before)[:2])
     if joint.film is None:
         return pressed
     film, drag = film_terms(joint)
@@ -116,18 +117,33 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     return lubricated.Lubricated(*pressed, film, drag, joint.film.limit, passing, corners)
 
 
-def _shapes(joint: Joint, before: Worn | None, least: float) -> tuple[Shape, Shape]:
-    """Return the shapes of bearing and journal, circles where nothing is worn before; `least` : see `shapes_of`."""
+def _on_springs(joint: Joint, elastic: tuple) -> bool:
+    """Return whether the worn surfaces of a joint press on springs all along, not at one point."""
+    return isinstance(elastic, Foundation) and joint.wear is not None and joint.wear.pressure == "winkler"
+
+
+def _shapes(joint: Joint, elastic: tuple, before: Worn | None) -> tuple[Shape, Shape, float]:
+    """Return the shapes of bearing and journal, circles where nothing is worn before, and how widely they are smoothed.
+
+    That is the standard deviation (rad) of the Gaussian.
+    """
     assert joint.wear is not None  # asked of joints that wear
     new = np.zeros(joint.wear.bins)
     bearing, journal = before[:2] if before else (new, new)
-    return shapes_of(bearing, journal, joint.clearance, least)[:2]
+    return shapes_of(bearing, journal, joint.clearance, ON_SPRINGS if _on_springs(joint, elastic) else AT_POINT)
+
+
+def smoothing(joint: Joint, before: Worn) -> float | None:
+    """Return the standard deviation (rad) of the Gaussian that worn shapes are smoothed by, None where none act."""
+    if not (joint.wear and joint.wear.evolve):
+        return None
+    return _shapes(joint, contact_terms(joint)[1], before)[2]
 
 
 def film_terms(joint: Joint) -> tuple:
     """Return the compiled form of (film, shear) of a joint that has a film."""
     assert joint.film is not None  # asked of joints with one
-    drag = BY_LAW[joint.film.law] if joint.film.friction == "by-law" else joint.film.friction
+    drag = DEFAULT if joint.film.friction == "by-law" else joint.film.friction
     return compiled_term("film", joint.film.law, joint), compiled_term("film-friction", drag, joint)
 
 
@@ -135,7 +151,6 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
     """Return the compiled form of a spatial joint; its journal is on the rod."""
     law, elastic = contact_terms(joint)
     assert None not in (joint.bearing_radius, joint.length, joint.journal_length)  # the grid knows that they are there
-    beyond = joint.journal_length > joint.length and not joint.flange
     about = np.array([*joint.tilt, 0.0])
     angle = float(np.linalg.norm(about))
     share = math.sin(angle) / angle if angle else 1.0
@@ -150,7 +165,8 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
         half_journal=0.5 * joint.journal_length,
         offset=Vector(*joint.offset),
         axis=Vector(share * b, -share * a, math.cos(angle)),
-        ends=spatial.AtEdges() if beyond else spatial.InBore(),
+        ends=spatial.InBore() if joint.flange else spatial.Overlapping(),
+        walls=spatial.spread_over(elastic) if joint.walls == "spread" else spatial.Ends(),
         law=law,
         elastic=elastic,
         friction=friction_term(joint),
@@ -269,6 +285,14 @@ def restitution(joint: Joint) -> float | None:
 def beyond_hertz(joint: Joint) -> bool:
     """Return whether the contact law of a joint is made for Hertz's force, which its rough surfaces alter."""
     return "hertz" in RECIPES["law", joint.contact.law].law.needs and _roughness(joint) is not None
+
+
+def is_ball(joint: Joint) -> bool:
+    """Return whether the stiffness of a joint is that of a ball in a socket, by a law that another might replace."""
+    contact, elastic = joint.contact, _elastic(joint)
+    from_material = elastic is not None and contact.material is not None and "stiffness" not in contact.values
+    needs_hertz = joint.is_dry and "hertz" in RECIPES["law", contact.law].law.needs
+    return from_material and contact.elastic == "power" and not needs_hertz and not joint.is_guide
 
 
 def pulls(joint: Joint) -> bool:

@@ -11,21 +11,17 @@ whose one body of `accelerate` eliminates the constraints of the ideal ones; a f
 `turns` as before; loads on bodies are further values of the compiled form that `accelerate` reads.
 """
 
-import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 from numba.extending import lower_builtin, type_callable
 
-from ...contracts.catalogue import Mechanism
 from ..compiled.dual import as_type_of, slope
 from ..compiled.family import family, inlined, kernel, map_joints
 from ..compiled.moving import Moving
 from ..joint.places import after_number
-
-STEPS = 720  # of a turn: with a parabola through the largest value, exact to about 1e-9
 
 
 class IdealMotion(NamedTuple):
@@ -46,26 +42,6 @@ class Built(NamedTuple):
     lengths: np.ndarray  # (n,) m: how far the bodies move for a unit of each coordinate
     size: float  # m, of the whole: what places are rounded to follows from it
     rate: float  # rad/s, by which time is measured: that of the crank, or of approach over clearance
-
-
-def largest_reactions(mechanism: Mechanism, bodies: Mapping[str, float], drive: float) -> Mapping[str, float]:
-    """Return the largest reaction (N) of each joint without clearance over a turn; none where nothing turns."""
-    return _largest_reactions(mechanism.ideal, tuple(bodies), tuple(bodies.values()), drive) if mechanism.ideal else {}
-
-
-@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
-def _largest_reactions(ideal: Callable, keys: tuple, values: tuple, drive: float) -> Mapping[str, float]:
-    bodies, angles = dict(zip(keys, values, strict=True)), 2.0 * np.pi * np.arange(STEPS) / STEPS
-    return {name: peak_of(forces) for name, forces in ideal(bodies, drive, angles).reactions.items()}
-
-
-def peak_of(forces: np.ndarray) -> float:
-    """Return the largest size (N) of forces (N, 2) N at even angles of whole turns, by a parabola."""
-    size = np.hypot(forces[:, 0], forces[:, 1])
-    top = int(np.argmax(size))
-    before, here, after = size[top - 1], size[top], size[(top + 1) % len(size)]
-    bend = before - 2.0 * here + after
-    return float(here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here)
 
 
 # ---------------------------------------------------------------------------------------------- the compiled form

@@ -20,6 +20,7 @@ _COURSE = Columns(
     "crank speed over time, straight between the rows and constant beyond them",
     (Field("time", "s", "time", -math.inf),),
     (Field("speed", "rad/s", "crank speed", low_open=False),),
+    above_zero=("speed",),
 )
 DRIVES = {
     law.name: law

@@ -11,6 +11,7 @@ from ...contracts.outline import ANY, GROUND, LoadOutline
 from ..joint.recipe import compiled_term
 
 CENTER = "center"  # the point of a body that is its centre of mass
+MASS = "centre of mass"
 _FORCE = (
     Field("0", "N", "along x, in the fixed frame", -math.inf),
     Field("1", "N", "along y, in the fixed frame", -math.inf),
@@ -70,7 +71,8 @@ LOADS = {
             "force = stiffness (l - free_length) + damping dl/dt along the line from anchor to point",
             "",
             (*(field._replace(name=f"anchor.{field.name}") for field in _ANCHOR), *_SPRING),
-            notes="Written between: [BODY, BODY], anchor: [x, y] on the first.",
+            notes="Written between: [BODY, BODY], anchor: [x, y] on the first.  It holds the second body at `point` "
+            "(planar), by default at a slider's pin, of any other body at the centre of mass.",
         ),
         Law(
             "load",
@@ -89,13 +91,18 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     """Return the sections of a load; points : of each body by name, () where none can be chosen; joints : names."""
     path, bodies = f"loads.{load.name}", tuple(name for name in points if name != GROUND)
     there = tuple(points.get(load.on, ()))
-    chosen = (Choice("point", tuple(dict.fromkeys((*there, CENTER))), "the point where it acts", CENTER),)
+    chosen = (
+        Choice(
+            "point", tuple(dict.fromkeys((*there, CENTER))), f"the point where it acts; {CENTER}: the {MASS}", CENTER
+        ),
+    )
     on = Choice("on", bodies, "the body it acts on")
     at = (on, *(chosen if there else ()))
     force = Keys(f"{path}.force", "a force of fixed direction", _FORCE, "optional")
     table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", at, (_TABLE,))
     ends = tuple(Choice(str(k), tuple(points), f"the {word} body") for k, word in enumerate(("first", "second")))
-    between = Keys(f"{path}.between", "the bodies it joins", words=ends)
+    held = f"at `point`, left out at the {MASS}" if there else f"at a slider's pin, of any other body at the {MASS}"
+    between = Keys(f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {held}", words=ends)
     anchor = Keys(f"{path}.anchor", "where it holds on to the first body", _ANCHOR)
     rubbing = Keys(f"{path}.friction", "the friction", (_RADIUS,), family="friction")
     on_joint = Keys(path, LOADS["friction"].summary, (), "optional", (on._replace(options=joints),))

@@ -139,6 +139,24 @@ def integral_of(o, column, weights):
 
 
 @inlined
+def negative_part_of(o, column, weights):
+    """Return the same sum of what an observable is below 0, as a number above 0."""
+    total = 0.0
+    for row in range(weights.size):
+        total -= weights[row] * o[row, KAPPA] * min(o[row, column], 0.0)
+    return total
+
+
+@inlined
+def integral_of_size(o, column, weights):
+    """Return the same of the size of an observable."""
+    total = 0.0
+    for row in range(weights.size):
+        total += weights[row] * o[row, KAPPA] * abs(o[row, column])
+    return total
+
+
+@inlined
 def follow_along(tried):
     """Put the courses of dt/dtau and of the forces of contacts that act into `step`: polynomials through the stages."""
     contacts = tried.mode.size

@@ -79,6 +79,27 @@ def fill(histogram, j, bins, spent):
         histogram[j, place, 1] += spent[j, 2 * i + 1]
 
 
+@kernel
+def add_course(histogram, j, course, duration):
+    """Divide a step's `duration` (s) among the bins of histogram `j`, (BINS, 2), by the force in its `course`.
+
+    Parts of the step without force are left out.
+    """
+    total = 0.0
+    for i in range(PARTS):
+        total += course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]
+    for i in range(PARTS):
+        begin, end = max(course[FORCE, i], 0.0), max(course[FORCE, i + 1], 0.0)
+        if begin > 0.0 or end > 0.0:
+            lasting = (course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]) * (duration / total)
+            here, there = force_bin(begin), force_bin(end)
+            part = ramp_of((begin, end), (here, there), lasting)
+            histogram[j, here, 0] += part.begun
+            histogram[j, here, 1] += part.density
+            histogram[j, there, 0] += part.ended
+            histogram[j, there, 1] -= part.density
+
+
 @njit(error_model="numpy", cache=True)
 def force_exceeded(histogram, duration):
     """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that.
@@ -93,6 +114,18 @@ def force_exceeded(histogram, duration):
         if above >= duration and spent > 0.0:
             return EDGES[place] + (above - duration) / spent * WIDTHS[place]
     return 0.0
+
+
+def time_above(force: float, filled: np.ndarray) -> float:
+    """Return the time (s) at a higher force than `force` (N) in a histogram, (BINS, 2)."""
+    bins = np.max(np.flatnonzero(filled.any(axis=1)), initial=-1) + 1
+    time, change = filled[:bins].T
+    spent = time + (np.cumsum(change) - change) * np.diff(EDGES[: bins + 1])
+    place = int(np.searchsorted(EDGES, force, side="right")) - 1
+    if place < 0 or place >= bins:
+        return float(spent.sum()) if place < 0 else 0.0
+    low, high = EDGES[place], EDGES[place + 1]
+    return float(spent[place + 1 :].sum() + spent[place] * (high - force) / (high - low))
 
 
 @kernel

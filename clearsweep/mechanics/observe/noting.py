@@ -23,6 +23,8 @@ from .along import (
     course_of,
     highest_inside,
     integral_of,
+    integral_of_size,
+    negative_part_of,
     sum_of,
 )
 from .between import look_between
@@ -33,6 +35,7 @@ from .histogram import (
     PARTS,
     RUBBED_COURSE,
     SLIP_COURSE,
+    add_course,
     fill,
     follow,
     share_beyond,
@@ -48,6 +51,7 @@ from .observables import (
     NODES,
     NORMAL,
     PRESSURE,
+    PUMPED,
     RUBBED,
     SLIP,
     SPEED,
@@ -64,14 +68,16 @@ from .tally import (
     BEYOND_TIME,
     DEPTH_MAX,
     DRAINED_ENERGY,
+    DRY_FORCE_TIME,
     DRY_MAX,
-    DRY_TIME,
     ERROR_MAX,
-    FILM_TIME,
+    FED_ENERGY,
     FORCE_MAX,
+    FRICTION_ENERGY,
     HEAT,
     HELD_TIME,
     LOAD_MAX,
+    LOAD_TIME,
     OPENED,
     PEAK,
     PRESSURE_MAX,
@@ -117,20 +123,19 @@ def follow_contact(at, j, duration):
     if limited:
         tally.joint[j, BEYOND_TIME] += share_beyond(course, work.limit_depth[j]) * duration
     if film:
-        dry = 1.0 if touches(work.mode[j]) else 0.0
-        if work.film[j, 0] != 0.0:
-            dry = share_beyond(course, work.film[j, 0])
-        tally.joint[j, DRY_TIME] += dry * duration
-        tally.joint[j, FILM_TIME] += (1.0 - dry) * duration
         tally.joint[j, HELD_TIME] += share_beyond(course, work.film[j, 1]) * duration
-        if worn:
+        bears = share_beyond(course, work.film[j, 0]) > 0.0
+        if bears or worn:
             follow(work.o, film_column(work.mode.size, j, DRY), course, FORCE)  # the film wears nothing off
+        if bears:
+            add_course(tally.dry, j, course, duration)
+        if worn:
             follow(work.o, film_column(work.mode.size, j, DRY_RUBBED), course, RUBBED_COURSE)
 
 
 @kernel
 def note_film(at, h, j, dense):
-    """Add up the heat of contact `j`, which has a film, and update its largest dry force and pressure.
+    """Add up heat and forces of contact `j`, which has a film, and update its largest dry force and pressure.
 
     Return whether the dense output is made now.
     """
@@ -139,7 +144,11 @@ def note_film(at, h, j, dense):
     weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
     row[HEAT] += h * (step[sum_of(j, SUM_LOST)] + step[sum_of(j, SUM_RUBBED)])
     row[DRAINED_ENERGY] += h * integral_of(o, film_column(contacts, j, DRAINED), weights)
+    row[FED_ENERGY] += h * negative_part_of(o, film_column(contacts, j, PUMPED), weights)
+    row[FRICTION_ENERGY] += h * integral_of(o, film_column(contacts, j, DRY_RUBBED), weights)
     dry = film_column(contacts, j, DRY)
+    row[DRY_FORCE_TIME] += h * integral_of_size(o, dry, weights)
+    row[LOAD_TIME] += h * integral_of_size(o, column_of(j, NORMAL), weights)
     best = max(o[0, dry], o[END, dry])
     if highest_inside(o, dry, 1.0) > 0.9 * row[DRY_MAX]:
         dense = with_dense(at, h, dense)

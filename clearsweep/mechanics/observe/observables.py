@@ -4,7 +4,7 @@ KAPPA to ERROR_RATE are columns of the whole mechanism; after them stands a bloc
 of the resultant of normal and tangential force (N^2), and RUBBED, the power of friction (W, what is rubbed off), are
 filled in where they are asked for, by `put_load` and `put_rubbed`.  Only where a joint has a film, another block for
 every contact follows: the dry share of its normal force (N), the powers (W) that the film takes and dry friction, its
-largest pressure (Pa), the speed (m/s) of the surfaces that shear it.
+largest pressure (Pa), the speed (m/s) of the surfaces that shear it, the power (W) that its pressure alone takes.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from ..compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
 NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, LOAD, RUBBED, CONTACT_WIDTH = range(11)
-DRY, DRAINED, DRY_RUBBED, PRESSURE, SPEED, FILM_WIDTH = range(6)
+DRY, DRAINED, DRY_RUBBED, PRESSURE, SPEED, PUMPED, FILM_WIDTH = range(7)
 
 #: Rows whose stages lie at distinct times, and these times as shares of the step.
 NODES = np.array([0, 6, 5, 9, 8, 10, 12])
@@ -49,7 +49,7 @@ def column_of(contact, which):
 
 @inlined
 def film_column(contacts, contact, which):
-    """Return the column of what is seen of the film at one of so many contacts: DRY to SPEED."""
+    """Return the column of what is seen of the film at one of so many contacts: DRY to PUMPED."""
     return CONTACTS + CONTACT_WIDTH * contacts + FILM_WIDTH * contact + which
 
 

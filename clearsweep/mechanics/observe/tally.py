@@ -58,7 +58,8 @@ WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_STA
 ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX = range(8, 12)
 OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began; rad/s, of a free crank
 # Columns of Tally.joint: figures of the window, LOAD_MAX in N^2 and taken where there is friction; then PEAK (N) and
-# APPROACH (m/s) of the present contact.
+# APPROACH (m/s) of the present contact.  FRICTION_ENERGY (J) is that of dry friction.  LOAD_TIME and DRY_FORCE_TIME
+# (N s) are integrals of the sizes of the normal force and of its dry share, where there is a film.
 (
     FORCE_SQUARE,
     CONTACT_TIME,
@@ -72,10 +73,12 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
     REBOUNDS,
     BEYOND_TIME,
     FORCE_TIME,
-    FILM_TIME,
-    DRY_TIME,
+    FRICTION_ENERGY,
+    LOAD_TIME,
+    DRY_FORCE_TIME,
     HELD_TIME,
     DRAINED_ENERGY,
+    FED_ENERGY,
     HEAT,
     DRY_MAX,
     PRESSURE_MAX,
@@ -83,7 +86,7 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
     PEAK,
     APPROACH,
     JOINT,
-) = range(23)
+) = range(25)
 
 
 HIGHEST_BIN = PARTS + 1  # in Tally.bins: the highest that was entered
@@ -96,6 +99,7 @@ class Tally(NamedTuple):
     whole: np.ndarray  # (WHOLE,) of the mechanism
     joint: np.ndarray  # (contacts, JOINT)
     histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, by how much more in each one above
+    dry: np.ndarray  # the same of the dry share of the force, above zero; (0, BINS, 2) where no joint has a film
     course: np.ndarray  # (contacts, COURSES, PARTS + 1) see histogram, at even places of the step
     bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, those of the force between the parts of the step
     spent: np.ndarray  # (contacts, BELOW + 1) what each adds to the two columns of the histogram
@@ -185,6 +189,8 @@ def enter_powers(ledger, stands, counted):
         add(whole, ENERGY_RUBBED, stands & acting, h * step[sum_of(j, SUM_RUBBED)])
         add(joint, (j, FORCE_SQUARE), counted & acting, h * step[sum_of(j, SUM_FORCE_SQUARE)])
         add(joint, (j, FORCE_TIME), counted & acting, h * step[sum_of(j, SUM_FORCE)])
+        dry = (ledger.rubs[j] != 0) & (ledger.film[j, 1] == math.inf)  # the shear of a film is in its tangential force
+        add(joint, (j, FRICTION_ENERGY), counted & acting & dry, h * step[sum_of(j, SUM_RUBBED)])
     kinetic = o[END, KINETIC]
     gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
     raise_to(whole, RESIDUAL, stands, abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain))

@@ -9,7 +9,7 @@ from ..observe.observables import observed
 from ..observe.tally import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
 from .dop853 import END
 from .event import EVENTS, GUARD, NOTHING, ONSET, SEPARATION, SEPARATIONS
-from .plan import EVENT_BUDGET, GOING, KEEP_EVENTS, LOGGED, MOST_EVENTS, OK, PARTINGS
+from .plan import EVENT_BUDGET, GOING, KEEP_EVENTS, LEFT_BEARING, LOGGED, MOST_EVENTS, OK, PARTINGS
 from .step import go_through, latch
 
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
@@ -114,5 +114,7 @@ def pass_events(at, kind, contact, windowed):
             return OK
         if work.counts[EVENTS] >= work.control[MOST_EVENTS]:
             return EVENT_BUDGET
+        if kind >= GUARD and work.guards.ends_run[kind - GUARD]:
+            return LEFT_BEARING
         kind, contact = parting_too(at)
     return GOING

@@ -4,7 +4,8 @@ import math
 from typing import NamedTuple
 
 AUTO = 2  # of Control.method
-OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED, GOING = range(10)
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
+LEFT_BEARING, GOING = range(9, 11)
 
 
 class Control(NamedTuple):

@@ -142,12 +142,14 @@ def phase(ax: Axes, place: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, 
 
 
 def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
-    """Draw the closing rate (m/s) of every contact onset over the crank angle (rad), and what (m/s) materials bear."""
+    """Draw the closing rate (m/s) of contact onsets over the crank angle (rad), and at which (m/s) contacts yield."""
     scale = wording.scale("m/s", [*rate, *(limit for _, limit in limits)])
     ax.plot(*stems(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
     for (name, limit), dash in zip(limits, cycle(("--", ":", "-."))):
-        label = f"elastic up to here ({name})"
+        label = f"first yield ({name})"
         ax.axhline(limit / scale.factor, color=RED, linewidth=1.1, linestyle=dash, label=label)
     ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
-    over_crank(ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=True)  # whole turns
+    over_crank(
+        ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=bool(limits)
+    )  # whole turns

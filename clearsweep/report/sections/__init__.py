@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from ...language import phases
 from ..section import Section
 from ..study import Study
 from . import (
@@ -59,4 +60,9 @@ SECTIONS: tuple[Callable[[Study], list[Section]], ...] = (  # in the order of th
 
 def of(study: Study) -> list[Section]:
     """Return the sections of a run that have anything to show."""
-    return [section for sections in SECTIONS for section in sections(study) if section.blocks]
+    found: list[Section] = []
+    with phases.phase("preparing the report") as preparing:
+        for number, sections in enumerate(SECTIONS):
+            preparing.note(share=number / len(SECTIONS))
+            found += [section for section in sections(study) if section.blocks]
+    return found

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging.verdict import Limit, limits_of
+from ...judging.verdict import Limit
 from ...language import wording
 from ..draw import comparison
 from ..draw.comparison import Family
@@ -55,16 +55,12 @@ def _beside(study: Study, across: Axis) -> Axis | None:
 
 def _drawn(study: Study) -> list[Drawn]:
     """Return what is limited, then the peaks of every joint, over the ideal ones too, and the error of the output."""
-    found = {limit.column: Drawn(limit.column, in_words(study, limit.column), limit) for limit in _limits(study)}
+    found = {limit.column: Drawn(limit.column, in_words(study, limit.column), limit) for limit in study.limits}
     figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
     columns = [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
     for column in columns:
         found.setdefault(column, Drawn(column, in_words(study, column)))
     return [drawn for drawn in found.values() if study.has(drawn.column)]
-
-
-def _limits(study: Study) -> list[Limit]:
-    return list(limits_of(study.run.grid.get("limits") or {}))
 
 
 def _picture(study: Study, drawn: Drawn, across: Axis, beside: Axis | None) -> Picture:

@@ -5,10 +5,8 @@ from collections import Counter
 import numpy as np
 from markupsafe import Markup
 
-from ... import simulation
 from ...judging import validity
 from ...language import wording
-from .. import elastic_range
 from ..case_table import AT_ONCE, axis_columns
 from ..main_effects import MainEffect, main_effects
 from ..section import Points, Section, filled
@@ -223,10 +221,10 @@ def _beside_median(study: Study, joint: Joint) -> str:
 
 def limits(study: Study) -> list[str]:
     """Return where the cases leave what their laws are made for, as the run's closing words say it."""
-    surfaces = elastic_range.surfaces(study)
-    remarks = validity.Remarks(surfaces, simulation.yielding())
+    joints = [joint.name for joint in study.joints]
+    remarks = validity.Remarks(joints)
     cases = {"case_id": study.cases.index}
-    cases |= {name: study.cases[name] for name in validity.columns(surfaces) if name != "case_id"}
+    cases |= {name: study.cases[name] for name in validity.columns(joints, study.cases.columns) if name != "case_id"}
     for start in range(0, len(study.cases), AT_ONCE):
         remarks.add({name: values[start : start + AT_ONCE].to_numpy() for name, values in cases.items()})
     return remarks.sentences()

@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 
+from ...judging import lifetime
 from ...language import wording
 from ..draw import life
 from ..draw.life import Course
@@ -14,7 +15,7 @@ from . import maps
 
 NOTE = (
     "The shortest, the median and the longest life, node by node of the extrapolation; bars: the 95 % interval of the "
-    "revolutions to the limit, dotted. The map shows the shortest life of the cases of a cell."
+    "numerics alone of the revolutions to the limit, dotted. The map shows the shortest life of the cases of a cell."
 )
 CALLED = {"wear_depth_max": "wear depth", "clearance_growth": "growth of the clearance"}
 
@@ -48,11 +49,9 @@ def _points(study: Study, joint: Joint) -> list[str]:
 
 def _told(study: Study, joint: Joint, case_id: str) -> str:
     """Return a life in hours with its interval, and in revolutions."""
-    turns, hours, low, high = (
-        float(study.cases.at[case_id, joint.column(f"life_{name}")]) for name in ("revolutions", "hours", "low", "high")
-    )
-    ends = [f"{wording.plain(hours * end / turns)} h" if np.isfinite(end) else "no end" for end in (low, high)]
-    return f"{wording.plain(hours)} h (95{wording.BLANK}%: {ends[0]} to {ends[1]}), {wording.plain(turns)} revolutions"
+    known = {name: joint.column(name) for name in lifetime.COLUMNS if joint.column(name) in study.cases}
+    life = lifetime.lifetime_of({name: float(study.cases.at[case_id, column]) for name, column in known.items()})
+    return f"{lifetime.told(life)}, {wording.plain(life.revolutions)} revolutions"
 
 
 def _pictures(study: Study, joint: Joint) -> list[Picture]:

@@ -1,13 +1,18 @@
 """The figures of every finished case in tables: forces of each joint, output and drive, how certain they are."""
 
+from collections.abc import Iterator, Sequence
+from typing import overload
+
 from ...contracts.layout import DIFFERENCE
+from ...language import wording
 from ..case_table import case_table
 from ..picture import capital
-from ..section import Block, Note, Section, filled
+from ..section import Block, Note, Points, Section, filled
 from ..shown import shown
 from ..study import P99, Joint, Study
-from ..table import Table
+from ..table import Quantity, Table
 
+HORIZON, PEAK_TURN = "horizon_revolutions", "force_peak_revolution"
 CHECKED = 3  # figures of a joint whose error is shown where the grid asked for it: the first ones
 
 
@@ -25,8 +30,8 @@ def sections(study: Study) -> list[Section]:
                 "the same joint without clearance."
             )
         )
-    tables = [*(_joint(study, joint) for joint in study.joints), _whole(study), _certainty(study)]
-    return [Section("peaks", "Peaks", filled([*blocks, *tables]))]
+    tables = [*(_joint(study, joint) for joint in study.joints), _whole(study)]
+    return [Section("peaks", "Peaks", filled([*blocks, *tables, Points(_checks(study)), _certainty(study)]))]
 
 
 def _joint(study: Study, joint: Joint) -> Table:
@@ -55,6 +60,84 @@ def _certainty(study: Study) -> Table:
     first = next((column for column, _ in columns if study.has(column)), "")
     table = case_table(study, "certainty", "How certain the figures are", columns, first)
     return table._replace(
-        note=f"{table.note} Error: difference from a run at a tenth of the tolerance, which in "
-        "chaotic motion is that of two samples; horizon: after it two such runs are."
+        note=f"{table.note} Error: difference from a run at a tenth of the tolerance. Horizon: revolutions after which "
+        "two such runs are two samples of a chaotic motion, so that up to there the error checks the first revolutions "
+        "alone and beyond it nothing.",
+        rows=_Unchecked(table, _words_of_columns(study)) if len(table.rows) else table.rows,
     )
+
+
+def _words_of_columns(study: Study) -> dict[str, dict[str, str]]:
+    """Return what stands in place of errors that check nothing: heading of a column -> case_id -> in words."""
+    return {f"error of force peak{study.where(joint, ' ({})')}": words for joint, words in _beyond_horizon(study)}
+
+
+def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
+    """Return why the error of a force peak is no check: joint, and case_id -> in words."""
+    if not study.has(HORIZON):
+        return []
+    horizon, found = study.cases[HORIZON], []
+    for joint in study.joints:
+        turn = joint.column(PEAK_TURN)
+        if study.has(turn):
+            turns = study.cases[turn]
+            beyond = study.cases.index[(turns > horizon).to_numpy()]
+            words = {
+                case_id: f"peak in revolution {turns[case_id]:.0f}, horizon {wording.plain(horizon[case_id], 2)} "
+                "revolutions: no check of convergence"
+                for case_id in beyond
+            }
+            found.append((joint, words))
+    return found
+
+
+def _checks(study: Study) -> list[str]:
+    """Return in how many cases the error check says something of the largest force, and in which it does not."""
+    points = []
+    for joint, beyond in _beyond_horizon(study):
+        chaotic, where = int(study.cases[HORIZON].notna().sum()), study.where(joint, " in joint {}")
+        if beyond:
+            case_id, words = next(iter(beyond.items()))
+            points.append(
+                f"The error of the force peak{where} is no check of convergence in {len(beyond)} of "
+                f"{wording.count(len(study.cases), 'case')}: their peak lies beyond the horizon, such as in case "
+                f"{wording.short_id(case_id)} ({words.partition(':')[0]})."
+            )
+        if chaotic > len(beyond):
+            points.append(
+                f"In {wording.count(chaotic - len(beyond), 'chaotic case')} the peak{where} lies within the horizon: "
+                "there the error is a check of the first revolutions alone."
+            )
+    return points
+
+
+class _Unchecked(Sequence):
+    """The rows of a table, in which the errors that check nothing say so."""
+
+    def __init__(self, table: Table, words: dict[str, dict[str, str]]):
+        """Take the table, and heading of a column -> case_id -> what stands there."""
+        heads = [column.name for column in table.columns]
+        self.rows = table.rows
+        self.words = {heads.index(heading): words[heading] for heading in words if heading in heads}
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @overload
+    def __getitem__(self, which: int) -> tuple: ...
+    @overload
+    def __getitem__(self, which: slice) -> list[tuple]: ...
+    def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
+        if isinstance(which, int):
+            return self._told(self.rows[which])
+        return [self._told(row) for row in self.rows[which]]
+
+    def __iter__(self) -> Iterator[tuple]:
+        return map(self._told, self.rows)
+
+    def _told(self, row: tuple) -> tuple:
+        """Return a row; its first cell is the case_id."""
+        return tuple(
+            Quantity(value, self.words[place][row[0]]) if row[0] in self.words.get(place, {}) else value
+            for place, value in enumerate(row)
+        )

@@ -27,11 +27,12 @@ NOTE = "Share of the cases; dotted: 5 %, 50 % and 95 % quantiles; red: the limit
 
 def sections(study: Study) -> list[Section]:
     """Return the section; [] where the run has no sample or none of it finished."""
-    samples = [sample for sample in sensitivity.settings(study.run) if len(sample.failed) < len(set(sample.case_ids))]
+    every = sensitivity.settings(study.run)
+    samples = [sample for sample in every if len(sample.failed) < len(set(sample.case_ids))]
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
-        blocks: list[Block] = [spread_table(study, samples), limit_table(study, samples)]
+        blocks: list[Block] = [spread_table(study, samples), limit_table(study, every)]
         blocks += [Gallery(SCATTER_NOTE, _scatter(study, samples), small=True), rank_table(study, samples)]
         blocks.append(Gallery(NOTE, _histograms(study, samples), small=True))
         return [Section("sample", "Probabilistic study", filled(blocks))]

@@ -17,7 +17,9 @@ def sections(study: Study) -> list[Section]:
 def _cards(study: Study) -> list[tuple[str, str, str]]:
     """Return name, value with unit, what it is beside; of a figure of joints the worst of all, its joint named."""
     finished, failed = len(study.cases), len(study.failed)
-    cards = [("Cases finished", f"{finished} of {finished + failed}", f"{failed} failed" if failed else "none failed")]
+    missing = study.run.grid.get("counts", {}).get("missing", 0)
+    said = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
+    cards = [("Cases finished", f"{finished} of {finished + failed + missing}", said)]
     if study.cases.empty:
         return cards
     figures = (
@@ -34,9 +36,10 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         column, joint = _worst(study, figure)
         if study.cases.largest(column) > 0.0:
             where = study.where(joint, "joint {}") if joint else ""
-            elastic = " elastic to ".join(elastic_range.limit(study, joint)) if joint and figure == ONSET else ""
+            worst = study.cases[column].idxmax()
+            elastic = elastic_range.beside(study, joint, worst) if joint and figure == ONSET else ""
             said = "; ".join(filter(None, (where, beside, elastic))) or (f"joint {joint.title}" if joint else "")
-            cards.append((name, study.text(study.cases[column].idxmax(), column), said))
+            cards.append((name, study.text(worst, column), said))
     return cards
 
 

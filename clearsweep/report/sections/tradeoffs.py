@@ -7,7 +7,7 @@ import numpy as np
 from .. import elastic_range
 from ..draw import comparison
 from ..main_effects import main_effects
-from ..picture import Picture, capital
+from ..picture import Picture
 from ..section import Gallery, Section, filled
 from ..study import Axis, Study
 
@@ -31,8 +31,7 @@ def sections(study: Study) -> list[Section]:
     p99 = joint.column("force_p99")
     peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
     chance = "Cases of equal p99 have different peaks: p99 is blind to impacts under 1 % of the time."
-    material, speed = elastic_range.limit(study, joint)
-    elastic = f"{capital(material)} stays elastic up to about {speed}."
+    elastic = elastic_range.span(study, joint)
     clouds = (
         Cloud("Force peak against p99", p99, "force p99", peak, "force peak", chance),
         Cloud(

@@ -69,25 +69,41 @@ def _kept(study: Study) -> list[str]:
     first = f"{beyond} of {cases} exceed at least one limit." if beyond else f"All of {cases} keep to the limits."
     if "refine" in study.run.grid:
         first += " Cases that refine put at the limits' border are among them, so that this is no share of designs."
-    sentences = [first]
+    sentences = [first, *_not_judged(study)]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()
         which = study.cases.at[worst, verdict.EXCEEDED]
         named = f" ({', '.join(in_words(study, name) for name in which.split(','))})" if which else ""
-        sentences.append(f"Smallest margin: {_margin(margins.min())}{_at(study, worst)}{named}.")
-        if best != worst:
-            sentences.append(f"Largest margin: {_margin(margins.max())}{_at(study, best)}.")
+        for word, case_id, beside in (("Smallest", worst, named), ("Largest", best, ""))[: 1 + (best != worst)]:
+            margin = verdict.margin_words(
+                float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
+            )
+            sentences.append(f"{word} margin: {margin}{_at(study, case_id)}{beside}.")
     return sentences
+
+
+def _not_judged(study: Study) -> list[str]:
+    """Return how many cases the limits cannot judge, and by which figures; [] where they can judge all."""
+    unknown = [limit.unknown(_columns(study, limit)) for limit in study.limits]
+    count = int(np.any(unknown, axis=0).sum())
+    if not count:
+        return []
+    names = dict.fromkeys(limit.column for limit, cases in zip(study.limits, unknown, strict=True) if cases.any())
+    which = wording.sentence_list([in_words(study, name) for name in names])
+    return [
+        f"{wording.count(count, 'case')} cannot be judged by {which}: the figure or its limit is null (infinite, 0/0 "
+        "or not computed). Such a case counts as exceeding the limit and has no margin."
+    ]
+
+
+def _columns(study: Study, limit: verdict.Limit) -> dict[str, np.ndarray]:
+    """Return the columns that a limit needs."""
+    return {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
 
 
 def _at(study: Study, case_id: str) -> str:
     return f" at {study.setting(case_id)}" if study.swept() else ""
-
-
-def _margin(share: float) -> str:
-    """Return a margin in per cent, with its sign."""
-    return f"{100.0 * share:.3g}{wording.BLANK}%".replace("-", wording.MINUS)
 
 
 def _table(study: Study) -> Table:
@@ -96,23 +112,27 @@ def _table(study: Study) -> Table:
         Column("column", file_only=True),
         Column("limit"),
         Column("cases that exceed it"),
+        Column("cannot be judged"),
         Column("of"),
         Column("smallest margin"),
         *axis_columns(study, study.swept()),
         Column("case_id"),
     )
     rows = []
-    for limit in verdict.limits_of(study.run.grid.get("limits") or {}):
-        known = {name: study.cases[name].to_numpy() for name in (limit.column, limit.times) if name}
-        margins, beyond = limit.margin(known), limit.short_by(known) < 0.0
-        if np.isfinite(margins).any():
-            place = int(np.nanargmin(margins))
-            case_id = study.cases.index[place]
-            values = (study.cases.at[case_id, axis.path] for axis in study.swept())
-            margin = Quantity(float(margins[place]), _margin(margins[place]))
-            counts = (counted(int(beyond.sum())), counted(int(np.isfinite(margins).sum())))
-            rows.append((limit.column, _limit(study, limit), *counts, margin, *values, case_id))
-    note = "Margin: 1 - value/limit, of at least value/limit - 1; negative where the limit is exceeded."
+    for limit in study.limits:
+        known = _columns(study, limit)
+        margins, fails, unknown = limit.margin(known), limit.fails(known), limit.unknown(known)
+        place = int(np.nanargmin(margins)) if np.isfinite(margins).any() else int(np.argmax(fails))
+        case_id = study.cases.index[place]
+        values = (study.cases.at[case_id, axis.path] for axis in study.swept())
+        worst = float(margins[place])
+        margin = Quantity(worst, verdict.margin_words(worst, [limit], limit.column))
+        counts = (counted(int(fails.sum())), counted(int(unknown.sum())), counted(len(fails)))
+        rows.append((limit.column, _limit(study, limit), *counts, margin, *values, case_id))
+    note = (
+        "Margin: 1 - value/limit, of at least value/limit - 1; negative where the limit is exceeded. A case that "
+        "cannot be judged, because its figure is null, counts as exceeding the limit."
+    )
     return Table("limits_kept", "Limits", note, columns, rows)
 
 

@@ -111,6 +111,7 @@ enter(
         "pen / (c + pen) = q (ln(4 / q) - 1), F_elastic = (pi/2) E* L (c + pen) q (2 - q), q = sin^2(theta / 2)",
         "half-space compatibility over the arc, in the manner of 'A continuous contact force model for planar revolute "
         "joint based on fitting method' 2017, Adv. Mech. Eng. 9(2), whose equations were not read; derived here",
+        contact="line",
         needs=NEEDS,
         notes="Johnson's law for small arcs.  Its pressure is half an ellipse over sin(phi / 2), the first term of "
         "Persson's: over the same arc it bears what Persson's bears within 4 % up to a half-angle of 40 degrees, 9 % "
@@ -169,6 +170,7 @@ enter(
         "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
         "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
         (FROM, TO),
+        contact="line",
         needs=NEEDS,
         orders=(Order("fit_from", "fit_to", "there would be nothing to fit"),),
         tables=(FIT,),

@@ -45,6 +45,7 @@ enter(
         "two cylinders whose contact arc follows from geometry",
         "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen)))",
         "after Liu, Zhang & Yang 2007, Mech. Mach. Theory 42:183",
+        contact="line",
         needs=NEEDS,
         trusted=(WIDE_ARC,),
         notes=f"{_ARC}  Softer than the laws of line contact by an order of magnitude at small penetration.",
@@ -61,6 +62,7 @@ enter(
         "liu's force, of which Bai & Zhao's stiffness is the derivative",
         "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen))), its derivative K_n L",
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; the integral of their K_n",
+        contact="line",
         needs=NEEDS,
         trusted=(WIDE_ARC,),
         notes="Their K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3) is exactly dF/dpen of liu per length, "
@@ -100,6 +102,7 @@ enter(
         "F_elastic = K_n pen^n, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as told by others, not compared with the paper",
         (Field("exponent", "1", "n, as printed 1.5", 1.0, 2.0, False, False, default=1.5),),
+        contact="line",
         needs=("material",),
         unsound="dimensionally inconsistent, and it knows no length",
         notes="Dimensionally inconsistent: K_n is in Pa, so the product is a force for n = 2 alone; all is taken in SI "
@@ -225,6 +228,7 @@ enter(
         "pen)",
         "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
         "materials; the scale from Hertz's limit, the arc over penetration an assumption made here",
+        contact="line",
         needs=NEEDS,
         trusted=(WIDE_ARC,),
         notes=f"Load over half-angle theta is the theory's; it knows no penetration.  {_ARC}  It makes the force "
@@ -269,6 +273,7 @@ enter(
         "up to c / 2",
         "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
         "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
+        contact="line",
         needs=NEEDS,
         trusted=(WIDE_ARC,),
         notes="Shares the rigid contact arc of persson, and so is 4.4 times as stiff as johnson at 1 um and 0.5 mm "

@@ -82,6 +82,19 @@ def _even(elastic):
     return 1.0
 
 
+def static_penetration(elastic, load: float) -> float:
+    """Return the penetration (m) at which an elastic law carries `load` (N)."""
+    low, high = 0.0, 1e-12
+    while elastic_force(elastic, high) < load:
+        high *= 2.0
+    for _ in range(200):  # bisection: any increasing law, and never more than one unit in the last place off
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        low, high = (middle, high) if elastic_force(elastic, middle) < load else (low, middle)
+    return high
+
+
 NEEDS = ("length", "material")  # of the laws of cylinders
 #: Half the arc (rad) over which bodies touch under the load, by Hertz's line contact: up to about 10 degrees they are
 #: half-spaces to each other (Johnson 1985, section 4.2).

@@ -92,6 +92,7 @@ line_law(
         "two cylinders, one in the other",
         "pen = F / (pi E* L) (ln(4 pi E* c L / F) - 1); F = pen / (g v), v the root of v exp(-v) = pen / (g S), v > 1",
         "after Johnson 1985, Contact Mechanics; solved for F by the lower branch of Lambert's W",
+        contact="line",
         needs=NEEDS,
         notes="Half-spaces, so for contact arcs that are small.",
     ),
@@ -106,6 +107,7 @@ line_law(
         "johnson with + 1 in place of - 1",
         "pen = F (h_b + h_j) / L (ln(4 L c / (F (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
         "after ESDU 78035, Contact phenomena I; not compared with the original",
+        contact="line",
         needs=NEEDS,
         notes="A further factor pi, found in codes, does not belong there.",
     ),
@@ -141,6 +143,7 @@ line_law(
                 whole=True,
             ),
         ),
+        contact="line",
         needs=NEEDS,
         notes="b is the full width of contact and K_D is made of diameters.  With radii in their place, as often "
         "printed, b is too small by sqrt(2) and the force 6 to 13 % lower; curves of the multibody literature follow "
@@ -162,6 +165,7 @@ line_law(
         "two cylinders, with the length in the logarithm",
         "pen = F (h_b + h_j) / L (ln(L^3 c / (F R_b R_j (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
         "after Dubowsky & Freudenstein 1971, J. Eng. Ind. 93:305",
+        contact="line",
         needs=NEEDS,
         unsound="the length within its logarithm has no physical ground",
         notes="The length within the logarithm has no physical ground; only its third power makes the argument a pure "
@@ -178,6 +182,7 @@ line_law(
         "dubowsky-freudenstein with the length to the first power",
         "pen = F (h_b + h_j) / L (ln(L c / (F R_b R_j (h_b + h_j)) m^2) + 1), h = (1 - nu^2) / (pi E)",
         "after Goldsmith 1960, Impact",
+        contact="line",
         needs=NEEDS,
         unsound="dimensionally inconsistent",
         notes="Dimensionally inconsistent: the logarithm is taken of a number in 1/m^2, here with all lengths in "
@@ -203,6 +208,7 @@ enter(
         "F_elastic = (0.965 c + 0.0965) L E* / c pen^n in mm, N, MPa; n = Y c^-0.005, Y = 1.51 ln(1000 c)^-0.151 for "
         "c < 0.34954 mm, else 0.0151 c + 1.151",
         "after Pereira, Ramalho & Ambrosio 2011, Nonlinear Dyn. 63:681, internal contact",
+        contact="line",
         needs=NEEDS,
         ranges=(Range("clearance", 5e-6, 1e-2, "m", "it was fitted there"),),
         notes="Dimensionally inconsistent: a fit with all lengths in millimetres.  n = (Y c)^-0.005, found in codes, "

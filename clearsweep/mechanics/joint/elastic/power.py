@@ -107,6 +107,7 @@ enter(
             Field("stiffness", "N/m^exponent", "K; follows from `material` where that is given instead and n = 1.5"),
             Field("exponent", "1", "n", default=1.5),
         ),
+        contact="ball",
         trusted=(_BALL,),
         notes="With `material`, K = (4/3) E* sqrt(R_b R_j / (R_b - R_j)): a ball in a socket, whatever the length of "
         "the pin; it grows without bound as the clearance shrinks.  Papers that write h = (1 - nu^2) / (pi E) "
@@ -131,6 +132,7 @@ enter(
         "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
         (Field("exponent", "1", "n", 1.0, 1.5, False, False, default=1.5),),
         needs=("material",),
+        contact="ball",
         trusted=(_BALL,),
         notes="Dimensionally inconsistent unless n = 1.5: the penetration is in metres.  It knows no length.",
     ),

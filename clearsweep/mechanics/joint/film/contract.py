@@ -5,7 +5,8 @@ along that turned by +90 degrees, both on the journal.  It depends on the eccent
 effective spin, the spins of journal and bearing less twice that of the line of centres, all of them inertial: so a
 rotation of everything changes nothing.
 
-A law of a film has the fields `force` (N s), what the dimensionless force is multiplied by, and `pressure` (Pa s).
+The power P that the pressure takes, and the forces, are P = -F_r eps' c + e F_t w / 2; a law should keep it from being
+negative at any motion.
 """
 
 from typing import NamedTuple
@@ -52,12 +53,25 @@ def _none_known(law, motion):
 
 
 @family
-def film_couples(shear, motion, turning, moment):
-    """Return the couples (N m) of a film on journal and bearing.
+def shear_couple(shear, motion, turning):
+    """Return the couple C (N m) by which the shear of a film slows the journal and drags the bearing along.
 
-    turning : rad/s, spin of the journal less that of the bearing; moment : N m, of the tangential force about the
-    bearing's centre.
+    turning : rad/s, spin of the journal less that of the bearing.
     """
+
+
+@family
+def film_couples(shear, motion, turning, moment):
+    """Return the couples (N m) of a film on journal and bearing; a law of shear need not be a member.
+
+    moment : N m, of the tangential force about the bearing's centre; it and the couples add up to 0.
+    """
+
+
+@film_couples.member(None)
+def _balanced(shear, motion, turning, moment):
+    couple = shear_couple(shear, motion, turning)
+    return -couple - 0.5 * moment, couple - 0.5 * moment
 
 
 @family
@@ -76,7 +90,7 @@ def _no_asperities(transition, depth):
 
 
 FAMILIES = (film_force,)  # a film's law is a member of each
-SHEAR_FAMILIES = (film_couples,)
+SHEAR_FAMILIES = (shear_couple,)
 TRANSITION_FAMILIES = (dry_share,)
 
 

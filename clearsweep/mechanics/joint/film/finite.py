@@ -8,8 +8,6 @@ from ...compiled.family import kernel
 from ..recipe import enter
 from .contract import film_force
 
-LONGEST = 1.2  # length / diameter: beyond, the fit of the squeeze changes its sign and feeds energy in
-
 
 class Finite(NamedTuple):
     """Butenschoen's fits; a1 to a9 depend on length / diameter alone."""
@@ -95,9 +93,23 @@ enter(
         "after Butenschoen 1976, Das hydrodynamische, zylindrische Gleitlager endlicher Breite unter instationaerer "
         "Belastung, Karlsruhe; fits as in the public multibody program MBDyn",
         needs=("length",),
-        trusted=(Range("length / diameter", 0.25, 1.0, "1", "its fits hold there within 5 %"),),
-        notes="Beyond length / diameter 1.2 the fit of "
-        "the squeeze changes its sign and feeds energy in: such a joint is refused.  It gives no pressure.",
+        ranges=(
+            Range(
+                "length / diameter",
+                0.0,
+                1.2,
+                "1",
+                "beyond, its fit of the squeeze changes sign and feeds energy in; choose the law reynolds, or long",
+            ),
+        ),
+        trusted=(
+            Range(
+                "length / diameter", 0.125, 1.0, "1", "its fits of a steady wedge and of a pure squeeze hold within 7 %"
+            ),
+        ),
+        notes="It adds a wedge and a squeeze that were fitted each alone: together, the film that closes is up to a "
+        "third off, and one that opens from an eccentricity ratio of 0.6 on may push where it should pull, so that it "
+        "feeds energy in; a case in which it did says so.  The law reynolds does not.  It gives no pressure.",
     ),
     (Finite,),
     _finite,

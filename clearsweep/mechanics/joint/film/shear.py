@@ -1,4 +1,9 @@
-"""The couples with which the shear of a film drags at journal and bearing."""
+"""The couples with which the shear of a film drags at journal and bearing.
+
+The pressure alone exerts a moment: the force on the journal acts along a line through the bearing's centre only where
+its tangential part is 0.  A film has no inertia, so that its couples on both bodies and the moment e F_t of its force
+add up to 0.  With equal shares, M_j = -C - e F_t / 2 and M_b = C - e F_t / 2, what is left to a law is C.
+"""
 
 from typing import NamedTuple
 
@@ -6,36 +11,51 @@ from ....contracts.catalogue import Law
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ..recipe import enter
-from .contract import film_couples
+from .contract import film_couples, shear_couple
+
+BALANCED = "M_j = -C - e F_t / 2, M_b = C - e F_t / 2, C = "
+DEFAULT = "butenschoen"  # what `film.friction: by-law` stands for
 
 
 class Unsheared(NamedTuple):
     """No couple."""
 
 
+@shear_couple.member(Unsheared)
+def _none(shear, motion, turning):
+    return as_type_of(0.0, motion.ratio)
+
+
 @film_couples.member(Unsheared)
-def _none(shear, motion, turning, moment):
+def _centres_alone(shear, motion, turning, moment):
     nothing = as_type_of(0.0, moment)
     return nothing, nothing
 
 
 enter(
-    Law("film-friction", "none", "no couple", "M = 0", "a film's force through the centres alone"),
+    Law(
+        "film-friction",
+        "none",
+        "no couple: the film's force acts through the centres alone",
+        "M_j = M_b = 0",
+        "a convention of multibody papers",
+        notes="The moment e F_t of the force is left over, so that film_loss depends on how fast both bodies turn "
+        "together, and may be below 0: for comparison with trajectories computed so.",
+    ),
     (Unsheared,),
     lambda joint: Unsheared(),
 )
 
 
 class Petroff(NamedTuple):
-    """M = -drag (w_j - w_b) on the journal, the opposite on the bearing."""
+    """C = drag (w_j - w_b)."""
 
     drag: float  # 2 pi mu R^3 L / c, N m s
 
 
-@film_couples.member(Petroff)
-def _petroff(shear, motion, turning, moment):
-    couple = as_type_of(shear.drag * turning, moment)
-    return -couple, couple
+@shear_couple.member(Petroff)
+def _petroff(shear, motion, turning):
+    return as_type_of(shear.drag * turning, motion.ratio)
 
 
 def drag(joint) -> float:
@@ -48,70 +68,52 @@ enter(
         "film-friction",
         "petroff",
         "shear as in a concentric bearing",
-        "M_j = -2 pi mu R^3 L (w_j - w_b) / c, M_b = -M_j",
-        "Petroff 1883",
-        notes="Knows no eccentricity: the least that a full film drags.",
+        BALANCED + "2 pi mu R^3 L (w_j - w_b) / c",
+        "Petroff 1883 for C; the balance of moments for the rest",
+        notes="Its C knows no eccentricity: the least that a full film drags.",
     ),
     (Petroff,),
     lambda joint: Petroff(drag(joint)),
 )
 
 
-class SommerfeldShear(NamedTuple):
-    """Petroff's couple, grown with the eccentricity as in a long bearing."""
+class Couette(NamedTuple):
+    """C = drag (w_j - w_b) / sqrt(1 - eps^2), the integral of the surfaces' shear over a filled gap."""
 
     drag: float  # 2 pi mu R^3 L / c, N m s
 
 
-@film_couples.member(SommerfeldShear)
-def _sommerfeld(shear, motion, turning, moment):
-    squared = motion.ratio * motion.ratio
-    growth = 2.0 * (1.0 + 2.0 * squared) / ((2.0 + squared) * math.sqrt(1.0 - squared))
-    couple = shear.drag * growth * turning
-    return -couple, couple
+@shear_couple.member(Couette)
+def _couette(shear, motion, turning):
+    return shear.drag * turning / math.sqrt(1.0 - motion.ratio * motion.ratio)
 
 
 enter(
     Law(
         "film-friction",
         "sommerfeld",
-        "shear of a long, full film",
-        "M_j = -4 pi mu R^3 L (w_j - w_b) (1 + 2 eps^2) / (c (2 + eps^2) (1 - eps^2)^(1/2)), M_b = -M_j",
-        "Sommerfeld 1904, for the journal; here the bearing's is its opposite",
-        notes="Petroff's at eps = 0.",
+        "shear of a long, full film, with the moment of the film's own force",
+        BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
+        "Sommerfeld 1904: his couple on the journal, 4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) (1 - eps^2)^(1/2)),"
+        " less e F_t / 2 of his full film, 6 pi mu R^3 L w eps^2 / (c (2 + eps^2) (1 - eps^2)^(1/2)), is C",
+        notes="The same C as of butenschoen: of any film whose gap is filled.",
     ),
-    (SommerfeldShear,),
-    lambda joint: SommerfeldShear(drag(joint)),
+    (Couette,),
+    lambda joint: Couette(drag(joint)),
 )
-
-
-class ButenschoenShear(NamedTuple):
-    """Petroff's couple over sqrt(1 - eps^2), and half of the tangential force's moment on either body."""
-
-    drag: float  # 2 pi mu R^3 L / c, N m s
-
-
-@film_couples.member(ButenschoenShear)
-def _butenschoen(shear, motion, turning, moment):
-    couple = shear.drag * turning / math.sqrt(1.0 - motion.ratio * motion.ratio)
-    return -couple - 0.5 * moment, couple - 0.5 * moment
 
 
 enter(
     Law(
         "film-friction",
         "butenschoen",
-        "shear of a bearing of finite length, with the moment of the film's force",
-        "M_j = -2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2)) - e F_t / 2, M_b = 2 pi mu R^3 L (w_j - w_b) / (c (1 "
-        "- eps^2)^(1/2)) - e F_t / 2",
+        "shear of a filled gap, with the moment of the film's force",
+        BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
         "after Butenschoen 1976: mu_f = psi (pi |w_j - w_b| / (|w| (1 - eps^2)^(1/2) So_D) + eps sin(beta) / 2), M = "
         "mu_f So_D L D mu |w| R / psi^2, as in the public multibody program MBDyn",
-        notes="Half of the moment e F_t acts on either body, so that forces and couples together have none and what "
-        "the film takes does not depend on a rotation of everything; for the journal of a bearing at rest this is the "
-        "published formula.",
+        notes="Exact for the pressure of any law that obeys Reynolds' equation, with oil in the cavity, too; an empty "
+        "cavity drags about half as much.  For the journal of a bearing at rest this is the published formula.",
     ),
-    (ButenschoenShear,),
-    lambda joint: ButenschoenShear(drag(joint)),
+    (Couette,),
+    lambda joint: Couette(drag(joint)),
 )
-#: What `film.friction: by-law` stands for.
-BY_LAW = {"finite": "butenschoen", "short": "petroff", "long": "sommerfeld", "pinkus-sternlicht": "sommerfeld"}

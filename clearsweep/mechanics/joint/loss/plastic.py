@@ -143,11 +143,11 @@ enter(
             RESTITUTION,
             Field("yield_rate", "m/s", "onset rate up to which the contact is elastic", low_open=False, default=0.0),
         ),
-        notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields; for steel "
-        "about 0.05 m/s is where it begins.  pen_m is forgotten when the surfaces part (pen < 0): the next contact "
-        "meets a fresh surface, but a journal that wanders within one contact takes its indentation along.  There pen "
-        "< pen_p counts as contact without force, each entry into it as a clip.  A contact that stays shakes down to "
-        "an elastic one.",
+        notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  The column "
+        "J_yield_speed of the same joint with a law that does not yield tells where that begins.  pen_m is forgotten "
+        "when the surfaces part (pen < 0): the next contact meets a fresh surface, but a journal that wanders within "
+        "one contact takes its indentation along.  There pen < pen_p counts as contact without force, each entry into "
+        "it as a clip.  A contact that stays shakes down to an elastic one.",
         yields=True,
     ),
     (Plastic,),

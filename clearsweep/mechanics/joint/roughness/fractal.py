@@ -47,8 +47,9 @@ enter(
         needs=NEEDED,
         tables=(PROFILE,),
         notes=f"{SERIES}  The areas a are real ones; papers that take them for those of Hertz have 4/(3 pi) for "
-        "4 sqrt(pi)/3.  E* is that of the pair.  That small spots yield and large ones do not is the model's; "
-        "kogut-etsion has what is between.",
+        "4 sqrt(pi)/3.  An elastic spot here bears pi^1.5 = 5.57 times as much as one of kogut-etsion with the same a, "
+        "D and G, which takes a for the base of an asperity: do not compare the two at equal G.  E* is that of the "
+        "pair.  That small spots yield and large ones do not is the model's; kogut-etsion has what is between.",
     ),
     (Surface,),
     _make,

@@ -6,26 +6,17 @@ from ....contracts.catalogue import Channel
 from ...compiled import calculus as math
 from ...compiled.attitude import in_fixed
 from ...compiled.dual import as_type_of
-from ...compiled.family import kernel
+from ...compiled.family import family, kernel
 from ...compiled.vector import Vector, along, cross, dot, minus, plus, times
 from ..contract import CLIPPED, FREE, Contact, Place, gap_histories, histories, load, load_histories
 from ..friction.contract import friction_force
 from ..loss.contract import contact_force, lowest_force, sign_beyond
 from ..places import after_law, as_it_is
-from .form import Flanged, SpatialGap, SpatialLoad, Through
-from .points import flange_point, sine_of_tilt, tilt_of, wall_point
+from .form import Ends, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through, Touch
+from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
+from .spread import as_spread, spread_walls
 
 SHARE = 0.5  # of the stiffness, at each wall
-
-
-class Touch(NamedTuple):
-    """What a contact does."""
-
-    normal: Vector  # N, normal force on the journal
-    force: Vector  # N, with friction
-    moment: Vector  # N m, on the journal about its middle
-    twist: Vector  # N m, of the friction on the bearing's surface about the same place on the journal's
-    contact: Contact
 
 
 class _Moving(NamedTuple):
@@ -131,8 +122,53 @@ def _flange(course, number, end, here):
     return _touch(flange_point(joint, gap, end), course, laws, _now(course, number))
 
 
+@family
+def _contact_of(walls, contact):
+    """Return a Contact in the form of all contacts of a joint with such walls."""
+
+
+@_contact_of.member(Ends)
+def _as_it_is(walls, contact):
+    return contact
+
+
+@_contact_of.member(Spread)
+def _with_powers(walls, contact):
+    return as_spread(contact, contact.normal)
+
+
+@family
+def _walls(walls, course, second):
+    """Return the Touches of both walls; second : the Place of the laws of the second one."""
+
+
+@_walls.member(Ends)
+def _at_the_ends(walls, course, second):
+    return _wall(course, 0, 1.0, course.place), _wall(course, 1, -1.0, second)
+
+
+@_walls.member(Spread)
+def _over_the_length(walls, course, second):
+    return spread_walls(course)
+
+
+@family
+def force_at_end(contact):
+    """Return the normal force (N) at an end that is reported of a wall."""
+
+
+@force_at_end.member(Contact)
+def _its_normal_force(contact):
+    return contact.normal
+
+
+@force_at_end.member(SpreadContact)
+def _its_equivalent(contact):
+    return contact.at_end
+
+
 @kernel
-def _telling(gap, a, b):
+def _telling(joint, gap, a, b):
     """Return the Contacts that only tell, from the Touches of both walls."""
     force, whole = plus(a.normal, b.normal), plus(a.force, b.force)
     square = dot(force, force)
@@ -140,13 +176,12 @@ def _telling(gap, a, b):
     resultant = math.sqrt(square) if square > 0.0 else zero
     rest = dot(whole, whole) - square  # what friction adds to the square of the resultant
     rubbing = math.sqrt(rest) if rest > 0.0 else zero
-    difference = abs(a.contact.normal - b.contact.normal)
+    difference = abs(force_at_end(a.contact) - force_at_end(b.contact))
     depth = max(a.contact.depth, b.contact.depth)
-    sine = sine_of_tilt(gap.axis)
-    return (
-        Contact(normal=resultant, tangential=rubbing, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero),
-        Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=zero),
-    )
+    sine, left = sine_of_tilt(gap.axis), -overlap_of(joint, gap)
+    together = Contact(normal=resultant, tangential=rubbing, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero)
+    uneven = Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=left)
+    return _contact_of(joint.walls, together), _contact_of(joint.walls, uneven)
 
 
 @kernel
@@ -170,8 +205,8 @@ def _loaded(gap, force, moment, twist, contacts):
 def _load_at_the_walls(joint, gap, place, present):
     course = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
-    a, b = _wall(course, 0, 1.0, place), _wall(course, 1, -1.0, second)
-    told = _telling(gap, a, b)
+    a, b = _walls(joint.walls, course, second)
+    told = _telling(joint, gap, a, b)
     contacts = (a.contact, b.contact, told[0], told[1])
     return _loaded(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
 
@@ -182,15 +217,16 @@ def _load_at_walls_and_flanges(joint, gap, place, present):
     second = after_law(after_law(place, joint.law), joint.friction)
     third = after_law(after_law(second, joint.law), joint.friction)
     fourth = after_law(after_law(third, joint.axial_law), joint.friction)
-    a, b = _wall(course, 0, 1.0, place), _wall(course, 1, -1.0, second)
+    a, b = _walls(joint.walls, course, second)
     c, d = _flange(course, 2, 1.0, third), _flange(course, 3, -1.0, fourth)
-    told = _telling(gap, a, b)
+    told = _telling(joint, gap, a, b)
+    of_flanges = _contact_of(joint.walls, c.contact), _contact_of(joint.walls, d.contact)
     return _loaded(
         gap,
         plus(plus(a.force, b.force), plus(c.force, d.force)),
         plus(plus(a.moment, b.moment), plus(c.moment, d.moment)),
         plus(plus(a.twist, b.twist), plus(c.twist, d.twist)),
-        (a.contact, b.contact, c.contact, d.contact, told[0], told[1]),
+        (a.contact, b.contact, of_flanges[0], of_flanges[1], told[0], told[1]),
     )
 
 
@@ -228,11 +264,11 @@ def _journal_in_space(joint, gap, side):
 @load_histories.member(Through)
 def _forces_at_two_points(joint, load):
     a, b, whole, _ = load.contacts
-    return whole.normal, a.normal, abs(a.tangential), b.normal, abs(b.tangential)
+    return whole.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential)
 
 
 @load_histories.member(Flanged)
 def _forces_at_four_points(joint, load):
     a, b, c, d, whole, _ = load.contacts
-    walls = (whole.normal, a.normal, abs(a.tangential), b.normal, abs(b.tangential))
+    walls = (whole.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential))
     return (*walls, c.normal, abs(c.tangential), d.normal, abs(d.tangential))

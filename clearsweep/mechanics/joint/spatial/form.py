@@ -3,16 +3,56 @@
 from typing import NamedTuple
 
 from ...compiled.vector import Vector
-from ..contract import ACTS, FREE, PRESSED, ContactModes, Part, contact_modes, parts
+from ...observe.observables import RAW
+from ..contract import (
+    ACTS,
+    FREE,
+    MEETS,
+    PRESSED,
+    ContactModes,
+    Guard,
+    Part,
+    contact_modes,
+    guards,
+    parts,
+    power_lost,
+    power_stored,
+)
 from ..dry import Clip
 
 
 class InBore(NamedTuple):
-    """The end circles of the journal are in the bore."""
+    """The end circles of the journal bear on the wall of the bore."""
 
 
 class AtEdges(NamedTuple):
-    """The journal goes beyond the bore, whose edges bear on it."""
+    """The edges of the bore bear on the wall of the journal."""
+
+
+class Overlapping(NamedTuple):
+    """Without flanges: at each end the journal's end circle bears or, where it is beyond the bore, the bore's edge."""
+
+
+class Ends(NamedTuple):
+    """Each wall contact has half of the stiffness, at its end."""
+
+
+class Few(NamedTuple):
+    """Gauss's rule of few nodes, exact for forces that go with the depth or with its power 3/2."""
+
+
+class Many(NamedTuple):
+    """Gauss's rule of many nodes."""
+
+
+class Spread(NamedTuple):
+    """The stiffness is spread evenly over the length on which journal and bore overlap."""
+
+    rule: tuple  # Few or Many
+
+
+class Leaving(NamedTuple):
+    """The part of a joint without flanges that ends the run when the journal leaves the bore."""
 
 
 class Through(NamedTuple):
@@ -26,8 +66,9 @@ class Through(NamedTuple):
     half_journal: float  # m
     offset: Vector  # m, of the bearing's middle from the nominal one, in the frame of its body
     axis: Vector  # unit vector along the bearing, likewise
-    ends: tuple  # InBore or AtEdges
-    law: tuple  # contact_force, of each wall twice this
+    ends: tuple  # Overlapping
+    walls: tuple  # Ends or Spread
+    law: tuple  # contact_force of the whole joint
     elastic: tuple  # elastic_force
     friction: tuple  # friction_force
     wear: tuple  # wear_rate
@@ -47,6 +88,7 @@ class Flanged(NamedTuple):
     offset: Vector  # m
     axis: Vector  # unit vector
     ends: tuple  # InBore
+    walls: tuple  # Ends or Spread
     law: tuple
     elastic: tuple
     friction: tuple
@@ -78,18 +120,67 @@ class SpatialLoad(NamedTuple):
     contacts: tuple  # of Contacts
 
 
+class Touch(NamedTuple):
+    """What a contact does."""
+
+    normal: Vector  # N, normal force on the journal
+    force: Vector  # N, with friction
+    moment: Vector  # N m, on the journal about its middle
+    twist: Vector  # N m, of the friction on the bearing's surface about the same place on the journal's
+    contact: tuple  # Contact or SpreadContact
+
+
+class SpreadContact(NamedTuple):
+    """What is seen of a contact of a joint whose walls are spread: as of a Contact, with powers of its own."""
+
+    normal: float  # N, of a wall that of its strip
+    tangential: float  # N
+    slip: float  # m/s
+    rate: float  # m/s, at the end
+    depth: float  # m, at the end
+    elastic: float  # N
+    raw: float  # N
+    stored: float  # W
+    lost: float  # W
+    at_end: (
+        float  # N, of a wall: of two forces at both ends, with the sum and the moment of the strips', that at its end
+    )
+
+
+@power_stored.member(SpreadContact)
+def _stored(contact):
+    return contact.stored
+
+
+@power_lost.member(SpreadContact)
+def _lost(contact):
+    return contact.lost
+
+
+#: Of a wall contact in `Spread`: what is pressed may reach the half of an end that is apart.
+APART = ACTS | MEETS
 _WALLS = (ContactModes(FREE, PRESSED), ContactModes(FREE, PRESSED))
+_SPREAD_WALLS = (ContactModes(APART, PRESSED), ContactModes(APART, PRESSED))
 _TELLING = (ContactModes(ACTS, ACTS), ContactModes(ACTS, ACTS))
+
+
+def _walls_of(joint):
+    return _SPREAD_WALLS if joint is not None and isinstance(joint.walls, Spread) else _WALLS
 
 
 @contact_modes.member(Through)
 def _two_walls(joint):
-    return (*_WALLS, *_TELLING)
+    return (*_walls_of(joint), *_TELLING)
 
 
 @contact_modes.member(Flanged)
 def _two_walls_and_two_flanges(joint):
-    return (*_WALLS, *_WALLS, *_TELLING)
+    return (*_walls_of(joint), *_WALLS, *_TELLING)
+
+
+@guards.member(Leaving)
+def _has_left(leaving):
+    return (Guard((ACTS,), observable=RAW, ends_run=True),)
 
 
 @parts.member(Through)
@@ -101,6 +192,7 @@ def _laws_of_walls(joint):
         Part(Clip(), 1),
         Part(joint.law, 1),
         Part(joint.friction, 1),
+        Part(Leaving(), 3),
     )
 
 

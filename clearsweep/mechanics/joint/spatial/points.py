@@ -7,7 +7,7 @@ from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
 from ...compiled.vector import Vector, along, dot, times
-from .form import AtEdges, Flanged, InBore
+from .form import AtEdges, Flanged, InBore, Overlapping
 
 ENDS = (1.0, -1.0)  # of the journal, along its z
 LITTLE = 0.025  # of radius k^2 over the distance: below, what a step of Halley's method leaves is beyond the last bit
@@ -134,6 +134,39 @@ def _edge_of_bore_on_journal(ends, joint, gap, end):
 
 
 @kernel
+def is_beyond(joint, gap, end):
+    """Return whether the deepest point of the journal's end circle at one of the ENDS is beyond the edge of the bore.
+
+    The circle's point is searched only where its middle is closer to the edge than the circle reaches along the axis.
+    """
+    axis, middle, out = gap.axis, gap.middle, end * math.copysign(1.0, gap.axis.z)
+    center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
+    past, reach = out * dot(center, axis) - joint.half_length, joint.journal_radius * sine_of_tilt(axis)
+    if past > reach:
+        return True
+    if past < -reach:
+        return False
+    point = wall_point(InBore(), joint, gap, end)
+    return out * dot(point.at, axis) > joint.half_length
+
+
+@wall_point.member(Overlapping)
+def _end_circle_or_edge(ends, joint, gap, end):
+    if is_beyond(joint, gap, end):
+        return wall_point(AtEdges(), joint, gap, end)
+    return wall_point(InBore(), joint, gap, end)
+
+
+@kernel
+def overlap_of(joint, gap):
+    """Return the length (m) on the journal's axis from the inner end of the bore to that of the journal.
+
+    They overlap on this length unless one is shorter; below 0 the journal has left the bore.
+    """
+    return joint.half_journal + joint.half_length - abs(gap.middle.z)
+
+
+@kernel
 def flange_point(joint, gap, end):
     """Return the Point of the flange contact at one of the ENDS: of a parallel journal the middle of its face."""
     axis, middle = gap.axis, gap.middle
@@ -168,7 +201,9 @@ def deepest_of(joint, gap) -> float:
 
 def jam_angle(joint) -> float:
     """Return the tilt (rad) at which a journal in the middle touches both walls, inf where it can turn right over."""
-    if isinstance(joint.ends, AtEdges):  # bearing_radius cos - half_length sin = journal_radius
+    if (
+        isinstance(joint.ends, Overlapping) and joint.half_journal > joint.half_length
+    ):  # bearing_radius cos - half_length sin = journal_radius
         long = std.hypot(joint.bearing_radius, joint.half_length)
         return std.acos(joint.journal_radius / long) - std.atan2(joint.half_length, joint.bearing_radius)
     long = std.hypot(joint.half_journal, joint.journal_radius)  # half_journal sin + journal_radius cos = bearing_radius

@@ -1,14 +1,8 @@
 """Wear of a joint in space, over angle and length: each wall contact bears along a strip, which is cut into slices.
 
-A contact of a wall is where the surfaces come deepest; from there the surfaces stay together over a strip that runs
-inwards along the shorter body, over its half at most, and whose depth falls in proportion to the way as the axes lean:
-
-    depth(z) = depth - lean z,    0 <= z <= reach.
-
-The contact's load is spread along the strip like this depth, as on an elastic foundation (Johnson 1985, Contact
-Mechanics, section 4.3), so that a parallel journal bears evenly and a tilted one on its edge.  Each slice of the strip
-is worn as a joint in the plane by its share of the load; over a step its share is that of the work, so nothing is lost.
-The bins of each body stand on its own axis, round its own x axis.  What lies beyond a body's end is entered at its end.
+`along_walls` says where the strips lie and how they bear.  Each slice of a strip is worn as a joint in the plane by its
+share of the load; over a step its share is that of the work, so nothing is lost.  The bins of each body stand on its
+own axis, round its own x axis.  What lies beyond a body's end is entered at its end.
 """
 
 import math
@@ -21,7 +15,17 @@ from ...compiled.vector import along, cross, dot
 from ...observe.between import BETWEEN
 from ...observe.histogram import DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from ..contract import touches
-from ..spatial import ENDS, AtEdges, Flanged, InBore, Through, wall_point
+from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
+from .along_walls import (
+    Slope,
+    bears,
+    depth_at_end,
+    load_share,
+    loads_along,
+    max_depth,
+    placed,
+    pressed_ways,
+)
 from .contract import (
     PRESSURE_MAX,
     PRESSURE_TIME,
@@ -33,7 +37,7 @@ from .contract import (
     half_arc,
     peak_over_mean,
 )
-from .passage import POINTS, enter_wear, rubbing_of
+from .passage import FIT, POINTS, enter_wear, rubbing_of
 from .step import (
     ANGLES,
     BEARING_START,
@@ -41,6 +45,8 @@ from .step import (
     JOURNAL_START,
     LEAN,
     LEAST,
+    MAX_DEPTH,
+    REACH,
     fit_courses,
     fit_places,
     note_arc,
@@ -60,94 +66,20 @@ EVENLY = np.vander(np.arange(PARTS + 1) / PARTS, BETWEEN + 2, increasing=True) @
 END_SLOPES = np.array([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 2)] for at in (0.0, 1.0)]) @ _POWERS
 
 
-class Strip(NamedTuple):
-    """Where surfaces are together, from their deepest point on."""
-
-    reach: float  # m, how far it can go
-    lean: float  # 1, by which its depth falls per way
-
-
-@kernel
-def covered(strip, depth):
-    """Return how far (m) the surfaces are together where they are `depth` (m, at least 0) deep at the strip's begin."""
-    return depth / strip.lean if strip.lean * strip.reach > depth else strip.reach
-
-
-@kernel
-def depth_before(strip, depth, way):
-    """Return the integral of the depth (m^2) up to `way` (m) along a strip."""
-    most = min(way, covered(strip, depth))
-    return most * (depth - 0.5 * strip.lean * most)
-
-
-@kernel
-def share_of(strip, depth, low, high):
-    """Return the share of the load between two ways (m) along a strip; where that is a point, all is at its begin."""
-    total = depth_before(strip, depth, strip.reach)
-    if total <= 0.0:
-        return 1.0 if low <= 0.0 else 0.0
-    return (depth_before(strip, depth, high) - depth_before(strip, depth, low)) / total
-
-
-# ---------------------------------------------------------------------------------------------- where it is
-
-
-class Placed(NamedTuple):
-    """How a strip lies."""
-
-    lean: float  # 1, by which its depth falls per way
-    on_bearing: float  # m, where it begins, along the bearing from its middle
-    on_journal: float  # m, along the journal
-    facing: float  # 1 where both axes point the same way, else -1
-
-
-@family
-def placed(ends, joint, gap, point, end):
-    """Return how the strip of the wall contact at one of the ENDS is Placed, whose deepest Point is known."""
-
-
-@placed.member(InBore)
-def _along_the_journal(ends, joint, gap, point, end):
-    facing = math.copysign(1.0, gap.axis.z)
-    return Placed(end * point.normal.z, dot(point.at, gap.axis), end * joint.half_journal, facing)
-
-
-@placed.member(AtEdges)
-def _along_the_bearing(ends, joint, gap, point, end):
-    facing = math.copysign(1.0, gap.axis.z)
-    out = end * facing
-    return Placed(-out * dot(point.normal, gap.axis), out * joint.half_length, point.at.z - gap.middle.z, facing)
-
-
-@family
-def reach_of(ends, joint):
-    """Return how far (m) the strip of a wall contact can go: half of the body whose circle bears."""
-
-
-@reach_of.member(InBore)
-def _half_the_journal(ends, joint):
-    return joint.half_journal
-
-
-@reach_of.member(AtEdges)
-def _half_the_bearing(ends, joint):
-    return joint.half_length
-
-
 @see.member(Through)
 @see.member(Flanged)
 def _at_walls(joint, gap, turned, j, moment):
     step, i = moment.step, moment.quarter
     for wall in range(len(ENDS)):
         c = j + wall
-        if not touches(step.mode[c]):
+        if not bears(joint.walls, step, j, wall):
             continue
         point = wall_point(joint.ends, joint, gap, ENDS[wall])
         across = along(point.normal, -dot(point.normal, gap.axis), gap.axis)
         step.places[c, 0, i] = math.atan2(dot(across, cross(gap.axis, turned)), dot(across, turned))
         step.places[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
         lies = placed(joint.ends, joint, gap, point, ENDS[wall])
-        step.along[c, LEAN, i] = lies.lean
+        step.along[c, LEAN, i], step.along[c, REACH, i] = lies.lean, bearing_length(joint.ends, joint, gap).half
         step.along[c, BEARING_START, i], step.along[c, JOURNAL_START, i] = lies.on_bearing, lies.on_journal
         step.along[c, FACING, i] = lies.facing
 
@@ -159,44 +91,55 @@ class Slice(NamedTuple):
     """What a slice is over a step: means by the work that rubs."""
 
     share: float  # of the load
-    cover: float  # m, over which it bears, from its near end on
-    depth: float  # of the contact's, mean over that length
+    cover: float  # m, over which it bears
+    depth: float  # of the strip's largest depth, mean over that length: 0 to 1
+    begin: float  # m, from its near end to where it bears
 
 
 class Strips(NamedTuple):
     """The strip of a contact at the even places of a step."""
 
-    reach: float  # m
-    lean: np.ndarray  # (PARTS + 1,)
+    reach: float  # m, the largest
+    at: np.ndarray  # (STRIP, PARTS + 1)
     course: np.ndarray  # (COURSES, PARTS + 1) of the contact
 
 
 @kernel
-def _strip_at(strips, i):
-    """Return the strip and its depth (m) at an even place."""
-    return Strip(strips.reach, strips.lean[i]), max(strips.course[DEPTH_COURSE, i], 0.0)
+def _strip_at(joint, strips, i):
+    """Return the Slope of a strip and its depth (m) at an even place."""
+    return Slope(strips.at[REACH, i], strips.at[LEAN, i]), depth_at_end(joint.walls, strips.course[DEPTH_COURSE, i])
 
 
 @kernel
-def slice_of(strips, low, high):
-    """Return the Slice between two ways (m) along the strip of a contact."""
+def slice_of(joint, strips, low, high):
+    """Return the Slice between two ways (m) along the strip of a contact; what is beyond its reach bears nothing.
+
+    Its depth is compared to the strip's largest one.  That is above 0 while the strip bears; the depth at the strip's
+    begin is 0 at every onset and separation of an end.
+    """
     course, work, load = strips.course, 0.0, 0.0
-    share = cover = depth = 0.0
+    share = cover = depth = begin = 0.0
     for i in range(PARTS + 1):
-        weight = max(course[KAPPA_COURSE, i] * course[FORCE, i] * abs(course[SLIP_COURSE, i]), 0.0)
+        weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
+        weight *= max(course[KAPPA_COURSE, i] * course[FORCE, i] * abs(course[SLIP_COURSE, i]), 0.0)
         if weight <= 0.0:
             continue
-        strip, deep = _strip_at(strips, i)
-        part, until = share_of(strip, deep, low, high), min(covered(strip, deep), high)
+        strip, deep = _strip_at(joint, strips, i)
+        near, far, most = min(low, strip.reach), min(high, strip.reach), strips.at[MAX_DEPTH, i]
+        part = load_share(joint.walls, joint, strip, deep, (near, far))
+        first, until = pressed_ways(strip, deep)
+        first, until = max(first, near), min(until, far)
         share += weight * part
         work += weight
-        if until > low:
-            cover += weight * part * (until - low)
-            depth += weight * part * (1.0 - 0.5 * strip.lean * (low + until) / deep if deep > 0.0 else 1.0)
+        if until > first:
+            cover += weight * part * (until - first)
+            begin += weight * part * (first - low)
+            mean = deep - 0.5 * strip.lean * (first + until)
+            depth += weight * part * mean / most
             load += weight * part
     if load <= 0.0:
-        return Slice(0.0, 0.0, 0.0)
-    return Slice(share / work, cover / load, depth / load)
+        return Slice(0.0, 0.0, 0.0, 0.0)
+    return Slice(share / work, cover / load, depth / load, begin / load)
 
 
 @kernel
@@ -204,14 +147,13 @@ def note_edges(joint, step, strips, account):
     """Enter how hard a wall contact is pressed, and how fast it is rubbed, at even places of the step."""
     law, course = joint.wear, strips.course
     for i in range(PARTS + 1):
-        strip, deep = _strip_at(strips, i)
-        cover, area = covered(strip, deep), depth_before(strip, deep, strip.reach)
-        if area <= 0.0:
-            continue
+        strip, deep = _strip_at(joint, strips, i)
         load, slip = max(course[FORCE, i], 0.0), course[SLIP_COURSE, i]
-        deepest = max(deep, deep - strip.lean * strip.reach)
-        even = rubbing_of(joint, (load / cover, 0.0, slip, area / cover, 0.0), 0.0, joint.clearance)
-        most = rubbing_of(joint, (load * deepest / area, 0.0, slip, deepest, 0.0), 0.0, joint.clearance)
+        loads = loads_along(joint.walls, joint, strip, deep, load)
+        if loads.deepest <= 0.0:
+            continue
+        even = rubbing_of(joint, (loads.even, 0.0, slip, loads.depth, 0.0), 0.0, joint.clearance)
+        most = rubbing_of(joint, (loads.most, 0.0, slip, loads.deepest, 0.0), 0.0, joint.clearance)
         half, half_most = _half(joint, even), _half(joint, most)
         if min(half, half_most) < LEAST:
             continue
@@ -275,7 +217,7 @@ def _nothing(law, joint, wall, c, shared):
 @kernel
 def fit_strip(joint, c, step):
     """Put the courses of the angles of contact `c` into `step.room`; return its Strips."""
-    seen, lean = step.along[c], step.lean
+    seen, at, strips = step.along[c], step.strip, Strips(0.0, step.strip, step.course[c])
     for body in range(2):
         angles = step.places[c, body]
         without_leaps(angles)
@@ -285,35 +227,50 @@ def fit_strip(joint, c, step):
                 slope += END_SLOPES[side, i] * angles[i]
             angles[ANGLES - 2 + side] = slope
     fit_places(step, c)
+    longest = 0.0
     for i in range(PARTS + 1):
-        lean[i] = 0.0
+        at[LEAN, i] = at[REACH, i] = 0.0
         for k in range(BETWEEN + 2):
-            lean[i] += EVENLY[i, k] * seen[LEAN, k]
-    return Strips(reach_of(joint.ends, joint), lean, step.course[c])
+            at[LEAN, i] += EVENLY[i, k] * seen[LEAN, k]
+            at[REACH, i] += EVENLY[i, k] * seen[REACH, k]
+        at[REACH, i] = max(at[REACH, i], 0.0)
+        longest = max(longest, at[REACH, i])
+        strip, deep = _strip_at(joint, strips, i)
+        at[MAX_DEPTH, i] = max_depth(strip, deep)
+    return Strips(longest, at, step.course[c])
 
 
 @kernel
-def put_slices(strips, rows, step):
-    """Put the Slices of a strip into `step.scratch`, behind the bins; return the largest load per length (1/m).
+def fit_depth(strips, room, share):
+    """Put the coefficients of the strip's largest depth, times a share of it, into `room`."""
+    for i in range(POINTS):
+        total = 0.0
+        for k in range(PARTS + 1):
+            total += FIT[k, i] * strips.at[MAX_DEPTH, k]
+        room[DEPTH_COURSE * POINTS + i] = share * total
 
-    rows : bins along the whole body.
-    """
+
+@kernel
+def put_slices(joint, strips, step):
+    """Put the Slices of a strip into `step.scratch`, behind the bins; return the largest load per length (1/m)."""
+    rows = int(joint.wear_rows)
     first, long, largest = 2 * step.scratch.size // 3, 2.0 * strips.reach / rows, 0.0
     for k in range((rows + 1) // 2):
         low = k * long
-        seen = slice_of(strips, low, min(low + long, strips.reach))
+        seen = slice_of(joint, strips, low, min(low + long, strips.reach))
         if seen.share > 0.0:
             largest = max(largest, seen.share / seen.cover)
         here = first + k * len(seen)
-        step.scratch[here], step.scratch[here + 1], step.scratch[here + 2] = seen
+        for i in range(len(seen)):
+            step.scratch[here + i] = seen[i]
     return largest
 
 
 @kernel
 def slice_at(step, k):
     """Return Slice `k` of those that were put there."""
-    here = 2 * step.scratch.size // 3 + 3 * k
-    return Slice(step.scratch[here], step.scratch[here + 1], step.scratch[here + 2])
+    here = 2 * step.scratch.size // 3 + 4 * k
+    return Slice(step.scratch[here], step.scratch[here + 1], step.scratch[here + 2], step.scratch[here + 3])
 
 
 class Group(NamedTuple):
@@ -340,22 +297,21 @@ def group_from(step, begin, slices, largest):
             break
         share, cover, depth = share + seen.share, cover + seen.cover, depth + seen.share * seen.depth
         end += 1
-    return Group(begin, max(end, begin + 1), Slice(share, cover, depth / share if share > 0.0 else 0.0))
+    return Group(begin, max(end, begin + 1), Slice(share, cover, depth / share if share > 0.0 else 0.0, 0.0))
 
 
 @kernel
-def enter_group(joint, end, c, shared, group):
-    """Enter what contact `c` at one of the ENDS wears off a Group of slices."""
+def enter_group(joint, end, c, shared, strips, group):
+    """Enter what contact `c` at one of the ENDS wears off a Group of slices of its Strips."""
     step, worn = shared
     room, count, rows, whole = step.room, int(joint.wear.bins), int(joint.wear_rows), group.whole
     fit_courses(step, c, whole.cover / whole.share)
-    for i in range(POINTS):
-        room[DEPTH_COURSE * POINTS + i] *= whole.depth
+    fit_depth(strips, room, whole.depth)
     scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
     enter_wear(joint, room, step.course[c], step.length, scratch)
     note_arc(joint, step, worn.account[c], whole.cover / joint.wear.length)
     seen, first = step.along[c, :, BETWEEN // 2 + 1], 2 * (c if end == ENDS[0] else c - 1) * worn.stride
-    long = 2.0 * reach_of(joint.ends, joint) / rows
+    long = 2.0 * strips.reach / rows
     for body in range(2):
         half = joint.half_length if body == 0 else joint.half_journal
         way = -end * (seen[FACING] if body == 0 else 1.0)
@@ -363,7 +319,7 @@ def enter_group(joint, end, c, shared, group):
         bins = Bins(worn.depths, first + body * worn.stride, count)
         for k in range(group.begin, group.end):
             part = slice_at(step, k)
-            near = seen[BEARING_START + body] + way * k * long
+            near = seen[BEARING_START + body] + way * (k * long + part.begin)
             far = near + way * part.cover
             factor = part.share * whole.cover / (part.cover * whole.share)
             enter_along(depths, factor, bins, Lies(min(near, far), max(near, far), half, rows))
@@ -377,13 +333,14 @@ def _slice_by_slice(law, joint, wall, c, shared):
     strips = fit_strip(joint, c, step)
     fit_courses(step, c, 1.0)
     note_way(step, c, worn.account[c])
-    note_edges(joint, step, strips, worn.account[c])
-    largest = put_slices(strips, int(joint.wear_rows), step)
+    if touches(step.mode[c]):  # the mean pressure is over the times in contact
+        note_edges(joint, step, strips, worn.account[c])
+    largest = put_slices(joint, strips, step)
     begin, slices = 0, (int(joint.wear_rows) + 1) // 2
     while begin < slices:
         group = group_from(step, begin, slices, largest)
         if group.whole.share > 0.0:
-            enter_group(joint, ENDS[wall], c, shared, group)
+            enter_group(joint, ENDS[wall], c, shared, strips, group)
         begin = group.end
 
 
@@ -391,5 +348,5 @@ def _slice_by_slice(law, joint, wall, c, shared):
 @wear_joint.member(Flanged)
 def _at_both_walls(joint, j, shared):
     for wall in range(len(ENDS)):
-        if touches(shared[0].mode[j + wall]):
+        if bears(joint.walls, shared[0], j, wall):
             wear_wall(joint.wear, joint, wall, j + wall, shared)

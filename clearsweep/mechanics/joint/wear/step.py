@@ -51,8 +51,10 @@ from .passage import (
 LEAST = 1e-7  # rad, of half an arc that is looked at
 ANGLES = BETWEEN + 4  # numbers that tell the course of an angle: at the quarters, then its slopes at both ends
 WHERE = 3  # such courses of a contact: its angles on both bodies (rad) and, of worn surfaces, how deep it is (m)
-#: What a joint in space notes of a contact at the quarters, see `slices.Placed`.
-LEAN, BEARING_START, JOURNAL_START, FACING, ALONG = range(5)
+#: What a joint in space notes of a contact at the quarters, see `along_walls.Placed`.
+LEAN, REACH, BEARING_START, JOURNAL_START, FACING, ALONG = range(6)
+#: Of the strip of one contact at even places: LEAN and REACH, as at the quarters, and its largest depth (m).
+MAX_DEPTH, STRIP = REACH + 1, REACH + 2
 SEEN = WHERE * ANGLES + ALONG * (BETWEEN + 2)  # numbers of room for a contact
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's course from its values at the quarters and its end slopes.
@@ -75,7 +77,7 @@ class Step(NamedTuple):
     mode: np.ndarray  # (contacts,) int64, what each contact is doing
     places: np.ndarray  # (contacts, WHERE, ANGLES)
     along: np.ndarray  # (contacts, ALONG, BETWEEN + 2) of joints in space
-    lean: np.ndarray  # (PARTS + 1,) 1, of one of their contacts, at even places
+    strip: np.ndarray  # (STRIP, PARTS + 1) of one of their contacts, at even places
     room: np.ndarray  # (ROOM,) see passage
     scratch: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 
@@ -298,15 +300,16 @@ def wear_entry(scene, y, end, between, mode, course, length, room, depths, accou
     start, finish, within = in_lane(y, (size,)), in_lane(end, (size,)), shaped(between, (BETWEEN, size))
     rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * WHERE * ANGLES
     along = angles + contacts * ALONG * (BETWEEN + 2)
+    scratch = along + STRIP * (PARTS + 1)
     step = Step(
         shaped(course, (contacts, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
         in_lane(mode, (contacts,)),
         rooms[ROOM:angles].reshape(contacts, WHERE, ANGLES),
         rooms[angles:along].reshape(contacts, ALONG, BETWEEN + 2),
-        rooms[along : along + PARTS + 1],
+        rooms[along:scratch].reshape(STRIP, PARTS + 1),
         rooms[:ROOM],
-        rooms[along + PARTS + 1 :],
+        rooms[scratch:],
     )
     _look(here, start, 0, step)
     for i in range(BETWEEN):
@@ -319,7 +322,7 @@ def wear_entry(scene, y, end, between, mode, course, length, room, depths, accou
 @kernel
 def room_of(contacts, stride):
     """Return how many numbers of room the wear of so many contacts takes; stride : bins of a body at most."""
-    return ROOM + contacts * SEEN + PARTS + 1 + 3 * stride
+    return ROOM + contacts * SEEN + STRIP * (PARTS + 1) + 3 * stride
 
 
 def wear_of(scene, parameters) -> Entry:

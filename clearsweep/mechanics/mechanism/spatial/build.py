@@ -1,11 +1,12 @@
 """From numbers and clearances to a slider-crank in space and its start."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from ...compiled.vector import Vector
-from ...joint.spatial import deepest_of
+from ...joint.spatial import deepest_of, overlap_of
 from ..contract import Built, gaps, place
 from . import motion  # noqa: F401 - enters the equations of motion
 from .form import Bearing, Cylindrical, Links, SpatialSliderCrank, Spherical, rod_of
@@ -41,13 +42,21 @@ def build(bodies, drive, joints, offsets) -> Built:
     return Built(mechanism, _start(mechanism), _lengths(mechanism), links.crank_length + rod.length, drive)
 
 
-def deepest(built: Built, joints: Mapping) -> dict[str, float]:
-    """Return how deep (m) each journal stands in its bearing at the start, below 0 where it is apart everywhere.
+class Seat(NamedTuple):
+    """How a journal sits in its bearing."""
+
+    depth: float  # m, largest penetration, below 0 where it is apart everywhere
+    overlap: float  # m, of journal and bore along the journal's axis; 0 or less: it is beside its bearing
+
+
+def seats(built: Built, joints: Mapping) -> dict[str, Seat]:
+    """Return how each journal sits in its bearing at the start.
 
     joints : compiled forms in the order of the mechanism's sites.
     """
     relative = gaps(built.value, place(built.value, built.start))
-    return {name: deepest_of(joint, gap) for (name, joint), gap in zip(joints.items(), relative, strict=True)}
+    pairs = zip(joints.items(), relative, strict=True)
+    return {name: Seat(deepest_of(joint, gap), float(overlap_of(joint, gap))) for (name, joint), gap in pairs}
 
 
 def _tilts(mechanism: SpatialSliderCrank) -> bool:

@@ -1,0 +1,138 @@
+"""Reads `uncertain`: how little is known of wear coefficients, from which a life gets a second interval."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ..contracts.case import Uncertain
+from ..language import quantity
+from ..language.errors import InputError, shown
+from .axes import Reading
+from .document import WrittenValue
+from .draft import Draft
+from .keys import Number
+from .life_keys import LIFE
+from .sampling import DISTRIBUTIONS, Distribution, distribution
+
+UNCERTAIN, FACTOR = "uncertain", "factor"
+LARGEST = 1e3  # factor
+BODIES = ("bearing_coefficient", "journal_coefficient")
+_PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
+_TAILS = (0.025, 0.975)  # ends of an interval of 95 %
+TEXT = (
+    "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value, "
+    "or a distribution of `sample`; a life gets a second interval from two further lives at the ends"
+)
+
+
+def read_into(draft: Draft, root: WrittenValue) -> None:
+    """Read the section into the draft: path -> what is written of it, in SI."""
+    section = root.value.get(UNCERTAIN) if isinstance(root.value, dict) else None
+    if section is None:
+        return
+    if not isinstance(section.value, dict) or not section.value:
+        sentence = (
+            "holds no path; write such as `joints.rod-slider.wear.coefficient: {factor: 3}`, or leave the key "
+            f"'{UNCERTAIN}' out"
+        )
+        draft.problems.add(section, UNCERTAIN, sentence)
+        return
+    if LIFE not in draft.shape:
+        sentence = "is of no use without `life`, whose interval it widens; write life: {limit, joint}, or leave it out"
+        draft.problems.add(section, UNCERTAIN, sentence)
+        return
+    for path, written in section.value.items():
+        if problem := _refused(draft, path, [*section.value]):
+            draft.problems.add(section.key_place(path), f"{UNCERTAIN}.{path}", problem)
+        elif (spread := _spread(draft, path, written)) is not None:
+            draft.uncertain[path] = spread
+
+
+def _refused(draft: Draft, path: str, paths: list[str]) -> str:
+    """Return why a path cannot be uncertain, '' if it can."""
+    match = _PATH.fullmatch(path)
+    if not match:
+        return (
+            "is no wear coefficient; `uncertain` takes joints.J.wear.coefficient, bearing_coefficient and "
+            "journal_coefficient alone: draw other values with `sample`"
+        )
+    wear = f"joints.{match[1]}.wear"
+    if wear not in draft.shape:
+        return f"there is no section '{wear}'; write it, or name a joint that wears"
+    if match[2] == "coefficient" and any(f"{wear}.{body}" in paths for body in BODIES):
+        return f"is uncertain beside {wear}.bearing_coefficient or journal_coefficient; write both bodies', or this"
+    return ""
+
+
+def _spread(draft: Draft, path: str, written: WrittenValue) -> dict[str, Any] | None:
+    """Return how a coefficient is spread, in SI, None where that is wrong."""
+    where = f"{UNCERTAIN}.{path}"
+    if isinstance(written.value, dict) and [*written.value] == [FACTOR]:
+        try:
+            factor = quantity.read(written.value[FACTOR].value, "1")
+        except InputError as error:
+            draft.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", str(error))
+            return None
+        if 1.0 < factor <= LARGEST:
+            return {FACTOR: factor}
+        sentence = f"found {factor:.6g}; allowed: above 1 and at most {LARGEST:g}"
+        draft.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", sentence)
+        return None
+    if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):
+        forms = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
+        draft.problems.add(written, where, f"found {shown(written.value)}; expected {{factor: 3}} or one of {forms}")
+        return None
+    wear = path.rpartition(".")[0]
+    node = draft.shape[f"{wear}.{BODIES[0]}"]
+    assert isinstance(node, Number)  # a coefficient is one
+    (field, *_) = node.fields(draft.names)
+
+    def value(item: WrittenValue) -> float | None:
+        try:
+            return quantity.read(item.value, field.unit)
+        except InputError as error:
+            draft.problems.add(item, where, str(error))
+            return None
+
+    spread = distribution(draft.problems, where, written, Reading(value, field.unit, (field,)))
+    if spread is None:
+        return None
+    if _ends(spread)[0] <= 0.0:
+        sentence = f"{spread.kind}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
+        draft.problems.add(written, where, sentence)
+        return None
+    return spread.written()
+
+
+def _ends(spread: Distribution) -> tuple[float, float]:
+    """Return the ends of the 95 % interval of a distribution, in SI."""
+    import numpy as np
+
+    low, high = spread.values(np.array(_TAILS)).tolist()
+    return low, high
+
+
+def leaves(spreads: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Any]]:
+    """Yield dotted path and value of what a grid says, as a case has it."""
+    for path, spread in spreads.items():
+        for kind, given in spread.items():
+            inner = f"{UNCERTAIN}.{path}.{kind}"
+            if isinstance(given, Mapping):
+                yield from ((f"{inner}.{key}", value) for key, value in given.items())
+            else:
+                yield inner, given
+
+
+def uncertain_of(section: Mapping[str, Any]) -> tuple[Uncertain, ...]:
+    """Return the typed form of the section of a case, nested sections in SI."""
+    found = []
+    for joint, inner in section["joints"].items():
+        for key, spread in inner["wear"].items():
+            keys = BODIES if key == "coefficient" else (key,)
+            ((kind, given),) = spread.items()
+            if kind == FACTOR:
+                found.append(Uncertain(joint, keys, 1.0 / given, given, relative=True))
+            else:
+                numbers = dict(given) if isinstance(given, Mapping) else dict(zip(("low", "high"), given, strict=True))
+                found.append(Uncertain(joint, keys, *_ends(Distribution(kind, numbers)), relative=False))
+    return tuple(found)

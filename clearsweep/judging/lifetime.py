@@ -1,0 +1,71 @@
+"""How a life is told: hours with the interval of its numerics, and what uncertain wear coefficients make of it."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ..language import wording
+from .validity import WIDE_SMOOTHING
+
+DIGITS = (3, 4, 5)  # as few of them as tell the ends of an interval apart
+FINEST = 1e-5  # of a life: a smaller interval is said to be below it
+
+
+class Lifetime(NamedTuple):
+    """The columns of a life, nan where there is none; revolutions but for the hours."""
+
+    hours: float  # h
+    revolutions: float
+    low: float
+    high: float  # inf or nan: unbounded
+    low_uncertain: float = math.nan
+    high_uncertain: float = math.nan
+    smoothing: float = math.nan  # rad, width that worn shapes are smoothed by at its end
+
+
+#: Of a joint: name of the column -> field of Lifetime.
+COLUMNS = {f"life_{name}": name for name in Lifetime._fields[:-1]} | {"wear_smoothing": "smoothing"}
+
+
+def lifetime_of(known: Mapping[str, float]) -> Lifetime:
+    """Return a life from its columns, without the joint's name; those that are not there are nan."""
+    return Lifetime(**{field: known.get(name, math.nan) for name, field in COLUMNS.items()})
+
+
+def told(life: Lifetime) -> str:
+    """Return a life in hours with the interval of the numerics alone, and with what that leaves out."""
+    parts = [f"{wording.plain(life.hours)} h ({_numerics(life)})"]
+    if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
+        known = [
+            f"{which}{_hours(life, end, DIGITS[0])}"
+            for which, end in (("from ", life.low_uncertain), ("to ", life.high_uncertain))
+            if math.isfinite(end)
+        ]
+        words = " ".join(known).removeprefix("from ") if len(known) == 2 else f"{known[0]}, the other end not known,"
+        parts.append(f"{words} with the uncertain wear coefficients")
+    if life.smoothing > WIDE_SMOOTHING:
+        parts.append(
+            f"its worn shapes are smoothed over {math.degrees(life.smoothing):.2g} deg, an effect that the interval "
+            "does not contain"
+        )
+    return "; ".join(parts)
+
+
+def _hours(life: Lifetime, end: float, digits: int) -> str:
+    """Return an end of an interval (revolutions) in hours."""
+    return f"{wording.plain(life.hours * end / life.revolutions, digits)} h"
+
+
+def _numerics(life: Lifetime) -> str:
+    """Return the 95 % interval of the numerics: its ends where five digits tell them apart, else its half-width."""
+    percent = f"95{wording.BLANK}%, numerics alone"
+    if not math.isfinite(life.high):
+        return f"{percent}: {_hours(life, life.low, DIGITS[0])} to no end"
+    for digits in DIGITS:
+        ends = [_hours(life, end, digits) for end in (life.low, life.revolutions, life.high)]
+        if len({*ends}) == len(ends):
+            return f"{percent}: {ends[0]} to {ends[2]}"
+    share = 0.5 * (life.high - life.low) / life.revolutions
+    if share < FINEST:
+        return f"{percent}: \u00b1 under {wording.plain(100.0 * FINEST, 1)}{wording.BLANK}%"
+    return f"{percent}: \u00b1 {wording.plain(100.0 * share, 2)}{wording.BLANK}%"

@@ -1,0 +1,339 @@
+"""Phases of work and their progress: what a process is doing, since when, and for how long still.
+
+Work opens a phase and notes its progress, which costs a microsecond.  `shown` prints the open phase on stderr: a line
+whenever FIRST s went by without one, on a terminal a line that is redrawn.  `written` keeps it where another process
+reads it, as worker processes do.
+"""
+
+import contextlib
+import json
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple, Protocol
+
+from .errors import printable
+from .wording import duration
+
+FIRST, GROWTH, LONGEST = 5.0, 1.5, 60.0  # s without a line before one is printed; it grows by this factor up to LONGEST
+LOOK = 0.25  # s between two looks at the open phases, and between two drawings on a terminal
+# s of work before its time left is estimated, before a terminal shows it, and between two notes in a file
+SETTLED = 1.0
+BAR = 24  # characters of a bar
+
+
+class Progress(NamedTuple):
+    """The progress of some work at a moment."""
+
+    what: str
+    seconds: float  # so far
+    left: float | None = None  # s, None: unknown
+    facts: Mapping[str, Any] = MappingProxyType({})  # the same for programs, such as the number of a block
+    share: float | None = None  # of the work that is done
+    once: bool = False  # it is work whose result is kept for later runs
+
+    @property
+    def text(self) -> str:
+        """Return the progress as 'writing orbits.h5, 37 %, 8 s spent, about 14 s left'."""
+        left = "" if self.left is None else f"about {duration(self.left)} left"
+        return ", ".join(filter(None, [self.what, f"{duration(self.seconds)} spent", left]))
+
+
+class Phase:
+    """A stretch of work.
+
+    what : its name, '' for one that only carries facts.
+    whole : it estimates the time of all work inside, so that the time left of a phase inside does not count.
+    once : its result is kept for later runs, as that of compiling is.
+    since : s of the monotonic clock, when the work began, if a phase before did a part of it.
+    """
+
+    def __init__(
+        self, what: str | Callable[[], str], *, whole: bool = False, once: bool = False, since: float | None = None
+    ):
+        self._what, self.whole, self.once = what, whole, once
+        self.opened = time.monotonic()
+        self.begin = self.opened if since is None else since
+        self.share: float | None = None
+        self.facts: dict[str, Any] = {}
+        self._left: tuple[float, float] | None = None  # s left, and when that was noted
+        self.idle = 0.0  # s of phases inside that are done once, which say nothing of its pace
+
+    def note(self, *, share: float | None = None, left: float | None = None, **facts: Any) -> None:
+        """Note the share of the work that is done, or the time (s) left, and facts for programs."""
+        self.share = self.share if share is None else share
+        self._left = self._left if left is None else (left, time.monotonic())
+        if facts:
+            self.facts = self.facts | facts
+        _changed()
+
+    def what(self) -> str:
+        """Return its name as it stands now, with the share of the work that is done."""
+        if not isinstance(self._what, str):
+            return self._what()
+        return self._what if self.share is None else f"{self._what}, {100.0 * self.share:.0f} %"
+
+    def left(self, now: float) -> float | None:
+        """Return the time (s) left, None where too little is known."""
+        if self._left is not None:
+            left, noted = self._left
+            return max(left - (now - noted), 0.0) or None
+        spent = now - self.begin - self.idle
+        return spent * (1.0 / self.share - 1.0) if self.share and spent >= SETTLED else None
+
+    def further(self) -> str:
+        """Return what else a line about this phase says."""
+        return ""
+
+
+class _Listener(Protocol):
+    def changed(self) -> None:
+        """Take note of a change of the open phases."""
+
+
+_open: list[Phase] = []  # the outermost first
+_listeners: list[_Listener] = []
+_once = [0.0]  # s that phases of the kind `once` took
+
+
+def _changed() -> None:
+    for listener in _listeners:
+        listener.changed()
+
+
+@contextlib.contextmanager
+def phase(what: str | Phase | Callable[[], str], *, whole: bool = False) -> Iterator[Phase]:
+    """Open a phase for as long as this context lasts; see Phase."""
+    opened = start(what if isinstance(what, Phase) else Phase(what, whole=whole))
+    try:
+        yield opened
+    finally:
+        end(opened)
+
+
+def start(opened: Phase) -> Phase:
+    """Open a phase and return it."""
+    _open.append(opened)
+    _changed()
+    return opened
+
+
+def end(opened: Phase) -> None:
+    """Close a phase."""
+    _open[:] = [other for other in _open if other is not opened]
+    if opened.once and not any(other.once for other in _open):
+        spent = time.monotonic() - opened.opened
+        _once[0] += spent
+        for other in _open:
+            other.idle += spent
+    _changed()
+
+
+def once_seconds() -> float:
+    """Return the time (s) that this process has spent on work that later runs need not repeat."""
+    return _once[0]
+
+
+def progress(first: int = 0) -> Progress | None:
+    """Return the progress of the open phases from the place `first` on, None where none is open.
+
+    The time left is that of the outermost phase that is `whole`, else of the innermost one that knows it.
+    """
+    phases, now = list(_open)[first:], time.monotonic()
+    if not phases:
+        return None
+    inner = next((opened for opened in phases if opened.whole), None)
+    known = [opened for opened in reversed(phases) if opened.left(now) is not None]
+    timed = inner or (known[0] if known else phases[-1])
+    facts: dict[str, Any] = {}
+    for opened in phases:
+        facts |= opened.facts
+    what = ": ".join(filter(None, [opened.what() for opened in phases]))
+    once = phases[-1].once
+    return Progress(what, now - timed.begin, timed.left(now), facts, phases[-1].share, once)
+
+
+def innermost() -> Phase | None:
+    """Return the phase that was opened last of those that are open."""
+    return next(reversed(list(_open)), None)
+
+
+def innermost_once() -> bool:
+    """Return whether the phase that was opened last does what later runs need not repeat."""
+    return bool(_open) and _open[-1].once
+
+
+def outermost(first: int = 0) -> Phase | None:
+    """Return the phase that was opened first of those that are open, from the place `first` on."""
+    return next(iter(list(_open)[first:]), None)
+
+
+# ---------------------------------------------------------------------------------------------- on stderr
+
+
+class Display:
+    """Prints the progress of the open phases on stderr."""
+
+    def __init__(self) -> None:
+        self.lock = threading.RLock()
+        self.terminal = sys.stderr is not None and sys.stderr.isatty()
+        self.bar: Any = None  # of tqdm, on a terminal
+        self.latest, self.interval = time.monotonic(), FIRST
+        self.work: Phase | None = None  # that was spoken of last
+
+    def look(self) -> None:
+        """Print what is due."""
+        work, found, now = outermost(), progress(), time.monotonic()
+        if found is None or work is None or sys.stderr is None:
+            self.close()
+            return
+        if self.terminal:
+            if now - work.begin >= SETTLED:
+                self._draw(found, work.further())
+            return
+        if work is not self.work:
+            self.work, self.interval = work, FIRST
+        if now - self.latest >= self.interval:
+            self.interval = min(GROWTH * self.interval, LONGEST)
+            self.say(found.text + work.further())
+
+    def say(self, sentence: str) -> None:
+        """Print a line."""
+        with self.lock:
+            self._clear()
+            self.latest = time.monotonic()
+            if sys.stderr is not None:  # None would mean stdout
+                print(printable(sentence), file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Leave nothing on the terminal that is to be redrawn."""
+        with self.lock:
+            self._clear()
+
+    def _draw(self, found: Progress, further: str) -> None:
+        with self.lock:
+            if self.bar is None:
+                from tqdm import tqdm
+
+                self.bar = tqdm(total=1.0, file=sys.stderr, leave=False, dynamic_ncols=True, bar_format="{desc}")
+            self.bar.n = found.share or 0.0
+            self.bar.bar_format = "{desc}" if found.share is None else f"|{{bar:{BAR}}}| {{desc}}"
+            self.bar.set_description_str(printable(found.text + further).replace("\n", " "))
+
+    def _clear(self) -> None:
+        if self.bar is not None:
+            self.bar.close()
+            self.bar = None
+
+
+_display: list[Display] = []  # the one in use
+
+
+@contextlib.contextmanager
+def shown(wanted: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - read as `shown(progress)`
+    """Print the progress of what is done within on stderr, unless it is printed already."""
+    if not wanted or _display or sys.stderr is None:
+        yield
+        return
+    display, ended = Display(), threading.Event()
+
+    def watch() -> None:
+        while not ended.wait(LOOK):
+            with contextlib.suppress(Exception):  # stderr may be closed; a fault in one line must not end the rest
+                display.look()
+
+    _display.append(display)
+    thread = threading.Thread(target=watch, name="clearsweep progress", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        _display.remove(display)
+        with contextlib.suppress(Exception):
+            display.close()
+
+
+def say(sentence: str) -> None:
+    """Print a line on stderr, whether progress is shown or not."""
+    (_display[0] if _display else Display()).say(sentence)
+
+
+# ---------------------------------------------------------------------------------------------- for another process
+
+
+class Written:
+    """Keeps the progress of the open phases where another process reads it; a phase within SETTLED s leaves nothing."""
+
+    def __init__(self, put: Callable[[bytes | None], None]):
+        """Take what puts a content in the place of the one before; None: there is none any more."""
+        self.put, self.due, self.there, self.first = put, 0.0, False, len(_open)
+        self.once = False  # whether that was written last is done once
+
+    def changed(self) -> None:
+        """Write the progress if that is due."""
+        work, now = outermost(self.first), time.monotonic()
+        if work is None or now - work.begin < SETTLED:
+            self.discard()
+        elif (now >= self.due or innermost_once() != self.once) and (found := progress(self.first)):
+            self.due, self.there, self.once = now + SETTLED, True, found.once
+            self.put(json.dumps(found._asdict() | {"facts": dict(found.facts), "time": time.time()}).encode())
+
+    def discard(self) -> None:
+        """Remove what was written."""
+        if self.there:
+            self.there = False
+            self.put(None)
+
+
+@contextlib.contextmanager
+def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
+    """Write the progress of what is done within by `put`, see Written; `read` takes it."""
+    listener = Written(put)
+    _listeners.append(listener)
+    try:
+        yield
+    finally:
+        _listeners.remove(listener)
+        listener.discard()
+
+
+def read(content: bytes) -> Progress | None:
+    """Return the progress that `written` put there, as it stands now; None where the content is not whole."""
+    try:
+        found = json.loads(content)
+        age = max(time.time() - found.pop("time"), 0.0)
+        kept = Progress(**found)
+        left = kept.left if kept.left is None else max(kept.left - age, 0.0) or None
+        return kept._replace(seconds=kept.seconds + age, left=left)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+class Latest:
+    """Keeps the estimate of the time (s) that the work takes in all, as it was noted last; None: there is none."""
+
+    def __init__(self) -> None:
+        self.begin, self.first = time.monotonic(), len(_open)
+        self.total: float | None = None
+
+    def changed(self) -> None:
+        """Take the latest estimate."""
+        if any(opened.once for opened in _open):
+            return  # it is of that alone
+        if (found := progress(self.first)) and found.left is not None:
+            self.total = time.monotonic() - self.begin + found.left
+
+
+@contextlib.contextmanager
+def estimated() -> Iterator[Latest]:
+    """Yield what keeps the latest estimate of the time that the work within takes."""
+    listener = Latest()
+    _listeners.append(listener)
+    try:
+        yield listener
+    finally:
+        _listeners.remove(listener)

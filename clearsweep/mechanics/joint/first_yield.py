@@ -1,0 +1,94 @@
+"""At which approach speed the contact of a joint first yields, by the joint's own elastic law.
+
+Two cylinders yield below their surface at a largest pressure p0 of 1.67 times the yield strength, a ball and a socket
+at 1.6 times it (Johnson 1985, Contact Mechanics, section 6.1).  The load that gives this pressure is Hertz's for a
+narrow contact.  For one that reaches round the bore it is the load of the wide arc of `compatible`, and of a ball the
+load 2/3 pi R_b^2 p0 of a pressure p0 cos(angle) over the whole half of the bore.  An impact comes to this load where
+the elastic energy W at it is that of the approach, v = sqrt(2 W / m).
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...contracts.case import Joint
+from .elastic.compatible import END_DEPTH, END_FORCE, END_SHARE
+from .elastic.contract import elastic_energy, static_penetration
+from .material import plane_strain_modulus, relative_radius
+from .recipe import RECIPES
+
+LINE, BALL = "line", "ball"
+LINE_PRESSURE, BALL_PRESSURE = 1.67, 1.6  # largest pressure over yield strength where yielding begins
+END_PRESSURE = (1.0 + END_DEPTH) * math.sqrt(END_SHARE)  # p0 R_b / (E* c) at the end of the wide arc's formula
+
+
+def kind_of(joint: Joint) -> str:
+    """Return whether the contact of a joint is one of a line or of a ball, '' where its laws are neither, or yield."""
+    law = RECIPES["law", joint.contact.law].law if joint.is_dry else None
+    if law is None or law.yields or not law.uses_elastic or joint.is_guide or joint.is_spatial:
+        return ""
+    return RECIPES["elastic", joint.contact.elastic].law.contact if joint.contact.elastic else ""
+
+
+def load_at(kind: str, pressure: float, joint: Joint, modulus: float) -> float:
+    """Return the load (N) of a joint at a largest pressure (Pa) in a contact of this kind; modulus : E*, Pa."""
+    radius = relative_radius(joint)
+    assert joint.bearing_radius is not None  # it decides the relative radius
+    if kind == BALL:
+        narrow = math.pi**3 * radius**2 * pressure**3 / (6.0 * modulus**2)
+        return min(narrow, 2.0 / 3.0 * math.pi * joint.bearing_radius**2 * pressure)
+    assert joint.length is not None  # a line has one
+    ratio = pressure * joint.bearing_radius / (modulus * joint.clearance)
+    whole = modulus * joint.length * joint.clearance
+    if ratio >= END_PRESSURE:  # from there on the pressure keeps its shape, nearly a cosine
+        return 0.5 * math.pi * END_FORCE * whole * ratio / END_PRESSURE
+    low, high = 0.0, END_SHARE
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if math.sqrt(middle) * _widening(middle) < ratio else (low, middle)
+    return 0.5 * math.pi * whole * _widening(high) * high * (2.0 - high)
+
+
+def _widening(share: float) -> float:
+    """Return (c + pen) / c at q = `share`, see `compatible`; 1 at 0."""
+    return 1.0 / (1.0 - share * (math.log(4.0 / share) - 1.0)) if share else 1.0
+
+
+def yield_energy(joint: Joint, elastic: Any) -> float | None:
+    """Return the elastic energy (J) at which the contact of a joint first yields, None where that cannot be judged.
+
+    elastic : the compiled form of its elastic law, rough surfaces included
+    """
+    kind, strength, radius = kind_of(joint), joint.strength, joint.bearing_radius
+    if not kind or strength is None or radius is None or (kind == LINE and joint.length is None):
+        return None
+    modulus = _modulus(joint, kind)
+    if modulus is None:
+        return None
+    load = load_at(kind, (BALL_PRESSURE if kind == BALL else LINE_PRESSURE) * strength, joint, modulus)
+    return float(elastic_energy(elastic, static_penetration(elastic, load)))
+
+
+def _modulus(joint: Joint, kind: str) -> float | None:
+    """Return E* (Pa) of a joint, from Hertz's stiffness where no material is given; None where it is not known."""
+    contact = joint.contact
+    if contact.material:
+        return plane_strain_modulus(contact.material)
+    stiffness = contact.values.get("stiffness")
+    if kind == BALL and stiffness and contact.values.get("exponent") == 1.5:
+        return 0.75 * stiffness / math.sqrt(relative_radius(joint))
+    return None
+
+
+def largest_mass(along: np.ndarray) -> float | None:
+    """Return the largest mass (kg) over all directions from those, (3,), along 0, 45 and 90 degrees, or None.
+
+    1 / m = n^T Y n of a symmetric Y, whose smaller eigenvalue belongs to the largest mass.
+    """
+    if not np.all(along > 0.0):
+        return None
+    x, diagonal, y = 1.0 / along
+    mixed = diagonal - 0.5 * (x + y)
+    least = 0.5 * (x + y) - math.hypot(0.5 * (x - y), mixed)
+    return float(1.0 / least) if least > 1e-12 * (x + y) else None

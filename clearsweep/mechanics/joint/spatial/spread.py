@@ -1,0 +1,272 @@
+"""The loads of walls whose stiffness is spread over the length: a strip from each end, see `strips`.
+
+What a strip stores is a function of the depth and the lean at its end, and of the length on which journal and bore
+overlap.  Its force acts along the normal at its end; the couple of the lean moves it inwards, to where the strip bears.
+Friction acts in the middle of the strip's load.
+"""
+
+from typing import NamedTuple
+
+from ...compiled import calculus as math
+from ...compiled.dual import as_type_of
+from ...compiled.family import family, kernel
+from ...compiled.vector import Vector, along, cross, dot, minus, plus, times
+from ..contract import CLIPPED, Contact, touches
+from ..elastic.contract import elastic_energy
+from ..friction.contract import friction_force
+from ..loss.contract import lowest_force
+from .form import InBore, Overlapping, SpreadContact, Touch
+from .leaning import Leaning, leaning_of
+from .points import Point, overlap_of, wall_point
+from .strips import Strip, is_pressed, load_of, nodes_of, pressed_part
+
+
+@kernel
+def as_spread(contact, at_end):
+    """Return a Contact, whose force acts at its point, as a SpreadContact; at_end : N, as there."""
+    return SpreadContact(
+        normal=contact.normal,
+        tangential=contact.tangential,
+        slip=contact.slip,
+        rate=contact.rate,
+        depth=contact.depth,
+        elastic=contact.elastic,
+        raw=contact.raw,
+        stored=contact.elastic * contact.rate,
+        lost=(contact.normal - contact.elastic) * contact.rate,
+        at_end=at_end,
+    )
+
+
+# ---------------------------------------------------------------------------------------------- the length that bears
+
+
+class Overlap(NamedTuple):
+    """The length on which journal and bore overlap."""
+
+    half: float  # m, of it
+    share: float  # 1, of the whole stiffness that it has
+    growth: float  # 1, rate of the length per velocity (m/s) of the journal along its axis, seen from the bearing
+
+
+@family
+def bearing_length(ends, joint, gap):
+    """Return the Overlap of journal and bore."""
+
+
+@bearing_length.member(InBore)
+def _whole_journal(ends, joint, gap):
+    zero = as_type_of(0.0, gap.middle.z)
+    return Overlap(zero + joint.half_journal, zero + 1.0, zero)
+
+
+@bearing_length.member(Overlapping)
+def _what_is_in_the_bore(ends, joint, gap):
+    whole, length = 2.0 * min(joint.half_journal, joint.half_length), overlap_of(joint, gap)
+    zero = as_type_of(0.0, length)
+    if length >= whole:
+        return Overlap(zero + 0.5 * whole, zero + 1.0, zero)
+    length = max(length, 1e-9 * whole)  # the run ends where it is 0
+    return Overlap(0.5 * length, length / whole, zero - math.copysign(1.0, gap.middle.z))
+
+
+# ---------------------------------------------------------------------------------------------- one end
+
+
+class End(NamedTuple):
+    """One end of the walls."""
+
+    point: Point
+    mode: int
+    root: float  # m^0.5, of the penetration
+    onset_rate: float  # m/s
+    moving: Vector  # m/s, of the journal at the point, seen from the bearing
+    rate: float  # m/s, of the depth
+
+
+@kernel
+def end_of(course, number, end):
+    """Return the End at one of the ENDS, contact `number` of the joint of a Course."""
+    joint, gap, seen, present = course.joint, course.gap, course.moving, course.present
+    c = course.place.contact + number
+    point = wall_point(joint.ends, joint, gap, end)
+    moving = plus(seen.velocity, cross(seen.spin, minus(point.at, gap.middle)))
+    rate = dot(moving, point.normal)
+    return End(point, present.mode[c], present.y[present.roots + c], present.latched[c], moving, rate)
+
+
+@kernel
+def _apart(here, at_end):
+    """Return the Touch of an end whose strip bears nothing; at_end : N, of the other's strip."""
+    zero = as_type_of(0.0, here.rate)
+    nothing, slip = Vector(zero, zero, zero), math.sqrt(dot(here.moving, here.moving))
+    seen = Contact(
+        normal=zero, tangential=zero, slip=slip, rate=here.rate, depth=here.point.depth, elastic=zero, raw=zero
+    )
+    return Touch(nothing, nothing, nothing, nothing, as_spread(seen, at_end))
+
+
+class _Bearing(NamedTuple):
+    """How the strip of an end lies."""
+
+    end: float  # one of the ENDS
+    leaning: Leaning
+    overlap: Overlap
+    length_rate: float  # m/s, of the overlap's length
+    strip: Strip
+
+
+@kernel
+def _bearing_of(course, here, end, overlap):
+    """Return how the strip of an End, one of the ENDS, lies."""
+    gap, seen = course.gap, course.moving
+    leaning = leaning_of(course.joint.ends, course.joint, gap, end)
+    moving = plus(seen.velocity, cross(seen.spin, minus(leaning.center, gap.middle)))
+    lean_rate = dot(moving, leaning.across) + dot(seen.spin, leaning.about)
+    along_axis = seen.velocity.z + seen.spin.y * gap.middle.x - seen.spin.x * gap.middle.y
+    length_rate = overlap.growth * along_axis
+    depth = here.root * here.root if touches(here.mode) else here.point.depth
+    fall_rate = overlap.half * lean_rate + 0.5 * length_rate * leaning.lean
+    strip = Strip(here.root, depth, depth - overlap.half * leaning.lean, here.rate, here.rate - fall_rate)
+    return _Bearing(end, leaning, overlap, length_rate, strip)
+
+
+class Borne(NamedTuple):
+    """What a strip bears."""
+
+    force: float  # N, 0 where it is clipped
+    inner: float  # N, its moment over the share of the strip from the end: 0 to the force where that is clipped at 0
+    elastic: float  # N, the elastic part of the force, clipped or not
+    elastic_inner: float  # N
+    raw: float  # N, the force before it is clipped, above the least that its law allows
+    lengthening: float  # N, by what the energy stored grows with the length of the overlap, clipped like the force
+    elastic_lengthening: float  # N, the same, clipped or not
+
+
+@kernel
+def _borne(course, here, other, bearing):
+    """Return what the strip of an End bears; the law has the onset rate of that end if it touches, else the other's."""
+    joint, own, strip, overlap = course.joint, touches(here.mode), bearing.strip, bearing.overlap
+    zero = as_type_of(0.0, strip.depth)
+    if not is_pressed(strip):
+        return Borne(zero, zero, zero, zero, zero, zero, zero)
+    part = pressed_part(strip, not touches(other.mode) or other.root < 0.0)
+    onset_rate = here.onset_rate if own else other.onset_rate
+    load = load_of(strip, part, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
+    share = 0.5 * overlap.share
+    force, inner = share * (load.outer + load.inner), share * load.inner
+    elastic, elastic_inner = share * (load.elastic_outer + load.elastic_inner), share * load.elastic_inner
+    lowest = lowest_force(joint.law)
+    raw = force - lowest
+    if lowest == 0.0:  # no force jumps where it begins or ends to be clipped, or both would follow each other for ever
+        force = max(force, 0.0) if here.mode != CLIPPED else zero
+        inner = min(max(inner, 0.0), force)
+    if overlap.growth == 0.0 or elastic <= 0.0:
+        return Borne(force, inner, elastic, elastic_inner, raw, zero, zero)
+    stored = _energy_per_length(joint, strip, part, overlap)
+    return Borne(force, inner, elastic, elastic_inner, raw, stored * (force / elastic), stored)
+
+
+@kernel
+def _energy_per_length(joint, strip, part, overlap):
+    """Return by what the energy stored in a strip (J) grows with the length (m), its depths being the same."""
+    total, inverse = as_type_of(0.0, strip.depth), part.begin + part.end
+    inverse = 1.0 / inverse if inverse > 0.0 else as_type_of(0.0, inverse)
+    for node, weight in nodes_of(joint.walls.rule):
+        x = part.begin + (part.end - part.begin) * node
+        total = total + 2.0 * weight * part.length * (x * inverse) * elastic_energy(joint.elastic, x * x)
+    return 0.5 * overlap.share * total / (2.0 * overlap.half)
+
+
+@kernel
+def _pushed(course, here, bearing, borne):
+    """Return the normal force (N) of a strip on the journal, and its moment (N m) about the journal's middle.
+
+    At the end it acts along the normal; the lean has a force and a couple; what is stored draws the bodies apart along
+    the axis where that makes the overlap shorter.
+    """
+    middle, leaning, lever = course.gap.middle, bearing.leaning, borne.inner * bearing.overlap.half
+    pressing, turning = times(-borne.force, here.point.normal), times(lever, leaning.across)
+    drawn = (0.5 * borne.inner * leaning.lean - borne.lengthening) * bearing.overlap.growth
+    force = plus(pressing, turning)
+    moment = plus(cross(minus(here.point.at, middle), pressing), cross(minus(leaning.center, middle), turning))
+    moment = along(moment, lever, leaning.about)
+    return (
+        Vector(force.x, force.y, force.z + drawn),
+        Vector(moment.x - drawn * middle.y, moment.y + drawn * middle.x, moment.z),
+    )
+
+
+class _Rubbed(NamedTuple):
+    """The friction of a strip."""
+
+    force: Vector  # N, on the journal
+    arm: Vector  # m, where it acts, from the journal's middle
+    twist: Vector  # N m, see Touch
+    tangential: float  # N
+    slip: float  # m/s
+
+
+@kernel
+def _rubbed(course, here, bearing, borne):
+    """Return the friction of a strip, in the middle of its elastic load."""
+    joint, gap, seen, half = course.joint, course.gap, course.moving, bearing.overlap.half
+    rubbing = borne.force if lowest_force(joint.law) == 0.0 else max(borne.force, 0.0)
+    weight = borne.elastic if borne.elastic > 0.0 else as_type_of(1.0, borne.elastic)
+    inwards = min(max(borne.elastic_inner / weight, 0.0), 1.0) * half
+    normal, at = here.point.normal, minus(here.point.at, gap.middle)
+    arm, depth = Vector(at.x, at.y, at.z - bearing.end * inwards), here.point.depth - inwards * bearing.leaning.lean
+    moving = along(plus(seen.velocity, cross(seen.spin, arm)), depth, cross(gap.on_bearing, normal))
+    sliding = along(moving, -dot(moving, normal), normal)
+    square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
+    slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
+    tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
+    force = times(tangential / slip if square > 0.0 else as_type_of(0.0, slip), sliding)
+    twist = times(depth, cross(normal, force))
+    if touches(here.mode):
+        return _Rubbed(force, arm, twist, tangential, slip)
+    speed = math.sqrt(dot(here.moving, here.moving))  # of an end that is apart: it bounds how soon it touches
+    tangential = tangential * slip / speed if speed > 0.0 else as_type_of(0.0, speed)
+    return _Rubbed(force, arm, twist, tangential, speed)
+
+
+@kernel
+def _touch(course, here, bearing, borne, at_end):
+    """Return the Touch of an End, of which is known what its strip has Borne; at_end : N, as of a SpreadContact."""
+    strip = bearing.strip
+    if not is_pressed(strip):
+        return _apart(here, at_end)
+    fall_rate = strip.rate - strip.inner_rate
+    length_rate = bearing.length_rate
+    stored = borne.elastic * here.rate - borne.elastic_inner * fall_rate + borne.elastic_lengthening * length_rate
+    taken = borne.force * here.rate - borne.inner * fall_rate + borne.lengthening * length_rate
+    pushed, moment = _pushed(course, here, bearing, borne)
+    rubbed = _rubbed(course, here, bearing, borne)
+    seen = SpreadContact(
+        normal=borne.force,
+        tangential=rubbed.tangential,
+        slip=rubbed.slip,
+        rate=here.rate,
+        depth=here.point.depth,
+        elastic=borne.elastic,
+        raw=borne.raw,
+        stored=stored,
+        lost=taken - stored,
+        at_end=at_end,
+    )
+    moment = plus(moment, cross(rubbed.arm, rubbed.force))
+    return Touch(pushed, plus(pushed, rubbed.force), moment, rubbed.twist, seen)
+
+
+@kernel
+def spread_walls(course):
+    """Return the Touches of both walls."""
+    first, second = end_of(course, 0, 1.0), end_of(course, 1, -1.0)
+    if not (touches(first.mode) or touches(second.mode)):
+        zero = as_type_of(0.0, first.rate)
+        return _apart(first, zero), _apart(second, zero)
+    overlap = bearing_length(course.joint.ends, course.joint, course.gap)
+    a, b = _bearing_of(course, first, 1.0, overlap), _bearing_of(course, second, -1.0, overlap)
+    of_a, of_b = _borne(course, first, second, a), _borne(course, second, first, b)
+    at_a, at_b = of_a.force - 0.5 * of_a.inner + 0.5 * of_b.inner, of_b.force - 0.5 * of_b.inner + 0.5 * of_a.inner
+    return _touch(course, first, a, of_a, at_a), _touch(course, second, b, of_b, at_b)

@@ -1,0 +1,152 @@
+"""How the force of a wall is spread along the length: half of it from each end inwards, a strip with its own normal.
+
+The depth falls along a strip in proportion to the way, from `depth` at its end to `inner` in the middle of the length;
+the rate is linear likewise.  The force per length is that of the joint's law at the slice's depth and rate, over the
+length.  With the share s of the strip from its end, and the roots x = sqrt(depth) being a and b where what is pressed
+begins and ends,
+
+    x = a + (b - a) u,    s = u (a + x) / (a + b),    ds = 2 x / (a + b) du,    0 <= u <= 1,
+
+nothing cancels where the journal is parallel, a = b.  In u a Hertzian force is a polynomial, also with a loss that is
+linear in the rate, so that Gauss's rule is exact; it equals the closed form, for a power n of the depth,
+
+    (depth^(n + 1) - inner^(n + 1)) / ((n + 1) (depth - inner)).
+"""
+
+from typing import NamedTuple
+
+from numpy.polynomial.legendre import leggauss
+
+from ...compiled import calculus as math
+from ...compiled.dual import as_type_of
+from ...compiled.family import family, kernel
+from ..elastic.contract import elastic_force
+from ..elastic.power import Linear, PowerThreeHalves
+from ..loss.contract import contact_force, sign_beyond
+from .form import Few, Many, Spread
+
+PAST = -0.5  # of the inner root: how far below 0 the root at an end may be past its separation, in a trial step
+
+
+class Strip(NamedTuple):
+    """Half of the length, from one end inwards."""
+
+    root: float  # m^0.5, of the depth at the end; below 0 where a trial step is past its separation
+    depth: float  # m, at the end
+    inner: float  # m, in the middle of the length
+    rate: float  # m/s, of the depth at the end
+    inner_rate: float  # m/s, of that in the middle
+
+
+class Pressed(NamedTuple):
+    """The part of a strip that is pressed."""
+
+    begin: float  # m^0.5, root of the depth where it begins
+    end: float  # m^0.5, where it ends
+    first: float  # share of the strip where it begins
+    length: float  # share of the strip that it takes
+
+
+class StripLoad(NamedTuple):
+    """The force of a strip, were it the whole joint: its moments over the share s of the strip."""
+
+    outer: float  # N, integral of the force times 1 - s
+    inner: float  # N, times s
+    elastic_outer: float  # N, the same of the elastic part
+    elastic_inner: float  # N
+
+
+def gauss(count: int) -> tuple[tuple[float, float], ...]:
+    """Return (node, weight) of the Gauss-Legendre rule on (0, 1)."""
+    return tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*leggauss(count), strict=True))
+
+
+FEW, MANY = gauss(5), gauss(16)
+
+
+@family
+def nodes_of(rule):
+    """Return (node, weight) of the rule that a Spread integrates with."""
+
+
+@nodes_of.member(Few)
+def _few(rule):
+    return FEW
+
+
+@nodes_of.member(Many)
+def _many(rule):
+    return MANY
+
+
+def spread_over(elastic: tuple) -> Spread:
+    """Return the form of walls whose stiffness is spread, with the rule that the elastic law asks for."""
+    return Spread(Few() if isinstance(elastic, Linear | PowerThreeHalves) else Many())
+
+
+@kernel
+def is_pressed(strip):
+    """Return whether any of a strip is pressed."""
+    return strip.depth > 0.0 or strip.inner > 0.0
+
+
+@kernel
+def pressed_part(strip, turned):
+    """Return what of a strip is Pressed; turned : whether the other end is past its separation, too, or apart."""
+    depth, inner = strip.depth, strip.inner
+    zero, whole = as_type_of(0.0, depth), as_type_of(1.0, depth)
+    if inner <= 0.0:
+        return Pressed(strip.root, zero, zero, depth / (depth - inner))
+    root = math.sqrt(inner)
+    if depth <= 0.0:
+        part = inner / (inner - depth)
+        return Pressed(zero, root, 1.0 - part, part)
+    if strip.root < 0.0 and turned:
+        return Pressed(strip.root, -root, zero, whole)
+    return Pressed(max(strip.root, PAST * root), root, zero, whole)
+
+
+@kernel
+def load_of(strip, part, laws, rule, onset_rate):
+    """Return the StripLoad of a strip of which a part is Pressed; laws : (law, elastic).  Not clipped."""
+    law, elastic = laws
+    zero = as_type_of(0.0, strip.depth)
+    outer = inner = elastic_outer = elastic_inner = zero
+    total = part.begin + part.end
+    if total == 0.0:
+        return StripLoad(outer, inner, elastic_outer, elastic_inner)
+    inverse = 1.0 / total
+    for node, weight in nodes_of(rule):
+        x = part.begin + (part.end - part.begin) * node
+        share = part.first + part.length * (node * (part.begin + x) * inverse)
+        slice_ = 2.0 * weight * part.length * (x * inverse)
+        rate = strip.rate + (strip.inner_rate - strip.rate) * share
+        force, stored = contact_force(law, elastic, x * x, rate, onset_rate)
+        if x < 0.0:
+            slice_ = slice_ * sign_beyond(law, elastic)
+        outer, inner = outer + slice_ * (1.0 - share) * force, inner + slice_ * share * force
+        elastic_outer = elastic_outer + slice_ * (1.0 - share) * stored
+        elastic_inner = elastic_inner + slice_ * share * stored
+    return StripLoad(outer, inner, elastic_outer, elastic_inner)
+
+
+@kernel
+def pressed_between(depths):
+    """Return what is Pressed between two places, from one depth (m) to another in proportion; nothing: of length 0."""
+    strip = Strip(math.sqrt(max(depths[0], 0.0)), depths[0], depths[1], 0.0, 0.0)
+    if is_pressed(strip):
+        return pressed_part(strip, turned=False)
+    return Pressed(0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def mean_elastic(elastic, rule, depths):
+    """Return the mean of the elastic force (N) between two places, from one depth (m) to another in proportion."""
+    part, total = pressed_between(depths), 0.0
+    if part.length == 0.0:
+        return 0.0
+    inverse = 1.0 / (part.begin + part.end)
+    for node, weight in nodes_of(rule):
+        x = part.begin + (part.end - part.begin) * node
+        total += 2.0 * weight * (x * inverse) * elastic_force(elastic, x * x)
+    return part.length * total

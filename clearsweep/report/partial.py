@@ -1,0 +1,50 @@
+"""Opens a run that is not finished: the cases that it has so far are put together as if it had ended with them."""
+
+import dataclasses
+import shutil
+import tempfile
+import weakref
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from .. import grid as grids
+from .. import simulation, store
+from ..contracts.catalogue import Catalogue
+from ..language import phases
+from ..language.errors import DirectoryError
+
+Run = TypeVar("Run", bound=store.StoredRun)
+
+
+def gathered(
+    directory: Path, opened: Callable[[Path, Path], Run], catalogue: Callable[[], Catalogue] = simulation.catalogue
+) -> Run:
+    """Return what `opened` makes of a directory and of the place where its finished cases are put together.
+
+    Raises DirectoryError where no case is finished.
+    """
+    passing = Path(tempfile.mkdtemp(prefix="clearsweep-"))
+    try:
+        with phases.phase("putting the finished cases together"):
+            _gather(directory, passing / "run", catalogue())
+        run = opened(directory, passing / "run")
+    except BaseException:
+        shutil.rmtree(passing, ignore_errors=True)
+        raise
+    weakref.finalize(run, shutil.rmtree, passing, ignore_errors=True)
+    return run
+
+
+def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
+    """Write the run of the cases that a directory has so far to `place`."""
+    record, source = store.read_record(directory), store.RunDirectory(directory)
+    source.look()
+    if not source.batches:
+        raise DirectoryError(f"{directory}: no case of its run is finished yet; `status` tells how far it is")
+    grid = grids.load(store.keys_so_far(record, source), catalogue)
+    store.check_version(directory, record, grid)
+    grid = dataclasses.replace(grid, fits=grids.noted_fits(record))
+    store.gather(source, grid, np.unique(np.fromiter(grid.identities(), "u8", len(grid))), place)

@@ -1,0 +1,80 @@
+"""Progress of a case: the phases of an integration and of a life."""
+
+import time
+from typing import NamedTuple
+
+from ..language import phases
+from ..language.wording import text
+from .scene import Scene
+
+
+class Revolutions(phases.Phase):
+    """The phase of an integration: how many of its revolutions are done."""
+
+    def __init__(self, scene: Scene):
+        """Take the scene that is integrated."""
+        super().__init__(self._words)
+        self.revolutions = scene.case.simulate.revolutions if scene.mechanism.turns else None
+        self.most = " at most" if scene.layout.until or scene.case.life else ""  # it may end before
+
+    @property
+    def turns(self) -> float:
+        """Return the number of revolutions that are done."""
+        return (self.share or 0.0) * (self.revolutions or 0.0)
+
+    def _words(self) -> str:
+        if not self.revolutions or self.share is None:
+            return "integrating"
+        return f"revolution {self.turns:,.6g} of {self.revolutions:,.6g}{self.most}"
+
+
+class LifeLimits(NamedTuple):
+    """What decides how long a life takes."""
+
+    limit: float  # m
+    first: float  # m, that may wear off in the first jump
+    blocks: int  # at most
+    least: float  # revolutions of a block
+    constant: bool  # one block tells all
+    further: int = 0  # lives that follow this one, which take about as long
+
+
+class Life(phases.Phase):
+    """The phase of a life: its block, the wear of the limit (m), and the time that the blocks left take."""
+
+    def __init__(self, limits: LifeLimits, before: int, name: str = ""):
+        """Take the number of blocks that were run `before`, in another process, and the name of a further life."""
+        super().__init__(self._words, whole=True)
+        self.limits, self.before, self.name = limits, before, name
+        self.block, self.worn, self.jump = 1, 0.0, limits.first
+        self.since = self.begin  # s, of the present block
+
+    def _words(self) -> str:
+        life = f"{self.name}, " if self.name else ""
+        return f"{life}block {self.block}, {text(self.worn, 'm')} of {text(self.limits.limit, 'm')}"
+
+    def reached(self, worn: float) -> None:
+        """Note the end of a block that was run with so much (m) worn of what the limit is of."""
+        self.block, self.jump = self.block + 1, max(worn - self.worn, 0.0) or self.jump
+        self.worn, self.since, self.idle = worn, time.monotonic(), 0.0
+        self.note(block=self.block, reached=worn, limit=self.limits.limit)
+
+    def left(self, now: float) -> float | None:
+        """Return the time (s) left: that of as many blocks as jumps like the last one take to the limit."""
+        block = self._block_seconds(now)
+        if block is None:
+            return None
+        jumps = 0.0 if self.limits.constant else max(self.limits.limit - self.worn, 0.0) / self.jump
+        blocks = 1.0 + min(jumps, float(max(self.limits.blocks - self.block, 0)))
+        own = max(block * blocks - (now - self.since - self.idle), 0.0)
+        return own + self.limits.further * block * (self.block - 1 + blocks) or None
+
+    def _block_seconds(self, now: float) -> float | None:
+        """Return the time (s) of a block: the mean of those that were run, else that of the least revolutions."""
+        run = self.block - 1 - self.before
+        if run > 0:
+            return (self.since - self.begin) / run
+        inner = phases.innermost()
+        if not isinstance(inner, Revolutions) or not inner.turns:
+            return None
+        return (now - inner.begin - inner.idle) * max(self.limits.least / inner.turns, 1.0)

@@ -1,0 +1,104 @@
+"""What uncertain wear coefficients make of a life: two further lives, at the ends of what the coefficients may be."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..contracts.case import Case
+from ..judging.validity import LIFE_FAILED
+from ..language import phases
+from .extrapolation import Life, lived
+from .life import Ageing
+from .life_block import Part, Told
+
+LOW, HIGH = "low", "high"
+
+
+class Further(NamedTuple):
+    """A life at an end of what its wear coefficients may be."""
+
+    life: Life | None  # None: a block of it failed
+    told: tuple[Told, ...]  # the blocks that were run for it
+    failure: str = ""  # status of the block that failed
+
+
+def at_end(case: Case, end: str) -> Case:
+    """Return a case whose uncertain wear coefficients are all at one end of their 95 % intervals, LOW or HIGH."""
+    joints = {joint.name: joint for joint in case.joints}
+    for each in case.uncertain:
+        joint, number = joints[each.joint], getattr(each, end)
+        assert joint.wear is not None  # the grid has uncertain coefficients of joints that wear alone
+        values = {key: joint.wear.values[key] * number if each.relative else number for key in each.keys}
+        joints[each.joint] = joint._replace(wear=joint.wear._replace(values={**joint.wear.values, **values}))
+    return case._replace(joints=tuple(joints.values()))
+
+
+def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], Told | None]) -> dict[str, Further]:
+    """Return the lives with the coefficients at their LOW and HIGH ends.
+
+    Where nothing that has worn changes how it goes on, every rate is proportional to the coefficient of its body, so
+    that the one block tells both lives; else each is run block by block.
+
+    Parameters
+    ----------
+    ageing : that of the case itself, whose life is known.
+    run : Ageing, (n,) what has worn -> the block, None where it failed.
+    """
+    found = {}
+    for end in (LOW, HIGH):
+        case = at_end(ageing.scene.case, end)
+        if ageing.constant:
+            found[end] = Further(lived(_always(_scaled(ageing, case)), ageing, ageing.plan(), ageing.start), ())
+            continue
+        aged = ageing.further(case, f"life with the wear coefficients at their {end} ends")
+        with phases.phase(aged.progress):
+            life = lived(aged.measured(run), aged, aged.plan(), aged.start)
+        found[end] = Further(life, tuple(aged.told), aged.failure)
+    return found
+
+
+def _always(told: Told) -> Callable[[np.ndarray], Told]:
+    """Return what runs nothing: of a motion that nothing changes all blocks tell the same."""
+    return lambda state: told
+
+
+def _scaled(ageing: Ageing, case: Case) -> Told:
+    """Return what the block of a life told, its rates as the coefficients of another case make them."""
+    told = ageing.told[0]
+    factors = np.ones(ageing.size)
+    for part in ageing.parts:
+        for body, where in (("bearing", part.bearing), ("journal", part.journal)):
+            factors[where] = _ratio(ageing.scene.case, case, part, body)
+    return told._replace(rate=told.rate * factors, width=told.width * factors)
+
+
+def _ratio(case: Case, other: Case, part: Part, body: str) -> float:
+    """Return the wear coefficient of a body in another case over that in a case; 1 where it does not wear."""
+    before, after = (_coefficient(each, part, body) for each in (case, other))
+    return after / before if before else 1.0
+
+
+def _coefficient(case: Case, part: Part, body: str) -> float:
+    """Return the wear coefficient of a body of a joint that wears, in what the grid has it in."""
+    wear = case.joints[part.place].wear
+    assert wear is not None  # asked of joints that wear
+    return wear.values[f"{body}_coefficient"]
+
+
+def failures(lives: dict[str, Further]) -> tuple[str, ...]:
+    """Return a remark for each life of which a block failed, so that its column is null."""
+    return tuple(
+        f"{LIFE_FAILED}the life with the wear coefficients at their {end} ends is not known: its block "
+        f"{len(each.told) + 1} has the status {each.failure}"
+        for end, each in lives.items()
+        if each.failure
+    )
+
+
+def figures(judged: str, lives: dict[str, Further]) -> dict[str, float | None]:
+    """Return the ends of the life of a joint in columns, None where it is not known: the more wears, the shorter."""
+    ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
+    turns = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
+    return {f"{judged}_life_{end}_uncertain": turn if math.isfinite(turn) else None for end, turn in turns.items()}

@@ -1,0 +1,49 @@
+"""The approach speed at which the contacts of a scene first yield."""
+
+import math
+
+import numpy as np
+
+from ..contracts.case import Joint
+from ..mechanics.joint import registry
+from ..mechanics.joint.dry import Gap
+from ..mechanics.joint.first_yield import largest_mass, yield_energy
+from ..mechanics.mechanism.contract import impact_masses, place
+from .scene import Scene
+
+DIRECTIONS = tuple(math.radians(angle) for angle in (0.0, 45.0, 90.0))  # see `largest_mass`
+
+
+def yield_speeds(scene: Scene) -> dict[str, float | None]:
+    """Return the approach speed (m/s) at which each joint of known strength first yields, by column; None: not judged.
+
+    It is sqrt(2 W / m): W the elastic energy at first yield, m the largest mass of all directions at the start.
+    """
+    judged = [
+        (number, case)
+        for number, (case, joint) in enumerate(zip(scene.case.joints, scene.layout.joints, strict=True))
+        if joint.strength
+    ]
+    masses = _masses(scene) if judged else []
+    return {f"{case.column}_yield_speed": _speed(case, masses[number]) for number, case in judged}
+
+
+def _speed(joint: Joint, mass: float | None) -> float | None:
+    """Return the approach speed (m/s) at which a joint first yields under a mass (kg), None where that is not known."""
+    if mass is None:
+        return None
+    energy = yield_energy(joint, registry.contact_terms(joint)[1])
+    return None if energy is None else math.sqrt(2.0 * energy / mass)
+
+
+def _masses(scene: Scene) -> list[float | None]:
+    """Return the largest mass (kg) of every joint over all directions at the start, None where it is not known."""
+    mechanism, start = scene.value.mechanism, scene.start
+    pose = place(mechanism, start)
+    along = [
+        impact_masses(
+            mechanism, pose, (Gap(math.cos(way), math.sin(way), 0.0, 0.0, 0.0, 0.0),) * len(scene.case.joints)
+        )
+        for way in DIRECTIONS
+    ]
+    return [largest_mass(np.array(masses, float)) for masses in zip(*along, strict=True)]

@@ -1,0 +1,90 @@
+"""The cases that an unfinished run has finished so far, as a run of their own to read."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import clearsweep
+
+from ..grid import Grid
+from ..grid.refined import REFINE
+from ..grid.sought import SEEK
+from ..grid.variations import WAYS
+from ..language.errors import DirectoryError
+from .assemble import merge
+from .batch import Form, open_table
+from .directory import RunDirectory
+from .record import now, read_record
+
+
+def is_unfinished(directory: Path) -> bool:
+    """Return whether the run in a directory has not come to its end; raise DirectoryError where there is none."""
+    return "merged" not in read_record(directory)
+
+
+def keys_so_far(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
+    """Return the grid of the cases that a run has, by key: that of its run.json, unless it adds cases on the way."""
+    if {SEEK, REFINE} & record.keys():
+        return keys_of_all(record, source)
+    return {key: record[key] for key in record["keys"]}
+
+
+def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
+    """Return a grid of all cases of a directory by key: their values axis by axis, or else case by case."""
+    unvaried = {key: record[key] for key in record["keys"] if key not in (*WAYS, SEEK, REFINE)}
+    paths = list(record["units"])  # in the order of the columns
+    if not paths:
+        return unvaried
+    columns: dict[str, list[Any]] = {path: [] for path in paths}
+    for batch in source.batches:
+        with open_table(batch.summary) as table:
+            rows = table.read(paths, use_threads=False)
+        for path in paths:
+            columns[path] += rows.column(path).to_pylist()
+    first = {path: record.get("sweep", {}).get(path, []) for path in paths}
+    axes = {path: list(dict.fromkeys(_present([*first[path], *columns[path]]))) for path in paths}
+    if (
+        "sweep" in record
+        and not {*WAYS[1:], SEEK, REFINE} & record.keys()
+        and math.prod(map(len, axes.values())) < 1_000_000
+    ):
+        return unvaried | {"sweep": axes}
+    different = dict.fromkeys(zip(*columns.values(), strict=True))
+    return unvaried | {"cases": dict(zip(columns, map(list, zip(*different, strict=True)), strict=True))}
+
+
+def _present(values: list[Any]) -> list[Any]:
+    """Return values that are used, numbers in order of size."""
+    used = [value for value in values if value is not None]
+    return used if any(isinstance(value, str) for value in used) else sorted(used)
+
+
+def check_version(directory: Path, record: Mapping[str, Any], grid: Grid) -> None:
+    """Raise DirectoryError where this version would give the cases of a run other columns than they have."""
+    there, version = [column["name"] for column in record["layout"]["columns"]], record.get("model_version")
+    if there != [column.name for column in grid.layout.columns] or version != clearsweep.MODEL_VERSION:
+        raise DirectoryError(
+            f"{directory}: another version wrote its cases (model version {version}, this one has "
+            f"{clearsweep.MODEL_VERSION}), so they cannot be put together; use that version"
+        )
+
+
+def gather(source: RunDirectory, grid: Grid, wanted: np.ndarray, path: Path) -> None:
+    """Write the run of the `wanted` cases (identities, ascending) that a directory has to `path`, a new directory.
+
+    The batches stay where they are.  Revolutions of largest peaks are left out, for they would have to be computed.
+    """
+    record, target, form = read_record(source.path), RunDirectory(path), Form.of(grid)
+    with target.open_for(grid):
+        target.batches = source.batches
+        rows = target.rows()
+        rows = rows[np.isin(rows["id"], wanted)]
+        failed = int(np.count_nonzero(rows["failed"]))
+        cases = max(record.get("counts", {}).get("cases", 0), len(rows))  # of a shard those of the shard
+        counts = {"cases": cases, "ok": len(rows) - failed, "failed": failed, "missing": cases - len(rows)}
+        merged = merge(target, form, rows)
+        known = {key: record[key] for key in ("source", "start", "derived", "warnings", "shard") if key in record}
+        target.write_record(grid, **known, end=now(), counts=counts, merged=merged)

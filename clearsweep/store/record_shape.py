@@ -1,0 +1,231 @@
+"""What run.json may hold: its checksum says that nothing was lost, not that `clearsweep run` wrote it.
+
+A results directory may come from anybody, so run.json is checked as a grid is, before any of it is used: names become
+names of files, texts stand in pages and tables.
+"""
+
+import re
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from ..contracts.layout import Column, JointLayout, Layout
+from ..grid import Fit
+
+LONGEST = 10_000  # characters of a text
+LARGEST = 10**300  # whole number that a float holds
+DEEPEST = 20  # sections within one another
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # line ends and what changes the direction, too
+
+Check = Callable[[Any, str], None]  # (value, where it stands); raises MisshapenError
+
+
+class MisshapenError(Exception):
+    """Something in run.json that `clearsweep run` does not write; its text says where and what."""
+
+
+def check(record: dict[str, Any]) -> None:
+    """Raise MisshapenError where a record, a content of run.json, cannot be one that `clearsweep run` writes."""
+    _plain(record, "")
+    _sections(_REQUIRED, _OPTIONAL)(record, "")
+    columns = {column["name"] for column in record["layout"]["columns"]} | record.get("figures", {}).keys()
+    limits = record.get("limits", {})
+    times = [bound["times"] for bound in limits.values() if isinstance(bound, dict) and "times" in bound]
+    for what, names, known in (("keys", record["keys"], record.keys()), ("limits", [*limits, *times], columns)):
+        unknown = [name for name in names if name not in known]
+        if unknown:
+            raise MisshapenError(f"{what} names {unknown[0]!r}, which is missing")
+
+
+def _refused(path: str, value: Any, expected: str) -> MisshapenError:
+    found = repr(value)
+    return MisshapenError(f"{path or 'it'} is {found if len(found) <= 60 else found[:57] + '...'}, not {expected}")
+
+
+def _plain(value: Any, path: str, depth: int = 0) -> None:
+    """Check that all texts, keys included, are of one line and that sections are not nested without end."""
+    if depth > DEEPEST:
+        raise MisshapenError(f"{path} is nested too deeply")
+    if isinstance(value, str):
+        if len(value) > LONGEST or _CONTROL.search(value):
+            raise _refused(path, value, f"a line of at most {LONGEST} characters")
+    elif isinstance(value, list):
+        for each in value:
+            if not isinstance(each, int | float):  # long axes are made of these
+                _plain(each, path, depth + 1)
+    elif isinstance(value, dict):
+        for key, each in value.items():
+            _plain(key, path, depth + 1)
+            _plain(each, f"{path}.{key}" if path else key, depth + 1)
+
+
+def _of(kinds: type | tuple[type, ...], expected: str) -> Check:
+    """Return a check of the type of a value; a bool is no number."""
+
+    def checked(value: Any, path: str) -> None:
+        flag = isinstance(value, bool)
+        if not isinstance(value, kinds) or (flag and kinds is not bool):
+            raise _refused(path, value, expected)
+
+    return checked
+
+
+def _text(pattern: str, expected: str, flags: re.RegexFlag = re.ASCII) -> Check:
+    """Return a check that a value is text of a form."""
+    form = re.compile(pattern, flags)
+
+    def checked(value: Any, path: str) -> None:
+        if not isinstance(value, str) or not form.fullmatch(value):
+            raise _refused(path, value, expected)
+
+    return checked
+
+
+def _either(*checks: Check) -> Check:
+    """Return a check that passes where one of some checks does; the last one says what is wrong."""
+
+    def checked(value: Any, path: str) -> None:
+        for one in checks[:-1]:
+            try:
+                return one(value, path)
+            except MisshapenError:
+                continue
+        return checks[-1](value, path)
+
+    return checked
+
+
+def _list(each: Check) -> Check:
+    """Return a check of a list, item by item."""
+
+    def checked(value: Any, path: str) -> None:
+        _of(list, "a list")(value, path)
+        for place, item in enumerate(value):
+            each(item, f"{path}[{place}]")
+
+    return checked
+
+
+def _by(key: Check, each: Check) -> Check:
+    """Return a check of a section whose keys are chosen freely."""
+
+    def checked(value: Any, path: str) -> None:
+        _of(dict, "a section")(value, path)
+        for name, item in value.items():
+            key(name, f"a key of {path}")
+            each(item, f"{path}.{name}")
+
+    return checked
+
+
+def _sections(required: dict[str, Check], optional: dict[str, Check]) -> Check:
+    """Return a check of a section with some keys; others are left alone."""
+
+    def checked(value: Any, path: str) -> None:
+        _of(dict, "a section")(value, path)
+        for name, one in (required | optional).items():
+            inner = f"{path}.{name}" if path else name
+            if name in value:
+                one(value[name], inner)
+            elif name in required:
+                raise MisshapenError(f"{inner} is missing")
+
+    return checked
+
+
+def _fields(kind: Any, checks: dict[str, Check]) -> Check:
+    """Return a check of a NamedTuple that is written as a section: all its fields without a default, and no others."""
+    required = {name: checks[name] for name in kind._fields if name not in kind._field_defaults}
+    inner = _sections(required, {name: checks[name] for name in kind._field_defaults})
+
+    def checked(value: Any, path: str) -> None:
+        inner(value, path)
+        unknown = [name for name in value if name not in kind._fields]
+        if unknown:
+            raise MisshapenError(f"{path}.{unknown[0]} is unknown")
+
+    return checked
+
+
+def _lists_of_values(value: Any, path: str) -> None:
+    _of(list, "a list")(value, path)
+    wrong = next((each for each in value if isinstance(each, list | dict)), None)
+    if wrong is not None:
+        raise _refused(path, wrong, "a number or a word")
+
+
+def _number(value: Any, path: str) -> None:
+    _of((int, float), "a number")(value, path)
+    if isinstance(value, int) and abs(value) > LARGEST:
+        raise _refused(path, value, "a number")
+
+
+def _some(*names: str) -> Iterable[str]:
+    return names
+
+
+_NAME = _text(r"[A-Za-z_]\w{0,199}", "a name of letters, digits and _")
+_NAME_OR_NONE = _text(r"([A-Za-z_]\w{0,199})?", "a name of letters, digits and _")
+_WORD = _text(r"[A-Za-z_][\w-]{0,199}", "a name of letters, digits, - and _")
+_WORD_OR_NONE = _text(r"([A-Za-z_][\w-]{0,199})?", "a name of letters, digits, - and _")
+_CHANNEL = _text(r"[\w-]{1,99}(/[\w-]{1,99}){0,9}", "names of letters, digits, - and _ with / between")
+_PATH = _text(r"[\w-]{1,99}(\.[\w-]{1,99}){0,19}", "a dotted path of a grid")
+_UNIT = _text(r"[A-Za-z0-9*/^().+% -]{0,99}", "a unit")
+_TEXT = _of(str, "text")
+_FLAG = _of(bool, "true or false")
+_NUMBER = _number
+_COUNT = _of(int, "a whole number")
+_NOTHING = _of(type(None), "null")
+_SECTION = _of(dict, "a section")
+_CHECKSUM = _text(r"[0-9a-f]{1,64}", "a checksum")
+_DIGESTS = _by(_text(r"mark|[a-z]+\.(parquet|h5)", "the name of a file of results"), _CHECKSUM)
+_LISTED = _by(_PATH, _lists_of_values)
+_COLUMN = _TEXT  # of a user's own figures: any identifier, checked where it is read
+_BOUND = _either(_sections({}, {"at_most": _NUMBER, "at_least": _NUMBER, "times": _COLUMN}), _NUMBER)
+_JOINT = {name: {str: _NAME, int: _COUNT, bool: _FLAG}[kind] for name, kind in JointLayout.__annotations__.items()}
+_KINDS = _text("float|int|text", "float, int or text")
+_GIVEN = {"unit": _UNIT, "description": _TEXT, "kind": _KINDS, "figure": _NAME_OR_NONE, "joint": _NAME_OR_NONE}
+_GIVEN["null"] = _text("|nothing|endless", "nothing or endless")
+_LAYOUT = {
+    "mechanism": _WORD,
+    "output": _WORD_OR_NONE,
+    "joints": _list(_fields(JointLayout, _JOINT)),
+    "columns": _list(_fields(Column, _GIVEN | {"name": _NAME})),
+    "channels": _list(_fields(Column, _GIVEN | {"name": _CHANNEL})),
+    "until": _NAME_OR_NONE,
+    "life": _NAME_OR_NONE,
+    **dict.fromkeys(_some("turns", "horizon", "error_check"), _FLAG),
+}
+_SPAN = _sections({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})
+_FIT = _fields(Fit, {"name": _TEXT, **dict.fromkeys(_some("diameter", "low", "mean", "high"), _NUMBER)})
+_PART = _sections({}, {"law": _WORD, "elastic": _WORD, "exponent": _NUMBER, "pressure": _WORD})
+_REQUIRED: dict[str, Check] = {
+    "frame": _SECTION,
+    "keys": _list(_WORD),
+    "layout": _fields(Layout, _LAYOUT),
+    "units": _by(_PATH, _UNIT),
+}
+_OPTIONAL: dict[str, Check] = {
+    "name": _text(r"\w[\w .+-]{0,99}", "the name of a run", re.UNICODE),
+    "mechanism": _sections({"type": _WORD}, {"ideal": _by(_WORD, _WORD)}),
+    **dict.fromkeys(_some("drive", "loads", "simulate", "save", "refine"), _SECTION),
+    "life": _sections({}, {"limit": _NUMBER, "of": _WORD, "joint": _WORD}),
+    "joints": _by(_WORD, _sections({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _PART))),
+    **dict.fromkeys(_some("sweep", "zip", "cases"), _LISTED),
+    "sample": _sections({"method": _WORD, "drawn": _LISTED}, {"seed": _COUNT}),
+    "limits": _by(_COLUMN, _BOUND),
+    "figures": _by(_COLUMN, _TEXT),
+    "seek": _sections({}, {"largest": _PATH, "smallest": _PATH, "for": _WORD}),
+    "source": _either(_TEXT, _NOTHING),
+    "fits": _by(_PATH, _list(_FIT)),
+    "seeds": _SECTION,
+    "versions": _by(_WORD, _TEXT),
+    "machine": _SECTION,
+    **dict.fromkeys(_some("start", "end"), _either(_TEXT, _NOTHING)),
+    "counts": _by(_WORD, _COUNT),
+    "merged": _DIGESTS,
+    "answers": _DIGESTS,
+    "derived": _by(_TEXT, _SPAN),
+    "warnings": _list(_TEXT),
+    "shard": _either(_NOTHING, _text(r"\d{1,9}/\d{1,9}", "a shard such as 2/8")),
+    "joined": _list(_TEXT),
+}

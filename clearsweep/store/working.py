@@ -1,0 +1,50 @@
+"""The progress of a worker at its batch: one file among those that pass, from which the parent and `status` read it."""
+
+import contextlib
+import os
+from pathlib import Path
+
+from ..language import phases
+from ..language.wording import short_id
+from . import durable
+from .directory import SCRATCH
+
+
+class Working:
+    """The file in which a worker keeps its progress; `name` is that of its batch, or of what it prepares."""
+
+    def __init__(self, directory: Path, name: str):
+        """Take the directory of the run."""
+        self.path = durable.passing(directory / SCRATCH, f"{name}.work")
+
+    def put(self, content: bytes | None) -> None:
+        """Keep this in the place of what was kept before, which need not outlive a crash; None: remove the file."""
+        with contextlib.suppress(OSError):  # a full disk, of which the batch itself tells
+            if content is None:
+                durable.discard(self.path)
+            else:
+                durable.overwrite(self.path, content)
+
+    def read(self) -> phases.Progress | None:
+        """Return the progress as it stands now, None where none is kept."""
+        try:
+            return phases.read(durable.read(self.path))
+        except OSError:
+            return None
+
+
+def at_work(directory: Path) -> list[phases.Progress]:
+    """Return the progress of every worker of a run that keeps one."""
+    scratch = directory / SCRATCH
+    names = sorted(os.listdir(scratch)) if scratch.is_dir() else []
+    known = (durable.work_of(name) for name in names)
+    found = (Working(directory, name).read() for name in known if name)
+    return [progress for progress in found if progress]
+
+
+def case_text(progress: phases.Progress) -> str:
+    """Return the progress of a case as 'case 2 of 4 (3a0ed69e): block 7, 31 um of 50 um, 2 min spent, ...'."""
+    facts = progress.facts
+    if "case_id" not in facts:
+        return progress.text
+    return f"case {facts['case']:,} of {facts['cases']:,} ({short_id(facts['case_id'])}): {progress.text}"

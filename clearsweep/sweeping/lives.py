@@ -1,0 +1,62 @@
+"""The shortest and the longest life of a run, as its closing lines tell it."""
+
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..contracts.layout import Layout
+from ..judging import lifetime
+from ..language import wording
+
+BETTER = {"shortest": operator.lt, "longest": operator.gt}
+
+
+class Lives:
+    """Keeps the ends of the lives of finished cases."""
+
+    def __init__(self, layout: Layout):
+        """Take the layout of a run; without a life nothing is kept."""
+        there = {column.name for column in layout.columns}
+        names = {name: f"{layout.life}_{name}" for name in lifetime.COLUMNS} if layout.life else {}
+        self.named, self.joint = {name: column for name, column in names.items() if column in there}, layout.life
+        self.columns = [*self.named.values()]
+        self.unreached = 0
+        self.ends: dict[str, dict[str, Any]] = {}  # of BETTER -> the case
+
+    def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
+        """Take in some finished cases; known : place in the block -> which case that is."""
+        if not self.columns:
+            return
+        hours = block[self.columns[0]].astype(float)
+        self.unreached += int(np.isnan(hours).sum())
+        if np.isnan(hours).all():
+            return
+        for place in dict.fromkeys((int(np.nanargmin(hours)), int(np.nanargmax(hours)))):
+            life = lifetime.lifetime_of(
+                {name: float(block[column].astype(float)[place]) for name, column in self.named.items()}
+            )
+            for word, better in BETTER.items():
+                if word not in self.ends or better(life.hours, self.ends[word]["hours"]):
+                    self.ends[word] = known(place) | {"hours": life.hours, "words": lifetime.told(life)}
+
+    def facts(self) -> dict[str, Any] | None:
+        """Return the ends and how many did not come to their limit, ready for JSON; None where there is no life."""
+        return {"joint": self.joint, **self.ends, "unreached": self.unreached} if self.columns else None
+
+
+def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], str]) -> list[str]:
+    """Return the lines on the lives of a run; setting : swept values of a case -> in words."""
+    if not life:
+        return []
+    lines, told = ["", f"Life of {wording.joint_name(life['joint'])}"], []
+    for word in BETTER:
+        if word in life and life[word]["case_id"] not in told:
+            told.append(life[word]["case_id"])
+            at = setting(life[word]["swept"])
+            case = f"case {wording.short_id(life[word]['case_id'])}" + (f", {at}" if at else "")
+            lines.append(f"  {word} {life[word]['words']}: {case}")
+    if life["unreached"]:
+        lines.append(f"  {wording.count(life['unreached'], 'case')} did not come to the limit")
+    return lines

@@ -1,0 +1,163 @@
+"""The table of the film law `reynolds`: solutions of Reynolds' equation in two dimensions, and the expansion of them.
+
+`python -m clearsweep.verify.film_table` makes the file that the law reads, which takes some minutes.
+
+With H = 1 + eps cos(theta), y = 2 z / L and the pressure in units of 6 mu R^2 / c^2, the film obeys
+
+    (H^3 p_theta)_theta + (H^3 p_y)_y / (L / D)^2 = -f,  f = W sin(theta) - S cos(theta),  W = w eps,  S = 2 eps'
+
+where p > 0, and p >= 0 with no outflow from the cavity elsewhere: Reynolds' boundary condition as an obstacle problem.
+p maximises the power l(p) - a(p, p) / 2 over all p >= 0 (Kinderlehrer & Stampacchia 1980, section VII), so that the
+force is the gradient of half the power l(p) by (-S, W): one function says all, and a film of positive power is passive.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+
+from ..mechanics.joint.film import reynolds as law
+
+GRIDS = ((64, 8), (128, 16))  # cells round and along half of the pin; what is left of second order is taken away
+RATIOS, DIRECTIONS = 16, 24  # nodes at which the expansion is found
+SHARE = 0.5  # of the cells that are spread evenly round the pin; the others gather where the film is thin
+GATHERED = 2.2  # how closely cells gather at the end of the pin
+
+
+class Solution(NamedTuple):
+    """What a film does at one motion."""
+
+    radial: float  # integral of p cos(theta) over theta and half of the pin, y from 0 to 1
+    tangential: float  # of p sin(theta)
+    highest: float  # largest p
+
+
+class Film:
+    """A film cut into cells, whose pressure can be found for any motion."""
+
+    def __init__(self, slenderness: float, ratio: float, grid: tuple[int, int]) -> None:
+        """Take length / diameter, the eccentricity ratio, and the numbers of cells round and along half of the pin."""
+        around, along = grid
+        faces, self.angles = _round(ratio, around)
+        steps = np.arange(2 * along + 1) / (2.0 * along)
+        heights = np.tanh(GATHERED * steps) / math.tanh(GATHERED)
+        widths, spans, self.heights = np.diff(faces), np.diff(heights[::2]), heights[1::2]
+        distances = (self.angles - np.roll(self.angles, 1)) % (2.0 * math.pi)
+        back = ((1.0 + ratio * np.cos(faces[:-1])) ** 3 / distances)[:, None] * spans
+        outwards = np.append(1.0 / np.diff(self.heights), 1.0 / (1.0 - self.heights[-1]))
+        up = ((1.0 + ratio * np.cos(self.angles)) ** 3 * widths)[:, None] * outwards / slenderness**2
+        diagonal = back + np.roll(back, -1, 0) + up
+        diagonal[:, 1:] += up[:, :-1]
+        cells = np.arange(around * along).reshape(around, along)
+        pairs = ((cells, np.roll(cells, 1, 0), back), (cells[:, 1:], cells[:, :-1], up[:, :-1]))
+        rows = [cells, *(x for one, other, _ in pairs for x in (one, other))]
+        columns = [cells, *(x for one, other, _ in pairs for x in (other, one))]
+        values = [diagonal, *(-x for _, _, flow in pairs for x in (flow, flow))]
+        flat = [np.concatenate([part.ravel() for part in parts]) for parts in (values, rows, columns)]
+        self.matrix = sparse.csr_matrix((flat[0], (flat[1], flat[2])), shape=(cells.size, cells.size))
+        self.areas = widths[:, None] * spans
+        self.cosines, self.sines = np.cos(self.angles), np.sin(self.angles)
+        self.filled: np.ndarray | None = None  # cells under pressure at the last motion, a good guess for the next
+
+    def solve(self, squeeze: float, wedge: float) -> Solution:
+        """Return the Solution for 2 eps' and w eps: the cells under pressure are guessed until they agree with it."""
+        source = (self.areas * (wedge * self.sines - squeeze * self.cosines)[:, None]).ravel()
+        filled = source > 0.0 if self.filled is None else self.filled
+        for _ in range(60):
+            inside = np.flatnonzero(filled)
+            pressure = np.zeros(source.size)
+            pressure[inside] = spsolve(self.matrix[inside][:, inside].tocsc(), source[inside], "MMD_AT_PLUS_A")
+            drawn = source - self.matrix @ pressure > 1e-14 * np.abs(source).max()
+            better = np.where(filled, pressure > 0.0, drawn)
+            if np.array_equal(better, filled):
+                break
+            filled = better
+        else:
+            raise RuntimeError("the cavity of a film was not found")
+        self.filled, field = filled, pressure.reshape(self.areas.shape)
+        around = (self.areas * field).sum(axis=1)
+        return Solution(float(around @ self.cosines), float(around @ self.sines), self._highest(field))
+
+    def _highest(self, field: np.ndarray) -> float:
+        """Return the largest pressure, by a parabola along y and one along theta."""
+        low, high = self.heights[:2]
+        middle = field[:, 0] - low**2 * (field[:, 1] - field[:, 0]) / (high**2 - low**2)
+        places = np.arange(-1, 2) + int(np.argmax(middle))
+        angles = np.unwrap(np.take(self.angles, places, mode="wrap"))
+        a, b, c = np.polyfit(angles - angles[1], np.take(middle, places, mode="wrap"), 2)
+        return float(c - b * b / (4.0 * a))
+
+
+def _round(ratio: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the angles of the faces of cells, and of the middles between them."""
+    fine = np.linspace(0.0, 2.0 * math.pi, 40001)
+    density = SHARE + (1.0 - SHARE) * math.sqrt(1.0 - ratio * ratio) / (1.0 + ratio * np.cos(fine))
+    counted = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
+    angles = np.interp(np.arange(2 * cells + 1) / (2.0 * cells), counted / counted[-1], fine)
+    return angles[::2], angles[1::2]
+
+
+def short(slenderness: float, ratio: float, squeeze: float, wedge: float) -> tuple[float, float]:
+    """Return the integral of p f and the largest p, as of a Film, of a film that flows along the pin alone."""
+    x, weights = np.polynomial.legendre.leggauss(400)
+    angles = math.atan2(squeeze, wedge) + 0.5 * math.pi * (x + 1.0)
+    source = wedge * np.sin(angles) - squeeze * np.cos(angles)
+    cubed = (1.0 + ratio * np.cos(angles)) ** 3
+    power = slenderness**2 / 3.0 * 0.5 * math.pi * float(weights @ (source**2 / cubed))
+    return power, 0.5 * slenderness**2 * _peak(ratio, squeeze, wedge)
+
+
+def _peak(ratio: float, squeeze: float, wedge: float) -> float:
+    """Return the largest f / H^3."""
+    low, high = math.atan2(squeeze, wedge), math.atan2(squeeze, wedge) + math.pi
+    for _ in range(6):
+        angles = np.linspace(low, high, 1001)
+        values = (wedge * np.sin(angles) - squeeze * np.cos(angles)) / (1.0 + ratio * np.cos(angles)) ** 3
+        place = int(np.argmax(values))
+        low, high = angles[max(place - 1, 0)], angles[min(place + 1, 1000)]
+    return float(values.max())
+
+
+def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.ndarray:
+    """Return (2, directions) logarithms of power and largest pressure over those of the short film.
+
+    directions : the sine that the law expands in, S / (S^2 + (1 - eps^2)^(1/2) W^2)^(1/2).
+    """
+    found = []
+    for grid in GRIDS:
+        film, rows = Film(slenderness, ratio, grid), []
+        for direction in directions:
+            squeeze, wedge = direction, math.sqrt(1.0 - direction**2) / (1.0 - ratio * ratio) ** 0.25
+            solution, (power, highest) = film.solve(squeeze, wedge), short(slenderness, ratio, squeeze, wedge)
+            done = wedge * solution.tangential - squeeze * solution.radial
+            rows.append((math.log(done / power), math.log(solution.highest / highest)))
+        found.append(np.array(rows).T)
+    extrapolated: np.ndarray = (4.0 * found[1] - found[0]) / 3.0
+    return extrapolated
+
+
+def coefficients(slenderness: float) -> np.ndarray:
+    """Return the (2, terms, powers) coefficients of the expansions that the law reads, for one length / diameter."""
+    turns = math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    depths = np.cos(math.pi * (np.arange(RATIOS) + 0.5) / (2 * RATIOS))
+    ratios = np.tanh(law.DEEPEST * depths)
+    values = np.array([logarithms(slenderness, ratio, np.cos(turns)) for ratio in ratios])
+    harmonics = 2.0 / DIRECTIONS * values @ np.cos(np.outer(turns, np.arange(law.TERMS)))
+    harmonics[:, :, 0] *= 0.5
+    powers = np.polynomial.chebyshev.chebvander(2.0 * depths**2 - 1.0, law.POWERS - 1)
+    found = np.empty((2, law.TERMS, law.POWERS))
+    for term in range(law.TERMS):
+        basis = powers * depths[:, None] ** (term % 2)
+        found[:, term] = np.linalg.lstsq(basis, harmonics[:, :, term], rcond=None)[0].T
+    return found
+
+
+def main() -> None:
+    """Write the file that the law reads."""
+    np.save(law.FILE, np.array([coefficients(slenderness) for slenderness in law.lengths()]).astype(np.float32))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""A joint that is rubbed along a prescribed history, without a mechanism: what the wear of its kernels enters."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT, Bins
+from clearsweep.mechanics.joint.wear.passage import ROOM, enter_wear
+from clearsweep.mechanics.joint.wear.step import (
+    ALONG,
+    ANGLES,
+    STRIP,
+    WHERE,
+    Step,
+    fit_courses,
+    fit_places,
+    note_pressure,
+    note_way,
+)
+from clearsweep.mechanics.observe.between import BETWEEN
+from clearsweep.mechanics.observe.histogram import (
+    COURSES,
+    DEPTH_COURSE,
+    FORCE,
+    KAPPA_COURSE,
+    PARTS,
+    RUBBED_COURSE,
+    SLIP_COURSE,
+)
+
+
+class History(NamedTuple):
+    """Functions of the time (s) over a duration."""
+
+    duration: float  # s
+    load: Callable  # N, normal force
+    slip: Callable  # m/s, sliding speed
+    depth: Callable  # m, penetration
+    work: Callable  # W, that friction dissipates
+    on_bearing: Callable  # rad, where the surfaces touch, in the frame of the body
+    on_journal: Callable  # rad
+
+
+def steady(duration, load, slip, depth, work, angle) -> History:
+    """Return the History in which nothing changes."""
+    constants = (lambda t, value=value: value + 0.0 * t for value in (load, slip, depth, work, angle, angle))
+    return History(duration, *constants)
+
+
+def _step_of(history, begin, length, room):
+    """Return the Step of a History from `begin` (s) on."""
+    course, places = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, WHERE, ANGLES))
+    even = begin + length * np.arange(PARTS + 1) / PARTS
+    quarters = begin + length * np.arange(BETWEEN + 2) / (BETWEEN + 1)
+    course[0, KAPPA_COURSE] = 1.0
+    rows = (FORCE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE)
+    for row, function in zip(rows, (history.load, history.slip, history.depth, history.work), strict=True):
+        course[0, row] = function(even)
+    for row, angle in enumerate((history.on_bearing, history.on_journal)):
+        places[0, row, : BETWEEN + 2] = angle(quarters)
+        ends, nearby = quarters[[0, -1]], 1e-3 * length
+        places[0, row, BETWEEN + 2 :] = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
+    beside = np.zeros((1, ALONG, BETWEEN + 2)), np.zeros((STRIP, PARTS + 1)), room, np.zeros(0)
+    return Step(course, length, np.zeros(1), places, *beside)
+
+
+def worn_off(joint, history, steps=1):
+    """Return the depths (m) of bearing and journal, the account, and the room of the last of so many steps."""
+    law, account, room = joint.wear, np.zeros(ACCOUNT), np.zeros(ROOM)
+    count, length = int(law.bins), history.duration / steps
+    depths = np.zeros(2 * count)
+    for k in range(steps):
+        step = _step_of(history, k * length, length, room)
+        fit_courses(step, 0, law.length)
+        fit_places(step, 0)
+        note_way(step, 0, account)
+        note_pressure(joint, step, 0, account)
+        enter_wear(joint, room, step.course[0], length, (Bins(depths, 0, count), Bins(depths, count, count)))
+    return depths[:count], depths[count:], account, room

@@ -1,0 +1,75 @@
+"""How lives are told: intervals of the numerics whose ends differ, and what uncertain coefficients make of them."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from clearsweep.contracts.layout import Column, Layout
+from clearsweep.judging.lifetime import COLUMNS, Lifetime, told
+from clearsweep.sweeping.lives import Lives, life_lines
+
+
+def life(share, hours=85.5, **more):
+    """Return a life of some hours whose interval is a share of it to either side."""
+    return Lifetime(hours, 1000.0, 1000.0 / (1.0 + share), 1000.0 / (1.0 - share), **more)
+
+
+def plainly(text):
+    return text.replace("\u00a0", " ")
+
+
+@pytest.mark.parametrize("share", [0.3, 0.02, 2e-3, 1.3e-4, 2.5e-5, 1e-7, 0.0])
+def test_the_ends_of_an_interval_differ_or_it_is_told_by_its_width(share):
+    said = plainly(told(life(share)))
+    assert said.startswith("85.5 h (95 %, numerics alone: ")
+    numbers = [float(number) for number in re.findall(r"([\d.]+) h", said)]
+    if len(numbers) > 1:
+        hours, low, high = numbers
+        assert low < hours < high
+        assert (low, high) == pytest.approx((85.5 / (1.0 + share), 85.5 / (1.0 - share)), rel=0.5 * share)
+    else:
+        known = float(re.search(r"± (?:under )?([\d.]+) %", said)[1])
+        assert "under" in said if 100.0 * share < 1e-3 else known == pytest.approx(100.0 * share, rel=0.05)
+
+
+def test_a_life_without_an_upper_end_says_so():
+    assert "85.0 h to no end" in plainly(told(Lifetime(85.5, 1000.0, 994.0, math.inf)))
+    assert "no end" in told(Lifetime(85.5, 1000.0, 994.0, math.nan))
+
+
+def test_an_end_that_is_not_known_is_not_said_to_be_endless():
+    low = plainly(told(life(0.02, low_uncertain=1000.0 / 3.0)))
+    high = plainly(told(life(0.02, high_uncertain=3000.0)))
+    assert "no end" not in low + high
+    assert "from 28.5 h, the other end not known, with the uncertain wear coefficients" in low
+    assert "to 256 h, the other end not known, with the uncertain wear coefficients" in high
+
+
+def test_an_uncertain_coefficient_is_told_beside_the_numerics():
+    said = plainly(told(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)))
+    assert said.endswith("; 28.5 h to 265 h with the uncertain wear coefficients")
+    assert "uncertain" not in told(life(0.02))
+
+
+def test_wide_smoothing_is_told_beside_the_interval():
+    assert plainly(told(life(0.02, smoothing=math.radians(11.0)))).endswith(
+        "; its worn shapes are smoothed over 11 deg, an effect that the interval does not contain"
+    )
+    assert "smoothed" not in told(life(0.02, smoothing=math.radians(3.0)))
+
+
+def test_the_closing_lines_name_the_shortest_and_the_longest_life():
+    columns = tuple(Column(f"pin_{name}", "1", "") for name in [*COLUMNS][:4])
+    lives = Lives(Layout("planar", True, "", (), columns, (), life="pin"))
+    hours = np.array([40.0, 85.5, np.nan, 20.0, 60.0])
+    block = {"pin_life_hours": hours, "pin_life_revolutions": np.full(5, 1000.0)}
+    block |= {"pin_life_low": np.full(5, 990.0), "pin_life_high": np.full(5, 1010.0)}
+    lives.add(block, lambda place: {"case_id": f"{place}" * 16, "swept": {"drive.speed": place}})
+    lines = [plainly(line) for line in life_lines(lives.facts(), lambda point: f"speed {point['drive.speed']}")]
+    assert lines[1] == "Life of pin"
+    assert lines[2] == "  shortest 20.0 h (95 %, numerics alone: 19.8 h to 20.2 h): case 33333333, speed 3"
+    assert lines[3].startswith("  longest 85.5 h")
+    assert lines[4] == "  1 case did not come to the limit"
+    assert life_lines(Lives(Layout("planar", True, "", (), columns, ())).facts(), str) == []

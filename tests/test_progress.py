@@ -1,0 +1,505 @@
+"""What takes long says what it does and for how long still: in the parent, in workers, to `status` and in a dry run."""
+
+import dataclasses
+import io
+import itertools
+import re
+import threading
+import time
+
+import fake_physics
+import numpy as np
+import pytest
+from fake_physics import Fake, grid
+from fake_sweeps import sweep
+from mechanism_cases import slider_crank
+from numba.core import event
+
+import clearsweep
+from clearsweep import simulation, store
+from clearsweep.contracts.results import Trajectory
+from clearsweep.language import phases
+from clearsweep.language.errors import StorageError
+from clearsweep.mechanics.compiled.announce import announced
+from clearsweep.report.partial import gathered
+from clearsweep.simulation import outcome
+from clearsweep.simulation.progress import Life, LifeLimits
+from clearsweep.store import StoredRun
+from clearsweep.sweeping import closing, estimate, progress
+from clearsweep.sweeping.simulator import SIMULATION
+from clearsweep.sweeping.worker import time_case
+
+heavy = pytest.mark.heavy
+
+
+class Clock:
+    """A clock that goes on when it is told to."""
+
+    def __init__(self, monkeypatch):
+        self.now = 0.0
+        monkeypatch.setattr(phases.time, "monotonic", lambda: self.now)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Stand in for the clock of this process."""
+    return Clock(monkeypatch)
+
+
+@pytest.fixture
+def phases_seen():
+    """Collect the words of all phases that this process opens."""
+
+    class Listener:
+        def __init__(self):
+            self.words = []
+
+        def changed(self):
+            """Note the words of the open phases."""
+            self.words += [found.what] if (found := phases.progress()) else []
+
+    listener = Listener()
+    phases._listeners.append(listener)
+    yield listener.words
+    phases._listeners.remove(listener)
+
+
+def lines_over(clock, seconds, display):
+    """Let so many seconds go by under the eyes of a display."""
+    for _ in range(int(2 * seconds)):
+        clock.now += 0.5
+        display.look()
+
+
+# ---------------------------------------------------------------------------------------------- phases
+
+
+def test_a_phase_is_told_of_after_five_seconds_and_ever_more_rarely(clock, capsys):
+    display = phases.Display()
+    with phases.phase("writing orbits.h5") as writing:
+        lines_over(clock, 4.5, display)
+        assert not capsys.readouterr().err
+        writing.note(share=0.25)
+        lines_over(clock, 300.0, display)
+    printed = capsys.readouterr().err.splitlines()
+    assert printed[0] == "writing orbits.h5, 25 %, 5 s spent, about 15 s left"
+    assert 5 < len(printed) < 15
+
+
+def test_a_row_of_short_phases_is_never_silent_for_longer_than_one_long_phase(clock, capsys):
+    display = phases.Display()
+    for number in range(5):
+        with phases.phase(f"part {number}"):
+            lines_over(clock, 3.0, display)
+    printed = capsys.readouterr().err.splitlines()
+    assert printed == ["part 1, 2 s spent", "part 3, 1 s spent", "part 4, 3 s spent"]
+
+
+def test_phases_inside_are_named_and_the_one_that_knows_tells_the_time_left(clock):
+    with phases.phase("timing 4 cases"), phases.phase("") as case, phases.phase(lambda: "revolution 3 of 10") as run:
+        clock.now = 6.0
+        run.note(share=0.3)
+        case.facts = {"case": 2}
+        found = phases.progress()
+        assert (found.what, found.left, dict(found.facts)) == ("timing 4 cases: revolution 3 of 10", 14.0, {"case": 2})
+    assert phases.progress() is None
+
+
+def test_what_is_compiled_inside_does_not_slow_the_pace_of_a_phase(clock):
+    with phases.phase("running") as running:
+        with phases.phase(phases.Phase("compiling", once=True)):
+            clock.now = 30.0
+        clock.now = 40.0
+        running.note(share=0.5)
+        assert phases.progress().left == 10.0
+    assert phases.once_seconds() >= 30.0
+
+
+def test_a_terminal_gets_a_line_that_is_redrawn_and_cleared(clock, monkeypatch):
+    stream = io.StringIO()
+    stream.isatty = lambda: True
+    monkeypatch.setattr("sys.stderr", stream)
+    display = phases.Display()
+    with phases.phase("drawing") as drawing:
+        lines_over(clock, 2.0, display)
+        drawing.note(share=0.5)
+        display.look()
+        drawn = stream.getvalue().rpartition("\r")[2].rstrip()
+        assert re.fullmatch(r"\|[#█]{12} {12}\| drawing, 50 %, 2 s spent, about 2 s left", drawn)
+        display.say("a sentence")
+        assert re.search(r"\r +\ra sentence\n$", stream.getvalue())
+        display.look()
+    display.look()
+    assert re.search(r"\r +\r$", stream.getvalue())
+
+
+def test_a_fault_in_one_line_does_not_end_the_progress_of_a_run(monkeypatch, capfd):
+    failed, told = threading.Event(), threading.Event()
+
+    def words():
+        if not failed.is_set():
+            failed.set()
+            raise ZeroDivisionError
+        told.set()
+        return "still at work"
+
+    monkeypatch.setattr(phases, "LOOK", 0.001)
+    with phases.shown(), phases.phase(words):
+        assert told.wait(10.0)
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_what_a_worker_wrote_is_read_as_it_stands_by_then(clock, monkeypatch):
+    content, wall = [], [1000.0]
+    monkeypatch.setattr(phases.time, "time", lambda: wall[0])
+    with phases.written(content.append):
+        with phases.phase("block 3, 10 um of 50 um") as life:
+            life.note(left=60.0)
+            assert not content  # as it may be over at once
+            clock.now = 2.0
+            life.note(left=58.0, block=3)
+        assert content.pop() is None  # it is over
+    wall[0] += 8.0
+    found = phases.read(content[0])
+    assert (found.what, found.seconds, found.left) == ("block 3, 10 um of 50 um", 10.0, 50.0)
+    assert found.facts == {"block": 3}
+    assert phases.read(content[0][:-1]) is None
+
+
+def test_the_compiler_at_work_is_a_phase_whose_time_left_shrinks():
+    with announced(1000.0), event.trigger_event("numba:run_pass", data={}):
+        with event.trigger_event("numba:run_pass", data={}):
+            begin = phases.progress()
+        assert phases.progress().what == begin.what == "compiling (kept for later runs)"
+        assert begin.once
+        assert 900.0 < begin.left <= 1000.0
+        time.sleep(0.02)
+        assert phases.progress().left < begin.left
+    assert phases.progress() is None
+
+
+def test_a_life_of_equal_blocks_foretells_its_end(clock):
+    with phases.phase(Life(LifeLimits(50e-6, 10e-6, 100, 10.0, constant=False), before=0)) as life:
+        assert phases.progress().left is None
+        for block in range(5):  # 20 s each, 10 um further with each but the first
+            clock.now += 20.0
+            life.reached(10e-6 * block)
+            if block:
+                left = 20.0 * (6 - block - 1 + 1)
+                assert phases.progress().left == pytest.approx(left)
+        assert phases.progress().what == "block 6, 40.0\N{NO-BREAK SPACE}µm of 50.0\N{NO-BREAK SPACE}µm"
+        assert phases.progress().facts["block"] == 6
+
+
+# ---------------------------------------------------------------------------------------------- sweeps
+
+
+def test_the_time_left_of_a_life_counts_those_that_follow_it(clock):
+    limits = LifeLimits(50e-6, 10e-6, 100, 10.0, constant=False)
+    left = []
+    for further in (0, 2):
+        clock.now = 0.0
+        with phases.phase(Life(limits._replace(further=further), before=0)) as life:
+            for k in range(1, 3):
+                clock.now = 10.0 * k
+                life.reached(10e-6 * k)
+            left.append(phases.progress().left)
+    # 20 s of 2 blocks are done of one life, so the others take 20 s and what is left of it
+    assert left[1] == pytest.approx(left[0] + 2.0 * (20.0 + left[0]))
+
+
+def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_hand(clock):
+    cases, said, done = progress.Cases(1000), [], 0
+    cases.look = lambda: (done - cases.done, ())
+    with phases.phase(cases):
+        for step in range(
+            100
+        ):  # ten cases a second, a batch of fifty every five; the first second passes in starting up
+            clock.now += 1.0 if step == 0 else 0.25
+            done = int(2.5 * step)
+            cases.advance(50 if done >= cases.done + 50 else 0, 0)
+            if (left := phases.progress().left) is not None:
+                said.append(left + clock.now)
+        assert phases.progress().what == "247 of 1,000 cases, 0 failed"
+    assert len(said) > 10
+    assert max(said) - min(said) < 10.0  # s: the end that is foretold stays where it is
+
+
+def test_progress_of_cases_in_a_log_is_a_line_now_and_then(clock, capsys):
+    display, cases = phases.Display(), progress.Cases(1000)
+    with phases.phase(cases):
+        for _ in range(1000):
+            clock.now += 0.5
+            cases.advance(1, 2)
+            display.look()
+    printed = capsys.readouterr().err.splitlines()
+    assert 5 < len(printed) < 25
+    assert printed[0] == "10 of 1,000 cases, 2 failed, 5 s spent, about 8 min 15 s left"
+
+
+def test_every_part_of_a_sweep_is_a_phase(tmp_path, phases_seen):
+    result = sweep(
+        grid(3, save={"orbits": "none", "worst": 1}), tmp_path / "run", executor="serial", show_progress=False
+    )
+    assert result.ok == 3
+    wanted = [
+        "reading the grid",
+        "looking at the cases",
+        "reading what the directory holds",
+        "loading compiled code",
+        "2 of 3 cases, 0 failed",
+        "saving the revolution of the largest peak of 1 case",
+        "writing orbits.h5",
+        "writing summary.parquet",
+        "computing checksums",
+    ]
+    places = [next((k for k, words in enumerate(phases_seen) if words.startswith(start)), -1) for start in wanted]
+    assert -1 not in places
+    assert places == sorted(places)
+
+
+class Long(Fake):
+    """Compiles for some seconds, and its cases are lives of some seconds."""
+
+    @staticmethod
+    def compile_for(case):
+        """Take two seconds, of five that were expected."""
+        with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)) as compiling:
+            for tenth in range(20):
+                compiling.note(left=5.0 - 0.1 * tenth)
+                time.sleep(0.1)
+
+    @staticmethod
+    def solve(case, log=None):
+        """Return a made-up trajectory after a life of three seconds."""
+        with phases.phase(lambda: "block 7, 31 um of 50 um", whole=True) as life:
+            for tenth in range(30):
+                life.note(left=300.0 - 0.1 * tenth, block=7, reached=31e-6, limit=50e-6)
+                time.sleep(0.1)
+        return fake_physics.trajectory(case)
+
+
+@heavy
+def test_a_run_and_its_status_tell_of_compiling_and_of_a_life_at_work(tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(phases, "FIRST", 0.3)  # s
+    monkeypatch.setattr(progress, "LONG", 0.3)
+    seen, ended = [], threading.Event()
+
+    def watch():
+        while not ended.wait(0.2):
+            if (tmp_path / "run" / "run.json").exists():
+                seen.append(store.status(tmp_path / "run"))
+
+    thread = threading.Thread(target=watch)
+    thread.start()
+    try:
+        result = sweep(grid(2), tmp_path / "run", jobs=1, simulator=Long)
+    finally:
+        ended.set()
+        thread.join()
+    assert result.ok == 2
+    lines = capfd.readouterr().err.splitlines()
+    compiling = [line for line in lines if line.startswith("compiling (kept for later runs), part ")]
+    assert compiling
+    assert "about" in compiling[-1]
+    at_work = [line for line in lines if "block 7, 31 um of 50 um" in line]
+    assert at_work[0].startswith("0 of 2 cases, 0 failed, ")
+    assert "left; case 1 of 2 (" in at_work[0]
+    assert "about 4 min 5" in at_work[0].partition("; ")[2]
+    assert int(at_work[0].partition("about ")[2].split(" min")[0]) in (9, 10)  # two lives of 5 min, one after the other
+    told = [each for facts in seen for each in facts["at_work"] if "block" in each]
+    assert {each["case"] for each in told} >= {1}
+    assert (told[0]["block"], told[0]["limit"], told[0]["what"]) == (7, 50e-6, "block 7, 31 um of 50 um")
+    assert 290.0 < told[0]["left"] < 300.0
+    text = next(store.status_text(facts) for facts in seen if any("block" in each for each in facts["at_work"]))
+    assert "\ncase 1 of 2 (" in text
+    assert not store.status(tmp_path / "run")["at_work"]
+    assert not (tmp_path / "run" / "tmp").exists()
+
+
+@heavy
+def test_short_cases_leave_no_progress_in_files(tmp_path, monkeypatch):
+    puts = []
+    monkeypatch.setattr(store.Working, "put", lambda self, content: puts.append(content) if content else None)
+    assert sweep(grid(200), tmp_path / "run", executor="serial", show_progress=False).ok == 200
+    assert not puts
+
+
+# ---------------------------------------------------------------------------------------------- dry runs
+
+
+class Steady(Fake):
+    """Its cases take 100 s at a steady pace, or as much of that as their time budget allows."""
+
+    compiles = 0.0  # s, of the first case
+
+    @classmethod
+    def solve(cls, case, log=None):
+        """Return a made-up trajectory, or what a case comes to whose time is over."""
+        if cls.compiles:
+            with phases.phase(phases.Phase("compiling", once=True)):
+                time.sleep(cls.compiles)
+            cls.compiles = 0.0
+        begin = time.monotonic()
+        with phases.phase("running") as running:
+            for _ in itertools.count():
+                spent = time.monotonic() - begin
+                running.note(share=spent / 100.0)
+                if spent > case.simulate.time_budget:
+                    return Trajectory("time-budget", "", {})
+                time.sleep(0.02)
+
+
+@heavy
+def test_a_dry_run_of_cases_that_take_long_extrapolates_their_beginning(tmp_path, monkeypatch):
+    monkeypatch.setattr(estimate, "PILOT_TIME", 4.0)  # s
+    begin = time.monotonic()
+    found = estimate.estimate(grid(3), tmp_path / "run", jobs=1, simulator=Steady)
+    assert time.monotonic() - begin < 60.0  # of 300 s, on a machine with other work to do
+    assert found.extrapolated == found.timed >= 2
+    assert found.case_seconds == pytest.approx(100.0, rel=0.1)
+    assert found.seconds == pytest.approx(300.0, rel=0.1)
+    assert "2 of them extrapolated from" in closing.estimate_text(found._replace(extrapolated=2)._asdict())
+
+
+def test_the_time_of_a_case_is_without_what_it_compiles(monkeypatch):
+    monkeypatch.setattr(Steady, "compiles", 1.5)
+    case = clearsweep.grid.load(grid(1), Fake.catalogue()).case(0)
+    timed = time_case(Steady, case, 1.5)
+    assert timed.extrapolated
+    assert timed.once == pytest.approx(1.5, abs=0.5)
+    assert timed.spent == pytest.approx(1.5, abs=0.5)
+    assert timed.seconds == pytest.approx(100.0, rel=0.1)
+    short = case._replace(simulate=case.simulate._replace(time_budget=50.0))
+    assert time_case(Steady, short, 1.5).beyond
+    assert time_case(Steady, short, 1.5).seconds == 50.0
+
+
+def test_a_case_whose_further_life_is_cut_off_is_extrapolated_like_one_cut_off_before(monkeypatch):
+    """Its own life is done, so that its status is ok; the message says that the pilot's patience ended another one."""
+    cut = "life-failed: the life with the wear coefficients at their low ends is not known: its block 4 has the status "
+    case, solve = clearsweep.grid.load(grid(1), Fake.catalogue()).case(0), Steady.solve
+    for status, extrapolated in (("time-budget", True), ("step-budget", False)):
+
+        def solve_own(case, log=None, status=status):
+            return dataclasses.replace(solve(case), status="ok", message=cut + status)
+
+        monkeypatch.setattr(Steady, "solve", staticmethod(solve_own))
+        timed = time_case(Steady, case, 1.5)
+        assert timed.extrapolated == extrapolated
+        assert timed.seconds == pytest.approx(100.0 if extrapolated else timed.spent, rel=0.1)
+
+
+# ---------------------------------------------------------------------------------------------- unfinished runs
+
+
+class Full(Fake):
+    """The disk is full at the case with the largest mass but two."""
+
+    @staticmethod
+    def solve(case, log=None):
+        """Return a made-up trajectory, or find no room for it."""
+        if case.mechanism.values["slider.mass"] > 0.1025:
+            raise StorageError("no room")
+        return fake_physics.trajectory(case)
+
+
+@pytest.mark.parametrize("orbits", ["last", "none"])
+def test_the_cases_of_an_unfinished_run_are_read_as_those_of_the_finished_one(tmp_path, orbits):
+    with pytest.raises(StorageError):
+        sweep(
+            grid(5, orbits=orbits, wear=True), tmp_path / "run", executor="serial", show_progress=False, simulator=Full
+        )
+    with pytest.raises(clearsweep.DirectoryError, match=r"not finished.*--partial"):
+        clearsweep.open(tmp_path / "run")
+    before = sorted(path.name for path in (tmp_path / "run").rglob("*"))
+    run = gathered(tmp_path / "run", StoredRun, Fake.catalogue)
+    assert 0 < len(run) < 5
+    assert run.directory == tmp_path / "run"
+    assert {key: run.grid["counts"][key] for key in ("cases", "ok", "missing")} == {
+        "cases": 5,
+        "ok": len(run),
+        "missing": 5 - len(run),
+    }
+    assert run.grid["derived"]
+    place = run.place
+    assert place.exists()
+    assert sorted(path.name for path in (tmp_path / "run").rglob("*")) == before
+    whole = sweep(grid(5, orbits=orbits, wear=True), tmp_path / "whole", executor="serial", show_progress=False).open()
+    rows = whole.summary[whole.summary["case_id"].isin(run.summary["case_id"])].reset_index(drop=True)
+    assert run.summary.equals(rows)
+    for case_id in run.summary["case_id"]:
+        assert run.orbit(case_id).equals(whole.orbit(case_id))
+        assert np.array_equal(run.wear(case_id)["rod_slider"], whole.wear(case_id)["rod_slider"])
+    del run
+    assert not place.exists()
+
+
+def test_a_finished_run_is_opened_as_it_is_and_an_empty_one_is_refused(tmp_path):
+    sweep(grid(2), tmp_path / "run", executor="serial", show_progress=False)
+    run = clearsweep.open(tmp_path / "run", partial=True)
+    assert run.place == run.directory
+    with pytest.raises(StorageError):
+        sweep(grid(1, sweep={"mechanism.slider.mass": [0.2]}), tmp_path / "none", executor="serial", simulator=Full)
+    with pytest.raises(clearsweep.DirectoryError, match="no case of its run is finished yet"):
+        clearsweep.open(tmp_path / "none", partial=True)
+
+
+# ---------------------------------------------------------------------------------------------- real cases
+
+PLAIN = {"simulate.discard": 0, "simulate.tolerance": 1e-5}
+
+
+def real_case(**changes):
+    """Return a short case of a slider-crank, with other settings."""
+    return clearsweep.load_case(slider_crank("rod-slider", changes=PLAIN | changes)).case
+
+
+@heavy
+@pytest.mark.parametrize("solve", [simulation.solve, lambda case: next(simulation.solve_each([case]))[1]])
+def test_what_a_case_takes_beside_its_integration_is_its_setup_time(monkeypatch, solve):
+    def slow(case):
+        time.sleep(0.4)
+        return ideal_peaks(case)
+
+    case, ideal_peaks = real_case(**{"simulate.revolutions": 0.1}), outcome.ideal_peaks
+    solve(case)  # compiles and loads
+    quick = solve(case).summary["setup_time"]
+    monkeypatch.setattr(outcome, "ideal_peaks", slow)
+    begin = time.perf_counter()
+    found = solve(case)
+    spent = time.perf_counter() - begin
+    assert 0.0 < quick < found.summary["setup_time"] - 0.3
+    assert 0.4 < found.summary["setup_time"] <= spent - found.summary["run_time"] + 1e-6
+    assert found.units["setup_time"] == "s"
+
+
+@heavy
+@pytest.mark.compiled
+def test_the_time_of_a_long_case_is_extrapolated_from_its_first_revolutions():
+    time_case(SIMULATION, real_case(), 0.5)  # compiles and loads
+    short, long = (
+        time_case(
+            SIMULATION, real_case(**{"simulate.revolutions": n, "simulate.time_budget": 1e9}), 2.0 * phases.SETTLED
+        )
+        for n in (1e6, 1e7)
+    )
+    assert short.extrapolated
+    assert long.extrapolated
+    assert short.spent < 30.0  # s, on a machine with other work to do
+    assert 4.0 < long.seconds / short.seconds < 25.0
+
+
+@heavy
+@pytest.mark.compiled
+def test_the_time_of_a_life_is_extrapolated_from_its_first_block():
+    life = {
+        "joints.rod-slider.wear": {"law": "archard", "coefficient": 1e-16, "evolve": True, "bins": 36},
+        "life": {"limit": 50e-6, "of": "wear_depth_max", "joint": "rod-slider", "max_revolutions": 1e6},
+        "simulate.revolutions": 1e5,
+    }
+    case = real_case(**life)
+    _, timed = (time_case(SIMULATION, case, 0.5) for _ in range(2))  # the first one compiles and loads
+    assert timed.extrapolated
+    assert timed.seconds > 5.0 * timed.spent
+    assert timed.spent < 30.0

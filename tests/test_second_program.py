@@ -1,0 +1,234 @@
+"""Motions and figures beside a second program: absolute coordinates with multipliers, scipy, none of the package.
+
+See `absolute_crank`.  Motion with clearance is chaotic, so horizons are short.
+"""
+
+import copy
+import itertools
+import math
+
+import numpy as np
+import pytest
+from absolute_crank import NAMES, Crank, Damped, Karnopp, Yielding, seat, start_of
+from mechanism_cases import SLIDER_CRANK, slider_crank
+
+import clearsweep
+from clearsweep.simulation import lyapunov
+
+pytestmark = [pytest.mark.heavy, pytest.mark.compiled]
+
+CLEARANCE, BEARING, STIFFNESS = 0.5e-3, 0.01, 6.61e10
+TIGHT = {"simulate.tolerance": 1e-11, "simulate.method": "explicit"}
+
+
+def simulated(joints, changes, times=None):
+    """Return the run of a slider-crank."""
+    found = clearsweep.simulate(clearsweep.load_case(slider_crank(*joints, changes=TIGHT | changes)), times=times)
+    assert found.status == "ok", found.message
+    return found
+
+
+def again(found, law, rpm, *, friction=None, gravity=0.0, sizes=(CLEARANCE, BEARING), seated=False):
+    """Return the second program after the same motion, its states and its contacts at the same times.
+
+    found : a run with its open joints' histories; law : makes a contact's law.
+    """
+    opened = [name for name in NAMES if f"joints/{name.replace('-', '_')}/x" in found.channels]
+    mechanism = SLIDER_CRANK["mechanism"] | {"gravity": gravity}
+    crank = Crank(mechanism, rpm * 2.0 * math.pi / 60.0, {name: (law(), friction, sizes) for name in opened})
+    start = start_of(crank, found)
+    if seated:
+        seat(crank, start)
+    return crank, *crank.run(start, np.array(found.t), longest=1e-3 / crank.speed)  # no contact is stepped over
+
+
+def check_motion(found, crank, states, told, share):
+    """Check the motion to a share of the clearance, and forces to that share of the largest."""
+    assert found["slider/x"] == pytest.approx(states[:, 6], rel=0.0, abs=share * CLEARANCE)
+    assert found["rod/angle"] == pytest.approx(states[:, 5], rel=0.0, abs=share * CLEARANCE / 0.12)
+    for k, name in enumerate(crank.names):
+        for row, force in enumerate(("normal", "tangential")):
+            here = found[f"joints/{name.replace('-', '_')}/force_{force}"]
+            assert here == pytest.approx(told[:, k, row], rel=0.0, abs=share * told[:, k, 0].max())
+
+
+def onsets(found):
+    """Return times (s) and joints of all onsets and separations of a run."""
+    return found.events["t"], [name.replace("_", "-") for name in found.events["joint"]]
+
+
+def check_events(found, crank, off):
+    """Check that contacts begin and end at the same times, to `off` (s)."""
+    times, joints = onsets(found)
+    own = [(t, name) for t, name, what in crank.events if what in ("onset", "separation")]
+    assert joints == [name for _, name in own]
+    assert times == pytest.approx([t for t, _ in own], rel=0.0, abs=off)
+
+
+# ---------------------------------------------------------------------------------------------- friction that sticks
+
+STICKS = {"law": "karnopp", "coefficient": 0.15, "static_coefficient": 0.25, "stribeck_velocity": 0.1, "band": 0.08}
+
+
+@pytest.mark.slow
+def test_three_joints_that_stick_at_once_hold_each_other_as_the_complementarity_problem_says():
+    """60 rpm, seated: one slides, sticks and lets go again; forces of all three meet their limits.
+
+    The second program tries all ways in which three forces can be free or at a limit; N and T agree to 1e-9.
+    """
+    contact = {"law": "lankarani-nikravesh", "stiffness": 6.61e8, "restitution": 0.5, "onset": "first"}
+    changes = {
+        f"joints.{name}.{key}": value for name in NAMES for key, value in (("friction", STICKS), ("contact", contact))
+    }
+    changes |= {"drive.speed": "60 rpm", "mechanism.gravity": 9.81, "simulate.start": "seated"}
+    found = simulated(NAMES, changes | {"simulate.revolutions": 0.03}, np.linspace(0.0, 0.03, 61))
+    crank, states, told = again(
+        found, lambda: Damped(6.61e8, 0.5), 60.0, friction=Karnopp(0.15, 0.25, 0.1, 0.08), gravity=9.81, seated=True
+    )
+    check_motion(found, crank, states, told, 1e-8)
+    assert [what for *_, what in crank.events] == ["stick", "slip"]
+    shares = np.abs(told[:, :, 1]) / told[:, :, 0]
+    assert np.all(shares[10] < 0.24)  # all three hold
+    assert np.count_nonzero(shares > 0.25 - 1e-9, axis=0).min() >= 3  # and each comes to its limit
+
+
+# ---------------------------------------------------------------------------------------------- contact that yields
+
+YIELDS = {"law": "lankarani-nikravesh-plastic", "stiffness": STIFFNESS, "restitution": 0.7}
+
+
+@pytest.mark.slow
+def test_a_contact_that_yields_moves_and_misplaces_the_slider_as_the_second_program_says():
+    """5000 rpm, 0.3 revolutions: contacts turn back and deepen again; N to 4e-7 of its peak."""
+    end = 0.3 * 60.0 / 5000.0
+    times = np.linspace(0.0, end, 2001)
+    changes = {"joints.rod-slider.contact": YIELDS, "simulate.revolutions": 0.3}
+    found = simulated(["rod-slider"], changes, times)
+    crank, states, told = again(found, lambda: Yielding(STIFFNESS, 0.7), 5000.0)
+    check_motion(found, crank, states, told, 1e-6)
+    check_events(found, crank, 1e-9)
+    kinds = [what for *_, what in crank.events]
+    assert kinds.count("turn") > 3
+    assert kinds.count("reach") > 0
+    theta = crank.speed * times
+    ideal = 0.05 * np.cos(theta) + np.sqrt(0.12**2 - (0.05 * np.sin(theta)) ** 2)
+    off = np.abs(states[:, 6] - ideal)
+    k = int(np.argmax(off))
+    assert 0 < k < len(times) - 1
+    peak = off[k] + (off[k + 1] - off[k - 1]) ** 2 / (8.0 * (2.0 * off[k] - off[k + 1] - off[k - 1]))
+    assert found.summary["slider_error_max"] == pytest.approx(peak, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_two_joints_that_yield_move_as_the_second_program_says():
+    joints = ["crank-rod", "rod-slider"]
+    changes = {f"joints.{name}.contact": YIELDS for name in joints} | {"simulate.revolutions": 0.2}
+    found = simulated(joints, changes, np.linspace(0.0, 0.2 * 60.0 / 5000.0, 201))
+    crank, states, told = again(found, lambda: Yielding(STIFFNESS, 0.7), 5000.0)
+    check_motion(found, crank, states, told, 5e-5)
+    check_events(found, crank, 1e-8)
+    assert {name for _, name, what in crank.events if what == "turn"} == set(joints)
+
+
+# ---------------------------------------------------------------------------------------------- figures of motion
+
+
+def twin_growths(crank, start, moments, size=1e-6):
+    """Return the logarithm of the growth of a disturbance from the start to each of the moments (s): Benettin et al.
+
+    The distance is that of the rod's angle and of the slider in clearances and of their rates in clearances times crank
+    rate, the angle's times the rod's length; while one motion is in contact and the other not, it waits.
+    """
+    places, n = [5, 6, 14, 15], 4
+    units = CLEARANCE * np.array([1.0 / 0.12, 1.0, crank.speed / 0.12, crank.speed])
+    base, other = crank, copy.deepcopy(crank)
+    y, growths = start.copy(), [0.0]
+
+    def moved(state, off):
+        """Return a state off by so much in the four numbers, with the rod's centre where the ideal crank pin has it."""
+        there = state.copy()
+        there[places] += off * units
+        t = base.clock
+        pin = 0.05 * np.array([math.cos(crank.speed * t), math.sin(crank.speed * t)])
+        moving = crank.speed * np.array([-pin[1], pin[0]])
+        along = 0.06 * np.array([math.cos(there[5]), math.sin(there[5])])
+        there[3:5], there[12:14] = pin + along, moving + there[14] * np.array([-along[1], along[0]])
+        return there
+
+    base.clock = 0.0
+    off = np.full(n, size / math.sqrt(n))
+    z = moved(y, off)
+    for ends in itertools.pairwise(moments):
+        span = np.array(ends)
+        y = base.run(y, span, longest=4e-3 / crank.speed)[0][-1]
+        z = other.run(z, span, longest=4e-3 / crank.speed)[0][-1]
+        base.clock = span[-1]
+        off = (z - y)[places] / units
+        distance = np.linalg.norm(off)
+        assert base.contacts[0].touching == other.contacts[0].touching
+        growths.append(growths[-1] + math.log(distance / size))
+        z = moved(y, size * off / distance)
+        other.contacts = copy.deepcopy(other.contacts)
+        gone = (other.contacts[0].onset - base.contacts[0].onset) * size / distance
+        other.contacts[0].onset = base.contacts[0].onset + gone
+    return np.array(growths)
+
+
+@pytest.mark.slow
+def test_a_disturbance_grows_as_the_second_program_has_it(monkeypatch):
+    """5000 rpm, one revolution: growths of up to e^11 agree within a tenth of their logarithm, at all moments."""
+    seen = []
+
+    class Seen(lyapunov.Perturbed):
+        def __init__(self, *args):
+            super().__init__(*args)
+            seen.append(self)
+
+    monkeypatch.setattr("clearsweep.simulation.run.Perturbed", Seen)
+    contact = {"law": "lankarani-nikravesh", "stiffness": STIFFNESS, "restitution": 0.9, "onset": "first"}
+    changes = {"joints.rod-slider.contact": contact, "simulate.horizon": True, "simulate.tolerance": 1e-12}
+    found = simulated(["rod-slider"], changes, np.linspace(0.0, 60.0 / 5000.0, 3))
+    opened = {"rod-slider": (Damped(STIFFNESS, 0.9), None, (CLEARANCE, BEARING))}
+    crank = Crank(SLIDER_CRANK["mechanism"], 5000.0 * math.pi / 30.0, opened)
+    moments = np.array(seen[0].times)
+    own = twin_growths(crank, start_of(crank, found), moments)
+    assert seen[0].growths == pytest.approx(list(own), rel=0.0, abs=0.1)
+    assert moments[-1] > 0.8 * 60.0 / 5000.0
+    assert found.summary["lyapunov_exponent"] == pytest.approx(own[-1] / moments[-1], rel=1e-2)
+
+
+def own_period(states, units):
+    """Return the least number of revolutions that a motion repeats three times at its end; states: one a turn."""
+    for period in range(1, 17):
+        last = states[-4 * period :]
+        if len(last) < 4 * period:
+            return None
+        off = (last[period:] - last[:-period]) / units
+        if np.abs(off).max() <= 1e-3:
+            return period
+    return None
+
+
+@pytest.mark.parametrize(
+    ("rpm", "clearance", "restitution", "period"),
+    [(5000.0, 5e-5, 0.3, 1), (3000.0, 2e-4, 0.3, 2), (2000.0, 1e-4, 0.3, 2), (1000.0, 5e-5, 0.1, None)],
+)
+def test_the_period_of_a_motion_is_that_of_its_bodies_in_absolute_coordinates(rpm, clearance, restitution, period):
+    friction = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
+    joint = {"clearance": clearance, "contact.restitution": restitution, "friction": friction}
+    changes = {f"joints.rod-slider.{key}": value for key, value in joint.items()}
+    changes |= {
+        "drive.speed": f"{rpm} rpm",
+        "simulate.revolutions": 45,
+        "simulate.discard": 20,
+        "simulate.tolerance": 1e-8,
+    }
+    turns = np.arange(20, 46) * 60.0 / rpm
+    found = simulated(["rod-slider"], changes | {"simulate.method": "auto"}, turns)
+    law = Damped(STIFFNESS, restitution)
+    crank = Crank(SLIDER_CRANK["mechanism"], rpm * math.pi / 30.0, {"rod-slider": (law, None, (clearance, BEARING))})
+    states = np.array([start_of(crank, found, k) for k in range(len(turns))])
+    states[:, 2] -= crank.speed * turns
+    units = clearance * np.tile([1.0, 1.0, 1.0 / 0.12], 6)
+    units[9:] *= crank.speed
+    assert found.summary["period"] == own_period(states, units) == period

@@ -1,0 +1,87 @@
+"""Signals one upon the other: the first one decides the exit code and the way out, later ones change nothing."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from fake_physics import GOOD, grid
+from test_sweep import parts, program, wait_for
+
+from clearsweep.sweeping import signals
+
+BURST = (signal.SIGINT, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+
+pytestmark = pytest.mark.usefixtures("hang_up_heeded")
+
+
+def code_of(work):
+    """Return the exit code with which something is stopped."""
+    with pytest.raises(signals.Stopped) as stopped, signals.catching():
+        work()
+    return stopped.value.exit_code
+
+
+@pytest.mark.parametrize("first", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_on_the_way_out_change_nothing(first):
+    seen = []
+
+    def leave():
+        try:
+            signal.raise_signal(first)
+        finally:
+            for signum in BURST:
+                signal.raise_signal(signum)
+            seen.append("to its end")
+
+    assert (code_of(leave), seen) == (128 + first, ["to its end"])
+
+
+def test_the_second_signal_stops_at_once_with_the_exit_code_of_the_first():
+    seen = []
+
+    def wait():
+        with signals.patience():
+            signal.raise_signal(signal.SIGTERM)
+            seen.append(signals.requested())
+            signal.raise_signal(signal.SIGINT)
+            seen.append("not reached")
+
+    assert (code_of(wait), seen) == (143, [signal.SIGTERM])
+
+
+def test_what_a_signal_breaks_is_no_error_of_its_own():
+    def broken():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except signals.Stopped:
+            raise RuntimeError("release unlocked lock") from None
+
+    assert code_of(broken) == 143
+    with pytest.raises(RuntimeError, match="of its own"), signals.catching():
+        raise RuntimeError("of its own")
+
+
+def test_a_process_that_ends_with_its_run_stays_deaf_until_then():
+    code = (
+        "import signal; from clearsweep.sweeping import signals; signals.end_with_run()\n"
+        "try:\n"
+        "    with signals.catching(): signal.raise_signal(signal.SIGTERM)\n"
+        "except signals.Stopped as stopped:\n"
+        "    for signum in signals.SIGNALS: signal.raise_signal(signum)\n"
+        "    raise SystemExit(stopped.exit_code)\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 143
+
+
+@pytest.mark.parametrize("pause", [0.0, 0.002, 0.05])
+def test_a_burst_of_signals_ends_a_run_like_its_first_one(tmp_path, pause):
+    process = program(tmp_path / "run", grid(100, (GOOD + 0.05,)), jobs=2, show_progress=False)
+    wait_for(lambda: parts(tmp_path / "run") >= 2)
+    for signum in BURST:
+        process.send_signal(signum)
+        time.sleep(pause)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode in {130, 143, 129} if pause == 0.0 else process.returncode == 130, err
+    assert "Traceback" not in err

@@ -1,0 +1,470 @@
+"""Walls whose stiffness is spread over the length, the edges of a bore, and a journal that leaves it.
+
+The oracle integrates slices of the length by itself: depths of circles from a search over angles, no code of the
+package.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from mechanism_cases import told_both_ways
+from scipy.integrate import quad
+from spatial_cases import JOINT, spatial
+from spatial_oracle import extreme
+
+import clearsweep
+from clearsweep.language.errors import InputError
+from clearsweep.mechanics import rates as rates_code
+from clearsweep.mechanics.compiled.vector import Vector
+from clearsweep.mechanics.joint import spatial as joints
+from clearsweep.mechanics.joint.contract import (
+    ACTS,
+    CLIPPED,
+    FREE,
+    PRESSED,
+    Place,
+    Present,
+    contact_modes,
+    load,
+    power_lost,
+    power_stored,
+)
+from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.spatial import strips
+from clearsweep.mechanics.joint.wear import along_walls
+from clearsweep.mechanics.mechanism.contract import gaps, place
+
+HERTZ = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
+THROUGH = {"flange": False, "axial_clearance": None}
+LONGER = THROUGH | {"journal_length": 0.03}
+STILL = Vector(0.0, 0.0, 0.0)
+
+
+def joint_of(**keys):
+    """Return the compiled form of a joint whose walls are spread, without loss unless told otherwise."""
+    (joint,) = clearsweep.load_case(spatial(**{"walls": "spread", "contact": HERTZ} | keys)).value.joints
+    return joint
+
+
+def gap_of(middle, axis, velocity=STILL, spin=STILL):
+    """Return the gap of a journal whose middle and whose bearing's axis are given in its frame."""
+    axis = np.array(axis) / np.linalg.norm(axis)
+    return joints.SpatialGap(Vector(*middle), Vector(*velocity), Vector(*axis), STILL, Vector(*spin), None)
+
+
+def loaded(joint, gap, onset=(0.1, 0.1), modes=None):
+    """Return the load of a joint whose wall contacts touch where they are deep."""
+    y, pairs = np.zeros(8), contact_modes(joint)
+    mode = np.array([FREE] * (len(pairs) - 2) + [ACTS, ACTS])
+    for c, end in enumerate(joints.ENDS):
+        depth = joints.wall_point(joint.ends, joint, gap, end).depth
+        y[c], mode[c] = math.sqrt(max(depth, 0.0)), pairs[c].pressed if depth > 0.0 else pairs[c].apart
+    mode[:2] = mode[:2] if modes is None else modes
+    return load(joint, gap, Place(0, 0, 0, 0), Present(y, mode, np.array([*onset, *[0.1] * 4]), 0))
+
+
+# ---------------------------------------------------------------------------------------------- the potential
+
+
+def ends_of(joint, middle, axis):
+    """Return (depth, lean inwards, half of the length that bears) at both ends, and the share of the stiffness."""
+    w, found = np.array([0.0, 0.0, 1.0]), []
+    longer = not isinstance(joint, joints.Flanged)
+    shorter = min(joint.half_journal, joint.half_length)
+    half = joint.half_journal
+    if longer:
+        half = min(shorter, 0.5 * (joint.half_journal + joint.half_length - abs(middle[2])))
+    for end in joints.ENDS:
+        center = middle + end * joint.half_journal * w
+        point = extreme(center, joint.journal_radius, np.eye(3)[:2], axis, 1.0)
+        if longer and end * (point @ axis) > joint.half_length:
+            across = np.cross(axis, [1.0, 0.3, 0.2])
+            across /= np.linalg.norm(across)
+            edge = end * joint.half_length * axis - middle
+            near = extreme(edge, joint.bearing_radius, (across, np.cross(axis, across)), w, -1.0)
+            off = -edge + (edge @ w) * w
+            depth = joint.journal_radius - np.linalg.norm(near - (near @ w) * w)
+            found.append((depth, -end * (off / np.linalg.norm(off)) @ axis))
+        else:
+            off = center - (center @ axis) * axis
+            depth = np.linalg.norm(point - (point @ axis) * axis) - joint.bearing_radius
+            found.append((depth, end * (off / np.linalg.norm(off)) @ w))
+    return [(depth, lean, half) for depth, lean in found], half / (shorter if longer else joint.half_journal)
+
+
+def stored(joint, middle, axis, stiffness=1e9, power=1.5):
+    """Return the energy (J) of slices whose depth falls by the lean from either end to the middle of the length."""
+    total, (found, share) = 0.0, ends_of(joint, middle, axis)
+    for depth, lean, half in found:
+        inner = depth - half * lean
+        a, b = max(depth, 0.0), max(inner, 0.0)
+        mean = (a ** (power + 2.0) - b ** (power + 2.0)) / (power + 2.0) / (depth - inner)
+        total += 0.5 * share * stiffness / (power + 1.0) * mean
+    return total
+
+
+POSES = {
+    "edge": ({}, [1.9e-4, 5e-5, 1e-5], [5e-3, 1e-3]),
+    "both ends": ({}, [2.1e-4, 1e-5, 1e-4], [9e-4, 2e-4]),
+    "across": ({}, [1.99e-4, 1e-5, 1e-4], [1e-3, 3e-3]),
+    "jammed": ({}, [2e-6, 1e-5, 0.0], [2.1e-2, 1e-3]),
+    "edges of the bore": (LONGER, [1.9e-4, 5e-5, 1e-5], [5e-3, 1e-3]),
+    "jammed in the bore": (LONGER, [2e-6, 1e-5, 0.0], [2.1e-2, 1e-3]),
+    "one edge, one end": (THROUGH, [2.05e-4, 2e-5, 5e-3], [2e-3, 3e-4]),
+    "nearly out": (THROUGH, [2.05e-4, 2e-5, -1.8e-2], [2e-3, 3e-4]),
+}
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_force_and_moment_are_the_slopes_of_what_the_slices_store(name):
+    keys, middle, lean = POSES[name]
+    joint, middle = joint_of(**keys), np.array(middle)
+    axis = np.array([*lean, 1.0]) / np.linalg.norm([*lean, 1.0])
+    told = loaded(joint, gap_of(middle, axis))
+
+    def turned(vector, k, angle):  # of what the journal, turned by an angle, sees
+        about = np.eye(3)[k] * angle
+        return vector - np.cross(about, vector) + 0.5 * np.cross(about, np.cross(about, vector))
+
+    def slope(function, h):
+        return -(8.0 * (function(h) - function(-h)) - function(2.0 * h) + function(-2.0 * h)) / (12.0 * h)
+
+    force = [slope(lambda h, k=k: stored(joint, middle + h * np.eye(3)[k], axis), 2e-8) for k in range(3)]
+    moment = [slope(lambda h, k=k: stored(joint, *(turned(v, k, h) for v in (middle, axis))), 2e-6) for k in range(3)]
+    size = np.linalg.norm(force)
+    assert size > 0.01
+    assert np.array(told.force) == pytest.approx(np.array(force), rel=0.0, abs=1e-6 * size)
+    assert np.array(told.on_journal) == pytest.approx(np.array(moment), rel=0.0, abs=1e-6 * size * joint.half_length)
+    assert np.array(told.on_bearing) == pytest.approx(  # what acts on one body acts on the other the other way
+        -np.array(told.on_journal) - np.cross(middle, told.force), rel=0.0, abs=1e-12 * size
+    )
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_what_bodies_lose_goes_into_the_walls_to_the_last_digit(name):
+    keys, middle, lean = POSES[name]
+    joint, velocity, spin = joint_of(**keys), np.array([0.3, -0.2, 0.7]), np.array([3.0, -5.0, 2.0])
+    told = loaded(joint, gap_of(middle, [*lean, 1.0], velocity, spin))
+    lost = -np.dot(told.force, velocity) - np.dot(told.on_journal, spin)
+    kept = sum(power_stored(contact) for contact in told.contacts)
+    assert kept == pytest.approx(lost, rel=1e-12, abs=1e-12 * np.linalg.norm(told.force))
+    assert sum(abs(power_lost(contact)) for contact in told.contacts) <= 1e-13 * abs(kept)
+
+
+# ---------------------------------------------------------------------------------------------- forces at both ends
+
+
+def by_slices(depths, rates, chi, onset, length=0.02, stiffness=1e9, power=1.5):
+    """Return the forces at both ends, of the sum and the moment of slices with depth and rate linear between them."""
+
+    def force(s):
+        depth = max(depths[0] + (depths[1] - depths[0]) * s, 0.0)
+        return stiffness * depth**power * (1.0 + chi * (rates[0] + (rates[1] - rates[0]) * s) / onset)
+
+    gone = depths[0] / (depths[0] - depths[1]) if depths[0] * depths[1] < 0.0 else 1.0
+    low, high = (0.0, gone) if depths[0] > 0.0 else (gone, 1.0)
+    return [
+        quad(lambda s: (1.0 - s) * force(s), low, high, epsabs=0.0, epsrel=1e-12)[0],
+        quad(lambda s: s * force(s), low, high, epsabs=0.0, epsrel=1e-12)[0],
+    ]
+
+
+@pytest.mark.parametrize("lean", [0.0, 1e-9, 1e-6, 3e-4, 1.2e-3, -8e-3])
+@pytest.mark.parametrize("loss", [{}, {"law": "lankarani-nikravesh", "restitution": 0.7}])
+def test_in_one_plane_the_ends_bear_what_slices_between_them_come_to(lean, loss):
+    joint = joint_of(contact=HERTZ | loss | ({"onset": "first"} if loss else {}))
+    middle = 2.1e-4 - (7.5e-5 if abs(lean) > 5e-3 else 0.0)
+    velocity, spin = np.array([0.05, 0.0, 0.01]), np.array([0.0, 2.0, 0.0])
+    gap = gap_of([middle, 0.0, 0.0], [math.sin(lean), 0.0, math.cos(lean)], velocity, spin)
+    points = [joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS]
+    moving = [velocity + np.cross(spin, np.array(point.at) - [middle, 0.0, 0.0]) for point in points]
+    rates = [np.dot(v, point.normal) for v, point in zip(moving, points, strict=True)]
+    told = loaded(joint, gap)
+    expected = by_slices([point.depth for point in points], rates, 0.75 * (1.0 - 0.7**2) if loss else 0.0, 0.1)
+    found = [contact.at_end for contact in told.contacts[:2]]
+    assert found == pytest.approx(expected, rel=2e-5 if abs(lean) > 5e-3 else 1e-7, abs=1e-9)
+    assert told.contacts[0].normal + told.contacts[1].normal == pytest.approx(sum(found), rel=1e-14)
+    assert told.contacts[-1].normal == pytest.approx(abs(found[0] - found[1]), rel=1e-12, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("deep", "shallow"), [(1e-5, 4e-6), (1e-5, 9.9999e-6), (1e-5, 1e-5), (1e-5, -3e-5), (2e-7, 0.0)]
+)
+def test_a_strip_bears_what_the_closed_form_says(deep, shallow):
+    elastic = joint_of().elastic
+    found = strips.mean_elastic(elastic, joint_of().walls.rule, (deep, shallow))
+    known = quad(lambda s: elastic_force(elastic, max(deep + (shallow - deep) * s, 0.0)), 0.0, 1.0, epsrel=1e-13)[0]
+    if shallow < 0.99 * deep:
+        known = 1e9 * (deep**2.5 - max(shallow, 0.0) ** 2.5) / (2.5 * (deep - shallow))
+    assert found == pytest.approx(known, rel=1e-13, abs=0.0)
+
+
+@pytest.mark.parametrize("law", ["power", "johnson", "persson", "liu", "compatible", "winkler", "linear"])
+def test_other_laws_are_spread_as_closely_as_their_quadrature_says(law):
+    contact = {"law": "hertz", "elastic": law, "material": {"young": 2.07e11, "poisson": 0.3}}
+    if law == "power":
+        contact |= {"stiffness": 1e9, "exponent": 10.0 / 9.0}
+    if law == "winkler":
+        contact["thickness"] = 1e-3
+    if law == "linear":
+        contact = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 0.0}
+    joint = joint_of(contact=contact)
+    for deep, shallow in ((1e-5, -1e-5), (1e-5, 3e-6), (1e-6, -1e-4)):
+        gone = min(deep / (deep - shallow), 1.0)
+        known = quad(  # over the root of what is left, of which forces are smooth functions
+            lambda x, deep=deep, shallow=shallow, gone=gone: (
+                2.0 * x * gone * elastic_force(joint.elastic, deep + (shallow - deep) * gone * (1.0 - x * x))
+            ),
+            0.0,
+            1.0,
+            epsabs=0.0,
+            epsrel=1e-12,
+            limit=500,
+        )[0]
+        assert strips.mean_elastic(joint.elastic, joint.walls.rule, (deep, shallow)) == pytest.approx(known, rel=1e-7)
+
+
+# ---------------------------------------------------------------------------------------------- against the ends
+
+
+def both(middle, lean, **keys):
+    """Return the force (N) along x and the moment (N m) about y of a leaning journal, spread and at the ends."""
+    found = []
+    for walls in ("spread", "ends"):
+        joint = joint_of(walls=walls, **keys)
+        told = loaded(joint, gap_of([middle, 0.0, 0.0], [-math.sin(lean), 0.0, math.cos(lean)]))
+        found.append((-told.force.x, -told.on_journal.y))
+    return found
+
+
+def test_a_pressed_journal_is_a_third_as_stiff_against_tilting_as_with_its_walls_at_the_ends():
+    (force, moment), (at_ends, moment_at_ends) = both(2.1e-4, 1e-8)
+    assert force == pytest.approx(at_ends, rel=1e-6)
+    assert force == pytest.approx(1e9 * 1e-5**1.5, rel=1e-6)
+    spread_evenly = 1e9 * 1.5 * 1e-5**0.5 * 0.02**2 / 12.0 * 1e-8  # F' L^2 / 12
+    turned = force * 0.0098 * 1e-8  # the point at which the force acts, off the middle as the force leans
+    assert moment + turned == pytest.approx(spread_evenly, rel=1e-4)
+    assert (moment_at_ends + turned) / (moment + turned) == pytest.approx(3.0, rel=1e-4)
+
+
+@pytest.mark.parametrize(("lean", "times", "moments"), [(1e-3, 2.5, 3.5), (5e-3, 12.5, 13.3)])
+def test_an_edge_contact_is_softer_by_the_length_that_bears(lean, times, moments):
+    middle = 2e-4 + 1e-5 - 0.01 * lean  # 10 um at the one end
+    (force, moment), (at_ends, moment_at_ends) = both(middle, lean)
+    assert at_ends / force == pytest.approx(times, rel=0.06)
+    assert moment_at_ends / moment == pytest.approx(moments, rel=0.06)
+    assert force == pytest.approx(1e9 / 0.02 * 1e-5**2.5 / (2.5 * lean), rel=0.06)
+
+
+def test_a_jammed_journal_bears_on_both_edges_over_the_length_that_is_pressed():
+    (_, moment), (_, moment_at_ends) = both(0.0, 0.0208)
+    (depth, lean, half), _ = ends_of(joint_of(), np.zeros(3), np.array([-math.sin(0.0208), 0.0, math.cos(0.0208)]))[0]
+    assert depth / lean < 0.2 * half
+    assert moment_at_ends / moment > 1.25 * 0.02 / (depth / lean)
+
+
+def test_a_parallel_journal_is_the_joint_in_the_plane_at_any_lean_that_goes_to_nothing():
+    plane = 1e9 * 1e-5**1.5
+    for lean in (0.0, 1e-15, 1e-12, 1e-9):
+        ((force, _), _) = both(2.1e-4, lean)
+        assert force == pytest.approx(plane, rel=3e-10)
+
+
+def test_an_end_that_pulls_is_clipped_by_itself():
+    joint = joint_of(contact=JOINT["contact"])
+    gap = gap_of([2.1e-4, 0.0, 0.0], [0.0, 0.0, 1.0], velocity=[-1.0, 0.0, 0.0])
+    free = loaded(joint, gap, modes=[PRESSED, PRESSED])
+    assert free.contacts[0].raw < 0.0
+    one = loaded(joint, gap, modes=[CLIPPED, PRESSED])
+    assert one.contacts[0].normal == 0.0
+    assert one.contacts[1].normal == pytest.approx(free.contacts[1].normal, rel=1e-14)
+    none = loaded(joint, gap, modes=[CLIPPED, CLIPPED])
+    assert np.array(none.force) == pytest.approx(np.zeros(3), rel=0.0, abs=1e-15)
+    assert np.array(none.on_journal) == pytest.approx(np.zeros(3), rel=0.0, abs=1e-15)
+    assert sum(power_stored(c) + power_lost(c) for c in none.contacts) == pytest.approx(0.0, rel=0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("shift", "lean"), [(0.0, 5e-4), (6e-3, 4e-4)])
+def test_force_and_moment_do_not_jump_where_a_strip_begins_to_pull(shift, lean):
+    """A jump would end its own cause: clipped, pressed and clipped again without any time going on."""
+    joint = joint_of(contact=JOINT["contact"], **THROUGH)
+    for spin in (-40.0, 40.0):
+
+        def sides(rate, modes=None, spin=spin):
+            gap = gap_of([2.1e-4, 0.0, shift], [lean, 0.0, 1.0], [rate, 0.0, 0.1], [0.0, spin, 0.0])
+            told = loaded(joint, gap, modes=modes)
+            return told.contacts[0].raw, np.array([*told.force, *(100.0 * np.array(told.on_journal))])
+
+        low, high = -3.0, 3.0
+        for _ in range(80):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if sides(middle)[0] < 0.0 else (low, middle)
+        before, after = sides(low), sides(high)
+        assert before[0] < 0.0 <= after[0]
+        assert before[1] == pytest.approx(after[1], rel=0.0, abs=1e-9)
+        depth = joints.wall_point(joint.ends, joint, gap_of([2.1e-4, 0.0, shift], [lean, 0.0, 1.0]), -1.0).depth
+        clipped = [CLIPPED, PRESSED if depth > 0.0 else contact_modes(joint)[1].apart]
+        assert sides(high, clipped)[1] == pytest.approx(after[1], rel=0.0, abs=1e-9)
+
+
+# ---------------------------------------------------------------------------------------------- edges of the bore
+
+
+@pytest.mark.parametrize("walls", ["ends", "spread"])
+def test_where_a_journals_end_is_beyond_the_bore_the_edge_of_the_bore_bears(walls):
+    joint = joint_of(walls=walls, **THROUGH)
+    axis = np.array([1e-3, 5e-4, 1.0]) / np.linalg.norm([1e-3, 5e-4, 1.0])
+    middle = np.array([2.1e-4, 0.0, 6e-3])  # its +z end is 6 mm beyond the edge
+    gap = gap_of(middle, axis)
+    out, inside = (joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS)
+    assert np.dot(out.at, axis) == pytest.approx(0.01, abs=1e-6)
+    assert out.normal.z == 0.0  # across the journal's axis
+    edge = np.array(out.at) - out.depth * np.array(out.normal)
+    assert out.depth == pytest.approx(joint.journal_radius - math.hypot(*(edge - middle)[:2]), rel=1e-12)
+    assert np.linalg.norm(edge - np.dot(edge, axis) * axis) == pytest.approx(joint.bearing_radius, rel=1e-12)
+    assert inside.at.z == pytest.approx(6e-3 - 0.01, rel=1e-12)
+    assert np.dot(inside.normal, axis) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_pressed_journal_bears_on_the_length_that_is_in_the_bore():
+    force = [
+        -loaded(joint_of(**THROUGH), gap_of([2.1e-4, 0.0, shift], [0.0, 0.0, 1.0])).force.x for shift in (0.0, 5e-3)
+    ]
+    assert force[1] / force[0] == pytest.approx(0.75, rel=1e-12)
+
+
+# ---------------------------------------------------------------------------------------------- the implicit method
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("keys", [{}, THROUGH | {"journal_length": 0.018, "offset": [0.0, 0.0, 3e-3]}])
+def test_the_rates_of_spread_walls_are_differentiated_exactly(keys):
+    case = spatial(walls="spread", friction={"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}, **keys)
+    scene = clearsweep.load_case(case)
+    value, n = scene.value, len(scene.built.lengths)
+    state = scene.start.copy()
+    state[:n] += 1e-5 * np.random.default_rng(3).standard_normal(n) / scene.built.lengths
+    state[n : 2 * n] += 0.1 * np.random.default_rng(4).standard_normal(n) / scene.built.lengths
+    state[0] += 2.2e-4  # pressed
+    (gap,) = gaps(value.mechanism, place(value.mechanism, state))
+    pairs, roots = contact_modes(value.joints[0]), 2 * n + 1
+    mode = np.array([pair.apart for pair in pairs])
+    for c, end in enumerate(joints.ENDS):
+        depth = joints.wall_point(value.joints[0].ends, value.joints[0], gap, end).depth
+        if depth > 0.0:
+            state[roots + c], mode[c] = math.sqrt(depth), pairs[c].pressed
+    assert PRESSED in mode[:2]
+    size, latched = len(state), np.full(len(mode), 0.1)
+    jacobian, k, o = np.zeros((1, size, size)), np.zeros((16, size)), np.zeros((16, 200))
+    rates_code.differentiate(value, state, mode, latched, jacobian, 0)
+
+    def rates(y):
+        rates_code.rates(value, y, mode, latched, k, o, 1)
+        return k[1].copy()
+
+    scale = np.abs(rates(state)).max()
+    for column in range(size):
+        h = 1e-7 * max(abs(state[column]), 1e-3 if column < 2 * n else 1e-4)
+        ahead, back = state.copy(), state.copy()
+        ahead[column] += h
+        back[column] -= h
+        known = (rates(ahead) - rates(back)) / (2.0 * h)
+        error = np.abs(jacobian[0, :, column] - known).max()
+        assert error <= 2e-5 * np.abs(known).max() + 1e-9 * scale / h * 1e-3, column
+
+
+# ---------------------------------------------------------------------------------------------- keys
+
+
+def test_walls_are_spread_unless_said_otherwise_or_the_law_keeps_an_indentation():
+    case = spatial(walls=None)
+    assert isinstance(clearsweep.load_case(case).value.joints[0].walls, joints.Spread)
+    assert isinstance(clearsweep.load_case(spatial()).value.joints[0].walls, joints.Ends)
+    plastic = HERTZ | {"law": "lankarani-nikravesh-plastic", "restitution": 0.7}
+    assert isinstance(clearsweep.load_case(spatial(walls=None, contact=plastic)).value.joints[0].walls, joints.Ends)
+    with pytest.raises(InputError, match=r"joints\.crank-rod\.walls: .*(spread|ends)"):
+        clearsweep.load_case(spatial(walls="middle"))
+
+
+# ---------------------------------------------------------------------------------------------- wear
+
+
+def test_wear_goes_with_the_elastic_force_over_the_strip():
+    joint = joint_of()
+    strip = along_walls.Slope(0.01, 1e-3)
+    for low, high in ((0.0, 1e-3), (1e-3, 2e-3), (3e-3, 4e-3)):  # 4 um deep: pressed over 4 mm
+        known = ((4e-3 - low) ** 2.5 - (4e-3 - high) ** 2.5) / 4e-3**2.5
+        found = along_walls.load_share(joint.walls, joint, strip, 4e-6, (low, high))
+        assert found == pytest.approx(known, rel=1e-12)
+    inside = along_walls.Slope(0.01, -1e-3)  # of an end that is apart: pressed from 6 mm on
+    assert along_walls.pressed_ways(inside, -6e-6) == pytest.approx((6e-3, 1e-2), rel=1e-12)
+    found = along_walls.load_share(joint.walls, joint, inside, -6e-6, (0.0, 8e-3))
+    assert found == pytest.approx(0.5**2.5, rel=1e-12)
+    loads = along_walls.loads_along(joint.walls, joint, strip, 4e-6, 100.0)
+    assert loads.even == pytest.approx(100.0 / 4e-3, rel=1e-12)
+    assert loads.most == pytest.approx(2.5 * 100.0 / 4e-3, rel=1e-12)
+
+
+# ---------------------------------------------------------------------------------------------- whole motions
+
+
+def sliding_out(walls):
+    """Return the case of a journal without flanges that gravity draws out of its bearing along the axis."""
+    case = spatial(ideal="cylindrical", walls=walls, **THROUGH)
+    case["mechanism"]["gravity"] = [0.0, 0.0, -9.81]
+    case["simulate"] |= {"revolutions": 3.0, "tolerance": 1e-8}
+    return case
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("walls", ["ends", "spread"])
+def test_a_journal_that_leaves_its_bearing_ends_the_run_and_says_so(walls):
+    found = clearsweep.simulate(clearsweep.load_case(sliding_out(walls)), times=[0.0])
+    assert found.status == "left-bearing"
+    assert "crank-rod leaves its bearing at" in found.message
+    assert "20 mm along the axis" in found.message
+    assert "flange: true" in found.message
+    assert found.summary["crank_rod_force_peak"] is None
+    assert len(found.events) > 0
+    time = float(found.message.split(" at ")[1].split(" s")[0])
+    falling = math.sqrt(2.0 * 0.02 / 9.81)
+    if walls == "ends":  # nothing but gravity along the axis
+        assert time == pytest.approx(falling, rel=1e-5)
+    else:  # what is stored in the length that is still pressed goes into the motion outwards
+        assert 0.9 * falling < time < falling
+    assert found.events["t"].max() < time
+
+
+def test_a_journal_that_would_start_beside_its_bearing_is_refused():
+    with pytest.raises(InputError, match=r"joints\.crank-rod: the journal is 5 mm outside its bearing along the axis"):
+        clearsweep.load_case(spatial(**THROUGH, offset=[0.0, 0.0, 0.025]))
+
+
+PROGRAM = """
+import sys
+sys.path.insert(0, "tests")
+from spatial_cases import spatial
+import clearsweep
+rubs = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
+case = spatial(walls="spread", tilt=[0.004, 0.003], friction=rubs)
+case["simulate"] |= {"revolutions": 0.04, "tolerance": 1e-9}
+found = clearsweep.simulate(clearsweep.load_case(case), times=[0.001, 0.002])
+print(found.status, *found["slider/a"], *found["joints/crank_rod/force_normal_1"], len(found.events))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_compiled_and_plain_code_move_spread_walls_alike():
+    compiled, plain = told_both_ways(PROGRAM)
+    assert compiled == pytest.approx(plain, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.heavy
+def test_nothing_is_lost_where_spread_walls_give_all_back():
+    case = spatial(walls="spread", contact=HERTZ, tilt=[0.005, 0.003], offset=[0.0, 0.0, 5e-5])
+    found = clearsweep.simulate(clearsweep.load_case(case), times=[0.03])
+    assert found.status == "ok"
+    assert len(found.events) > 20
+    assert found.summary["energy_residual"] < 1e-12

@@ -1,0 +1,253 @@
+"""Wear coefficients that are hardly known give a life a second interval, from two further lives."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+from scipy.stats import lognorm
+
+import clearsweep
+from clearsweep import grid, simulation
+from clearsweep.grid.grid import identity
+from clearsweep.language import phases
+from clearsweep.language.errors import InputError
+from clearsweep.simulation import uncertain
+from clearsweep.simulation.life import Ageing
+from clearsweep.simulation.life_block import Told
+
+LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
+COEFFICIENT = "joints.rod-slider.wear.coefficient"
+WORN = {
+    "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "bins": 72},
+    "simulate.tolerance": 1e-6,
+    "simulate.revolutions": 3,
+    "simulate.discard": 1,
+    "save.orbits": "none",
+    "life": LIFE,
+}
+FACTOR = {COEFFICIENT: {"factor": 3}}
+
+
+def loaded(said=None, **changes):
+    changes = copy.deepcopy(WORN) | changes | ({"uncertain": said} if said else {})
+    return grid.load(slider_crank("rod-slider", changes=changes), simulation.catalogue())
+
+
+def test_a_factor_is_a_third_to_three_times_the_value_of_each_case():
+    made = loaded(FACTOR, **{"sweep": {COEFFICIENT: [1e-15, 4e-15]}})
+    for index, value in enumerate((1e-15, 4e-15)):
+        for end, times in ((uncertain.LOW, 1.0 / 3.0), (uncertain.HIGH, 3.0)):
+            wear = uncertain.at_end(made.case(index), end).joints[0].wear
+            assert wear.values["bearing_coefficient"] == pytest.approx(times * value, rel=1e-12)
+            assert wear.values["journal_coefficient"] == pytest.approx(times * value, rel=1e-12)
+
+
+def test_a_distribution_is_taken_at_its_ends_of_95_percent():
+    bearing = "joints.rod-slider.wear.bearing_coefficient"
+    (each,) = loaded({bearing: {"lognormal": {"mean": 2e-14, "cv": 0.5}}}).case(0).uncertain
+    spread = math.sqrt(math.log(1.25))
+    known = lognorm(spread, scale=2e-14 / math.sqrt(1.25)).ppf([0.025, 0.975])
+    assert (each.low, each.high) == pytest.approx(tuple(known), rel=1e-9)
+    assert each.keys == ("bearing_coefficient",)
+    (even,) = loaded({COEFFICIENT: {"uniform": ["1e-15 m^2/N", "2e-15 m^2/N"]}}).case(0).uncertain
+    assert (even.low, even.high) == pytest.approx((1.025e-15, 1.975e-15), rel=1e-9)
+
+
+def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
+    made, plain = loaded(FACTOR), loaded()
+    assert made.case_id(0) != plain.case_id(0)
+    assert [f"{number:016x}" for number in made.identities()] == [made.case_id(0)]
+    assert made.case_id(0) == identity(made.written_case(0))
+    again = grid.load(made.resolved(), simulation.catalogue())
+    assert again.case_id(0) == made.case_id(0)
+    assert again.case(0).uncertain == made.case(0).uncertain
+    assert made.frame() != plain.frame()
+    assert plain.case(0).uncertain == ()
+    names = {column.name for column in made.layout.columns} - {column.name for column in plain.layout.columns}
+    assert names == {"rod_slider_life_low_uncertain", "rod_slider_life_high_uncertain"}
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ({"joints.rod-slider.clearance": {"factor": 3}}, "is no wear coefficient; `uncertain` takes joints.J.wear"),
+        ({"joints.crank-rod.wear.coefficient": {"factor": 3}}, "there is no section 'joints.crank-rod.wear'"),
+        ({COEFFICIENT: {"factor": 1}}, "found 1; allowed: above 1 and at most 1000"),
+        ({COEFFICIENT: {"factor": "3 mm"}}, f"uncertain.{COEFFICIENT}.factor"),
+        ({COEFFICIENT: {"normal": {"mean": 1e-15, "std": 1e-15}}}, "its 2.5 % quantile is not above 0"),
+        ({COEFFICIENT: 3}, "expected {factor: 3} or one of"),
+        (FACTOR | {"joints.rod-slider.wear.journal_coefficient": {"factor": 2}}, "is uncertain beside"),
+        ({}, "holds no path"),
+    ],
+)
+def test_mistakes_are_told(said, told):
+    with pytest.raises(InputError) as caught:
+        grid.load(slider_crank("rod-slider", changes=copy.deepcopy(WORN) | {"uncertain": said}), simulation.catalogue())
+    assert told in str(caught.value)
+
+
+def test_without_a_life_it_is_of_no_use():
+    with pytest.raises(InputError, match="is of no use without `life`"):
+        loaded(FACTOR, life=None)
+
+
+class Block:
+    """Blocks of a made-up motion whose wear rate falls as it wears: dh/dn = k rate / (1 + h / scale)."""
+
+    def __init__(self, rate, scale):
+        self.rate, self.scale, self.runs = rate, scale, 0
+
+    def __call__(self, aged, state):
+        self.runs += 1
+        (part,) = aged.parts
+        wear = aged.scene.case.joints[part.place].wear.values
+        rate = np.zeros(aged.size)
+        for body, where in (("bearing", part.bearing), ("journal", part.journal)):
+            rate[where.start] = wear[f"{body}_coefficient"] * self.rate / (1.0 + state[where.start] / self.scale)
+        rate[-1] = 0.02
+        nothing = np.zeros(aged.size)
+        return Told(rate, nothing, np.ones(1), np.zeros((24, 1)), np.zeros(8, np.int64), np.zeros(2), 2.0)
+
+    def length(self, coefficient, limit):
+        """Return the revolutions to a limit (m): n = (h + h^2 / (2 scale)) / (k rate)."""
+        return (limit + 0.5 * limit * limit / self.scale) / (coefficient * self.rate)
+
+
+def ageing(case, log=None):
+    return Ageing(simulation.build(case), log)
+
+
+def evolving(log=None, scale=2e-5):
+    """Return a case that evolves, its own block told, and what runs the blocks of its further lives."""
+    wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
+    made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
+    block, aged = Block(1e6, scale), ageing(made.case(0), log)
+    if not aged.told:
+        aged.keep(block(aged, aged.start), aged.start)
+    return aged, block
+
+
+def test_lives_that_evolve_are_lived_again_at_both_ends():
+    wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
+    made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
+    block, aged = Block(1e6, 2e-5), ageing(made.case(0))
+    aged.told.append(block(aged, aged.start))
+    found = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    assert block.runs > 10
+    assert found["rod_slider_life_low_uncertain"] == pytest.approx(block.length(6e-14, 2e-5), rel=0.01)
+    assert found["rod_slider_life_high_uncertain"] == pytest.approx(block.length(2e-14 / 3.0, 2e-5), rel=0.01)
+
+
+def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
+    seen = []
+
+    class Listener:
+        def changed(self):
+            found = phases.progress()
+            if found and found.what not in seen:
+                seen.append(found.what)
+
+    aged, block = evolving()
+    assert aged.progress.limits.further == 2
+    assert ageing(loaded(FACTOR).case(0)).progress.limits.further == 0  # one block tells all
+    listener = Listener()
+    phases._listeners.append(listener)
+    try:
+        uncertain.further_lives(aged, block)
+    finally:
+        phases._listeners.remove(listener)
+    for end in (uncertain.LOW, uncertain.HIGH):
+        of_end = [words for words in seen if words.startswith(f"life with the wear coefficients at their {end} ends, ")]
+        assert any("block 2, " in words for words in of_end)
+    assert [aged.further(aged.scene.case, "").progress.limits.further for _ in range(2)][1] < 1
+
+
+def test_a_further_life_whose_block_fails_is_told_and_the_other_one_stays():
+    aged, block = evolving()
+
+    def run(other, state):
+        if other.number == 1 and block.runs > 3:
+            other.failure = "step-budget"
+            return None
+        return block(other, state)
+
+    found = uncertain.further_lives(aged, run)
+    columns = uncertain.figures("rod_slider", found)
+    assert columns["rod_slider_life_high_uncertain"] is None
+    assert columns["rod_slider_life_low_uncertain"] > 0.0
+    (remark,) = uncertain.failures(found)
+    assert remark == (
+        "life-failed: the life with the wear coefficients at their low ends is not known: its block 4 has the status "
+        "step-budget"
+    )
+    assert uncertain.failures(uncertain.further_lives(*evolving())) == ()
+
+
+class KilledError(Exception):
+    pass
+
+
+class Log:
+    """A log in memory, whose process is killed when it has kept so many blocks."""
+
+    def __init__(self, content=None, most=math.inf):
+        self.content, self.kept, self.most = content, 0, most
+
+    def read(self):
+        return self.content
+
+    def keep(self, content):
+        self.content, self.kept = content, self.kept + 1
+        if self.kept >= self.most:
+            raise KilledError
+
+
+@pytest.mark.parametrize("most", [3, 40])
+def test_further_lives_that_are_killed_come_to_the_same_end_without_running_a_block_twice(most):
+    aged, block = evolving()
+    whole = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    log = Log(most=most)
+    killed, first = evolving(log)
+    with pytest.raises(KilledError):
+        uncertain.further_lives(killed, first)
+    again, rest = evolving(Log(log.content))
+    assert len(again.told) == 1
+    assert uncertain.figures("rod_slider", uncertain.further_lives(again, rest)) == whole
+    assert first.runs + rest.runs == block.runs
+
+
+def test_lives_that_do_not_evolve_follow_from_the_one_block():
+    made = loaded(FACTOR)
+    block, aged = Block(1e6, math.inf), ageing(made.case(0))
+    aged.told.append(block(aged, aged.start))
+    found = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    assert block.runs == 1
+    for end, coefficient in (("low", 6e-14), ("high", 2e-14 / 3.0)):
+        again = ageing(uncertain.at_end(made.case(0), uncertain.HIGH if end == "low" else uncertain.LOW))
+        told = block(again, again.start)
+        assert told.rate[again.parts[0].first] == pytest.approx(coefficient * 1e6, rel=1e-12)
+        length = found[f"rod_slider_life_{end}_uncertain"]
+        assert length == pytest.approx(block.length(coefficient, 2e-5), rel=1e-9)
+
+
+def test_an_uncertain_bearing_leaves_the_journal_to_decide():
+    bearing = "joints.rod-slider.wear.bearing_coefficient"
+    block, made = Block(1e6, math.inf), loaded({bearing: {"factor": 10}})
+    aged = ageing(made.case(0))
+    aged.told.append(block(aged, aged.start))
+    found = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    assert found["rod_slider_life_low_uncertain"] == pytest.approx(block.length(2e-13, 2e-5), rel=1e-9)
+    assert found["rod_slider_life_high_uncertain"] == pytest.approx(block.length(2e-14, 2e-5), rel=1e-9)
+
+
+@pytest.mark.heavy
+def test_a_case_has_both_lives_beside_its_own():
+    path = clearsweep.simulate(
+        clearsweep.load_case(slider_crank("rod-slider", changes=copy.deepcopy(WORN) | {"uncertain": FACTOR}))
+    )
+    assert path.status == "ok"
+    life = path.summary["rod_slider_life_revolutions"]
+    assert path.summary["rod_slider_life_low_uncertain"] == pytest.approx(life / 3.0, rel=1e-9)
+    assert path.summary["rod_slider_life_high_uncertain"] == pytest.approx(3.0 * life, rel=1e-9)
