@@ -263,10 +263,10 @@ class Long(Fake):
 
     @staticmethod
     def compile_for(case):
-        """Take two seconds, of five that were expected."""
+        """Take four seconds, of seven that were expected."""
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)) as compiling:
-            for tenth in range(20):
-                compiling.note(left=5.0 - 0.1 * tenth)
+            for tenth in range(40):
+                compiling.note(left=7.0 - 0.1 * tenth)
                 time.sleep(0.1)
 
     @staticmethod
@@ -282,6 +282,7 @@ class Long(Fake):
 @heavy
 def test_a_run_and_its_status_tell_of_compiling_and_of_a_life_at_work(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(phases, "FIRST", 0.3)  # s
+    monkeypatch.setattr(phases, "GROWTH", 1.0)  # else a slow start leaves seconds between lines
     monkeypatch.setattr(progress, "LONG", 0.3)
     seen, ended = [], threading.Event()
 
