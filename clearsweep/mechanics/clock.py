@@ -1,12 +1,10 @@
 """How fast time goes along tau, the independent variable: see `rates`."""
 
-from numba.extending import overload
-
 from .compiled.choosing import where
 from .compiled.dual import as_type_of
-from .compiled.family import OPTIONS, kernel
+from .compiled.family import kernel
 from .joint.contract import touches
-from .joint.places import extent, room_of_all
+from .joint.places import extent
 
 
 @kernel
@@ -76,28 +74,14 @@ def clock_of_corners(scene, y, mode):
     return root * share / scene.sigma
 
 
+@kernel
 def _clock_of_several(scene, y, mode):
     corners = extent(scene.joints).contact > len(scene.joints)
     return clock_of_corners(scene, y, mode) if corners else _clock_of_joints(scene, y, mode)
 
 
-@overload(_clock_of_several, strict=False, jit_options=dict(OPTIONS))
-def _compiled_clock_of_several(scene, y, mode):
-    return clock_of_corners if _has_corners(scene) else _clock_of_joints
-
-
+@kernel
 def haste(scene, y, mode, kappa, contact):
     """Return kappa over the root of penetration of a contact that touches, one of several, s/m^0.5."""
     corners = extent(scene.joints).contact > len(scene.joints)
     return (_haste_of_corners if corners else _haste_of_joints)(scene, y, mode, kappa, contact)
-
-
-@overload(haste, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _compiled_haste(scene, y, mode, kappa, contact):
-    return _haste_of_corners if _has_corners(scene) else _haste_of_joints
-
-
-def _has_corners(scene):
-    """Return whether joints of a scene, of the compiler's type of one, have several contacts."""
-    joints = scene.types[scene.fields.index("joints")]
-    return room_of_all(joints).contact > len(joints)

@@ -14,11 +14,9 @@ The relaxation keeps s^2 and the penetration of the coordinates together (Baumga
 
 from typing import NamedTuple
 
-from numba import types
-
 from ..contracts.catalogue import Channel
 from .clock import clock, haste
-from .compiled.choosing import either
+from .compiled.choosing import either, turns
 from .compiled.dual import Seeded, as_dual, as_type_of, slope
 from .compiled.family import Entry, entry, in_lane, inlined, kernel, map_joints, shaped
 from .joint import spatial
@@ -42,7 +40,6 @@ from .joint.places import (
     extent,
     first_place,
     histories_of,
-    observed_columns,
 )
 from .joint.sticking import with_sticking_forces
 from .mechanism.contract import accelerate, crank_rate, describe, energy, gaps, load_power, output_error, place
@@ -59,7 +56,7 @@ from .observe.observables import (
     film_column,
     observe,
 )
-from .solver.dop853 import END, ROWS
+from .solver.dop853 import END
 
 
 class Scene(NamedTuple):
@@ -190,24 +187,6 @@ def size_of(scene):
     return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal, size.contact + size.latched
 
 
-def rates_entry(scene, start, mode, latched, weight, k, o, y, step, row):
-    """Evaluate `rates` with arrays from bare pointers; `scene` points at the Scene.
-
-    It has the arguments of what takes whole steps, too, see `attempt`, so that both are called alike.
-    """
-    here = scene[0]
-    contacts, n, latching = size_of(here)
-    rates(
-        here,
-        in_lane(y, (n,)),
-        in_lane(mode, (contacts,)),
-        in_lane(latched, (latching,)),
-        in_lane(k, (ROWS, n)),
-        in_lane(o, (ROWS, observed_columns(here.joints))),
-        row,
-    )
-
-
 class _Column(NamedTuple):
     """Where the derivatives of roots of penetration go, and what they follow from."""
 
@@ -236,7 +215,7 @@ def differentiate(scene, y, mode, latched, jacobian, place):
     """Put the derivatives of the `rates` at the state `y` into `jacobian[place]` (n, n): exact ones, by columns."""
     n = len(scene.coordinates)
     _, size, _ = size_of(scene)
-    for column in range(size):
+    for column in turns(size):
         z = Seeded(y, column)
         _, _, loads, motion = look(scene, z, mode, latched)
         kappa = as_dual(clock(scene, z, mode))
@@ -252,7 +231,7 @@ def differentiate(scene, y, mode, latched, jacobian, place):
 
 
 def slopes_entry(scene, y, mode, latched, jacobian, place):
-    """Evaluate `differentiate` with arrays from bare pointers, as in `rates_entry`."""
+    """Evaluate `differentiate` with arrays from bare pointers; `scene` points at the Scene."""
     here = scene[0]
     contacts, n, latching = size_of(here)
     differentiate(
@@ -342,20 +321,11 @@ def sample_entry(scene, y, mode, latched, side, out, channels):
     _put_forces(here.joints, loads, samples, (values, side))
 
 
-_STATE = (types.float64, types.int64, types.float64)  # y, mode, latched
-RATES_ARRAYS = (types.float64, types.int64, *(types.float64,) * 6)  # the fields of observe.along.Attempt
-
-
-def rates_of(scene, parameters) -> Entry:
-    """Return the Entry that evaluates the right-hand side of `scene`."""
-    return entry(rates_entry, scene, RATES_ARRAYS, parameters)
-
-
 def slopes_of(scene, parameters) -> Entry:
     """Return the Entry that differentiates the right-hand side of `scene`."""
-    return entry(slopes_entry, scene, (*_STATE, types.float64), parameters)
+    return entry(slopes_entry, scene, "fiff", parameters)
 
 
 def samples_of(scene, parameters) -> Entry:
     """Return the Entry that evaluates the time histories' values of `scene`."""
-    return entry(sample_entry, scene, (*_STATE, types.float64, types.float64), parameters)
+    return entry(sample_entry, scene, "fifff", parameters)

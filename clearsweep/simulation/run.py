@@ -33,7 +33,7 @@ from ..mechanics.observe.along import CALM, Attempt, step_width
 from ..mechanics.observe.between import BETWEEN
 from ..mechanics.observe.record import Record
 from ..mechanics.observe.turns import Turns
-from ..mechanics.rates import rates_of, samples_of, slopes_of
+from ..mechanics.rates import samples_of, slopes_of
 from ..mechanics.solver import dop853, loop, newton, plan
 from ..mechanics.solver import event as events
 from . import watch
@@ -161,10 +161,9 @@ class Run:
         self.tally = _tally_of(scene, many, zeros)._replace(**_of(tallies.Tally, lane))
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, along if turned else moment)
-        rates = attempt_of(value, lane["parameters"])
         self.work = events.Work(
-            rates=rates if rates.code else rates_of(value, self.parameters),
-            takes_steps=int(rates.code != 0),
+            rates=attempt_of(value, lane["parameters"]),
+            takes_steps=1,
             sample=samples_of(value, self.parameters) if given.times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if self.tally.room.size else NO_ENTRY,
             time=moment,

@@ -5,6 +5,7 @@ of it may change a number, everything carries a checksum.
 """
 
 import atexit
+import contextlib
 import hashlib
 import os
 import pickle
@@ -168,3 +169,31 @@ def _damaged(path: str) -> dict:
         _told.add(directory)
         print(f"compiled code kept in {directory} is damaged and is compiled anew", file=sys.stderr)
     return {}
+
+
+# ---------------------------------------------------------------------------------------------- plain objects
+
+
+def kept(name: str) -> bytes | None:
+    """Return the content that is kept by a name, None where there is none or it is damaged."""
+    path = Path(os.environ["NUMBA_CACHE_DIR"]) / "traced" / name
+    try:
+        return _checked(path.read_bytes(), str(path))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError):
+        _damaged(str(path))
+        return None
+
+
+def keep(name: str, content: bytes) -> None:
+    """Keep a content by a name; where that fails, nothing is kept."""
+    place = Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
+    passing = place / f"{name}.{secrets.token_hex(8)}"
+    try:
+        place.mkdir(mode=0o700, exist_ok=True)
+        passing.write_bytes(content + hashlib.sha256(content).digest())
+        passing.replace(place / name)
+    except OSError:
+        with contextlib.suppress(OSError):
+            passing.unlink()

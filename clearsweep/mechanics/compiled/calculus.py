@@ -1,25 +1,28 @@
-"""The functions of `math` for kernels that are to be differentiated.
+"""The functions of `math` for kernels that are to be differentiated, for numbers with slopes or without."""
 
-The compiler knows what those of `math` do to a Dual; where nothing is compiled, Python has to be told.
-"""
-
+import functools
 import math
 import sys
 from math import *  # noqa: F403
 
-from numba import config
-
+from ..trace import interpreter
 from . import dual
-from .direction import direction
+from .direction import direction as direction_of
 from .dual import FUNCTIONS, Dual, turned
 
 
 def _either(function, rule):
-    """Return `function` of `math` for numbers and `rule` for Duals."""
-    return lambda *given: rule(*given) if any(isinstance(x, Dual) for x in given) else function(*given)
+    """Return `function` for numbers and `rule` for Duals."""
+
+    @functools.wraps(function)
+    def either(*given):
+        return rule(*given) if any(isinstance(x, Dual) for x in given) else function(*given)
+
+    interpreter.primitive(either)(lambda *given: interpreter.call(function, *given))
+    interpreter.rule_of_function(either, rule)
+    return either
 
 
-if config.DISABLE_JIT:
-    globals().update({name: _either(getattr(math, name), rule) for name, rule in FUNCTIONS.items()})
-    direction = _either(direction, turned)
-    dual.math, dual.direction = sys.modules[__name__], direction  # Duals of Duals: what the rules call has rules
+globals().update({name: _either(getattr(math, name), rule) for name, rule in FUNCTIONS.items()})
+direction = _either(direction_of, turned)
+dual.math, dual.direction = sys.modules[__name__], direction  # Duals of Duals: what the rules call has rules

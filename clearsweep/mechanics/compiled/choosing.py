@@ -4,6 +4,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
+from ..trace import interpreter, symbols
 from .family import OPTIONS
 from .lanes import LanesType, MaskType
 
@@ -11,6 +12,11 @@ from .lanes import LanesType, MaskType
 def where(condition, a, b):
     """Return `a` where the condition holds, else `b`: numbers that are both there."""
     return a if condition else b
+
+
+def turns(count):
+    """Return the numbers from 0 on, so many: of a loop that is compiled once, not written out turn by turn."""
+    return range(count)
 
 
 @overload(where, strict=False, jit_options=dict(OPTIONS, forceinline=True))
@@ -24,71 +30,24 @@ def either(first, second):
     """Return a function that gives `first(*given)` where a condition holds, else `second(*given)`.
 
     It takes (condition, given).  The two, kernels, return the same numbers or tuples of them.  One of them runs where
-    all lanes want that, else both.  `first` is compiled twice, so it should be the shorter.
+    all lanes want that, else both.  `first` becomes code twice, so it should be the shorter.
     """
 
     def chosen(condition, given):
         return first(*given) if condition else second(*given)
 
-    def one_of(condition, given):
-        if everywhere(condition):
-            one = first(*given)
-            return _blend(condition, one, one)
-        other = second(*given)
-        return _blend(condition, other, other)
-
-    def both(condition, given):
-        if everywhere(condition):
-            one = first(*given)
-            return _blend(condition, one, one)
-        other = second(*given)
-        if nowhere(condition):
-            return _blend(condition, other, other)
-        return _blend(condition, first(*given), other)
-
-    def select(condition, given):
-        if isinstance(condition, MaskType):
-            return one_of if condition.width == 1 else both
-        return chosen
-
-    overload(chosen, strict=False, jit_options=dict(OPTIONS, forceinline=True))(select)
+    chosen.sides = first, second
     return chosen
-
-
-def _blended(a, b, width):
-    """Return the type of the blend of two, numbers or tuples of one form."""
-    if isinstance(a, types.BaseTuple):
-        return _with_items(a, [_blended(x, y, width) for x, y in zip(a.types, b.types, strict=True)])
-    return LanesType(width)
-
-
-def _with_items(kind, items):
-    """Return a tuple's type with items of other types."""
-    if isinstance(kind, types.BaseNamedTuple):
-        return types.NamedTuple(items, kind.instance_class)
-    return types.BaseTuple.from_types(items)
 
 
 @intrinsic
 def _blend(typing_context, condition, a, b):
-    """Emit, number by number, `a` in the lanes in which the condition holds and `b` in the others."""
-    result = _blended(a, b, condition.width)
+    """Emit `a` in the lanes in which the condition holds and `b` in the others."""
+    result = LanesType(condition.width)
 
     def emit(context, builder, signature, values):
-        mask = values[0]
-
-        def blended(kind, wanted, one, other):
-            if isinstance(wanted, types.BaseTuple):
-                items = [
-                    blended((x, y), z, builder.extract_value(one, place), builder.extract_value(other, place))
-                    for place, (x, y, z) in enumerate(zip(kind[0].types, kind[1].types, wanted.types, strict=True))
-                ]
-                return context.make_tuple(builder, wanted, items)
-            return builder.select(
-                mask, context.cast(builder, one, kind[0], wanted), context.cast(builder, other, kind[1], wanted)
-            )
-
-        return blended((a, b), result, *values[1:])
+        sides = (context.cast(builder, x, kind, result) for x, kind in zip(values[1:], (a, b), strict=True))
+        return builder.select(values[0], *sides)
 
     return result(condition, a, b), emit
 
@@ -128,3 +87,17 @@ def _everywhere(condition):
 @overload(nowhere, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _nowhere(condition):
     return (lambda condition: _none(condition)) if isinstance(condition, MaskType) else nowhere  # noqa: PLW0108
+
+
+@interpreter.primitive(where)
+def _selected(condition, a, b):
+    if not symbols.is_symbol(condition):
+        return a if condition else b
+    a, b = symbols.alike([a, b])
+    pairs = zip(symbols.leaves(a), symbols.leaves(b), strict=True)
+    return symbols.rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
+
+
+interpreter.primitive(everywhere)(interpreter.everywhere)
+interpreter.primitive(nowhere)(interpreter.nowhere)
+interpreter.LOOPS.append(turns)

@@ -12,20 +12,9 @@ import builtins
 import math
 import operator
 
-from numba import types
-from numba.core import cgutils
-from numba.core.imputils import impl_ret_borrowed
-from numba.core.typeconv import Conversion
-from numba.extending import (
-    lower_builtin,
-    lower_cast,
-    make_attribute_wrapper,
-    models,
-    overload,
-    register_model,
-    type_callable,
-)
+from numba.extending import overload
 
+from ..trace import interpreter
 from .direction import direction
 from .family import OPTIONS
 from .lanes import LanesType, spread_like
@@ -39,6 +28,12 @@ class Dual:
     def __init__(self, value, slope):
         self.value, self.slope = value, slope
 
+    def parts(self):
+        """Return both."""
+        return self.value, self.slope
+
+    pieces = parts
+
 
 class Seeded:
     """A state whose component `direction` has slope 1, the others 0; it gives Duals by `[i]`."""
@@ -47,6 +42,10 @@ class Seeded:
 
     def __init__(self, values, direction):
         self.values, self.direction = values, direction
+
+    def pieces(self):
+        """Return what it consists of."""
+        return self.values, self.direction
 
     def __getitem__(self, i):
         return seeded_item(self, i)
@@ -245,144 +244,18 @@ for _name, (_, _rule) in RULES.items():
 for _name, _rule in REFLECTED.items():
     setattr(Dual, _name, lambda a, b, rule=_rule: rule(b, a))
 Dual.__hash__ = None
-
-
-# ---------------------------------------------------------------------------------------------- the compiler's side
-
-
-class DualType(types.Type):
-    """The compiler's type of a Dual of the type `part`; numbers become one where the two meet, and so does a `part`."""
-
-    def __init__(self, part):
-        self.part = part
-        super().__init__(f"Dual({part})")
-
-    def unify(self, typing_context, other):
-        """Return the type that branches with a Dual and another number have together."""
-        return self if isinstance(other, types.Number) or other == self.part else None
-
-    def can_convert_from(self, typing_context, other):
-        """Return how a number of another type becomes a Dual: one without a slope."""
-        return Conversion.safe if isinstance(other, types.Number) or other == self.part else None
-
-
-class SeededType(types.Type):
-    """The compiler's type of a Seeded state."""
-
-    def __init__(self, values):
-        self.values = values
-        super().__init__(f"Seeded({values})")
-
-
-@register_model(DualType)
-class _DualModel(models.StructModel):
-    def __init__(self, manager, kind):
-        super().__init__(manager, kind, [("value", kind.part), ("slope", kind.part)])
-
-
-@register_model(SeededType)
-class _SeededModel(models.StructModel):
-    def __init__(self, manager, kind):
-        super().__init__(manager, kind, [("values", kind.values), ("direction", types.int64)])
-
-
-for _kind, _fields in ((DualType, ("value", "slope")), (SeededType, ("values", "direction"))):
-    for _field in _fields:
-        make_attribute_wrapper(_kind, _field, _field)
-
-
-@type_callable(Dual)
-def _type_dual(context):
-    return lambda value, slope: DualType(next((x for x in (value, slope) if isinstance(x, DualType)), types.float64))
-
-
-@type_callable(Seeded)
-def _type_seeded(context):
-    return lambda values, direction: SeededType(values)
-
-
-@lower_builtin(Dual, types.Any, types.Any)
-@lower_builtin(Seeded, types.Array, types.Any)
-def construct(context, builder, signature, arguments):
-    """Emit a struct of its fields, each cast to its type."""
-    struct = cgutils.create_struct_proxy(signature.return_type)(context, builder)
-    model = struct._datamodel
-    for field, kind, wanted, part in zip(model._fields, signature.args, model._members, arguments, strict=True):
-        setattr(struct, field, context.cast(builder, part, kind, wanted))
-    return impl_ret_borrowed(context, builder, signature.return_type, struct._getvalue())
-
-
-@lower_cast(types.Number, DualType)
-@lower_cast(DualType, DualType)
-def _constant_to_dual(context, builder, source, target, number):
-    struct = cgutils.create_struct_proxy(target)(context, builder)
-    zero = context.get_constant(types.float64, 0.0)
-    struct.value = context.cast(builder, number, source, target.part)
-    struct.slope = context.cast(builder, zero, types.float64, target.part)
-    return struct._getvalue()
-
-
-def _teach(function, rule):
-    """Let the compiler use `rule` for `function` where one of its arguments is a Dual; two are to nest equally deep."""
-    binary = rule.__code__.co_argcount == 2
-
-    def select_one(a):
-        return rule if isinstance(a, DualType) else None
-
-    def select_two(a, b):
-        return rule if len({x for x in (a, b) if isinstance(x, DualType)}) == 1 else None
-
-    overload(function, strict=False, jit_options=dict(OPTIONS, forceinline=True))(select_two if binary else select_one)
-
-
-for _function, _rule in [*RULES.values(), *IN_PLACE.items(), (builtins.max, _larger), (builtins.min, _smaller)]:
-    _teach(_function, _rule)
+Seeded.traced_item = staticmethod(seeded_item)
+interpreter.rules_of_slopes({name: rule for name, (_, rule) in RULES.items()})
 for _name, _rule in FUNCTIONS.items():
-    _teach(getattr(math, _name), _rule)
-_teach(direction, turned)
-
-
-@overload(operator.getitem, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _item(state, i):
-    return seeded_item if isinstance(state, SeededType) else None
-
-
-@overload(value, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _value(x):
-    return (lambda x: x.value) if isinstance(x, DualType) else (lambda x: x)
-
-
-@overload(plain, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _plain(x):
-    return (lambda x: plain(x.value)) if isinstance(x, DualType) else (lambda x: x)
-
-
-@overload(slope, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _slope(x):
-    return (lambda x: x.slope) if isinstance(x, DualType) else (lambda x: 0.0)
-
-
-@overload(rate_or_slope, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _rate_or_slope(x):
-    return (lambda x: x.slope) if isinstance(x, DualType) else (lambda x: x)
-
-
-@overload(chained, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _chained(number, rate, x):
-    if isinstance(x, DualType):
-        return lambda number, rate, x: Dual(number, rate * x.slope)
-    return lambda number, rate, x: number
-
-
-@overload(as_dual, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _as_dual(x):
-    return (lambda x: x) if isinstance(x, DualType) else (lambda x: Dual(x, 0.0))
+    interpreter.rule_of_function(getattr(math, _name), _rule)
+for _function, _rule in ((direction, turned), (builtins.max, _larger), (builtins.min, _smaller), (abs, _absolute)):
+    interpreter.rule_of_function(_function, _rule)
+for _function in (value, plain, slope, as_dual, chained, rate_or_slope, as_type_of):
+    interpreter.traceable(_function)
 
 
 @overload(as_type_of, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _as_type_of(x, model):
     if isinstance(model, LanesType) and x != model:
         return lambda x, model: spread_like(x, model)  # noqa: PLW0108
-    if isinstance(model, DualType) and x != model:
-        return lambda x, model: Dual(as_type_of(x, model.value), as_type_of(0.0, model.value))
     return lambda x, model: x

@@ -10,16 +10,18 @@ import contextlib
 import contextvars
 import functools
 import itertools
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numba
 import numpy as np
 from llvmlite import ir
-from numba import carray, cfunc, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload, register_jitable
 
+from ..trace import interpreter, objects, symbols
 from .linked import LinkedCompiler
 
 #: Options of the arithmetic: division by zero gives inf; a product and a sum may be fused and zeros have no sign, so
@@ -34,12 +36,12 @@ OPTIONS = ARITHMETIC | {"_nrt": False, "no_cfunc_wrapper": True, "pipeline_class
 
 def kernel(function):
     """Return `function` unchanged, but callable from compiled code; from Python it runs as Python."""
-    return register_jitable(**OPTIONS)(function)
+    return register_jitable(**OPTIONS)(interpreter.traceable(function, interpreter.ON_ITS_OWN))
 
 
 def inlined(function):
     """Return `function` like `kernel`, merged into its one or two callers: scenes and loads are costly to hand over."""
-    return register_jitable(**OPTIONS, forceinline=True)(function)
+    return register_jitable(**OPTIONS, forceinline=True)(interpreter.traceable(function))
 
 
 def family(stub):
@@ -74,13 +76,6 @@ def family(stub):
 
         return enter
 
-    def select(first, *rest):
-        def classes(field):
-            return (item.instance_class for item in first.types[first.fields.index(field)])
-
-        return _chosen(members, getattr(first, "instance_class", None), classes)
-
-    overload(dispatch, strict=False, jit_options=dict(OPTIONS))(select)
     dispatch.member, dispatch.members, dispatch.body_for = member, members, functools.partial(_body_for, members)
     dispatch.body_of = functools.partial(_body_of, members)
     return dispatch
@@ -124,19 +119,7 @@ def map_joints(function, following):
             place = following(place, item)
         return tuple(results)
 
-    def select(items, partners, place, shared):
-        if len(items) == 0:
-            return lambda items, partners, place, shared: ()
-        if len(items) == 1:
-            return lambda items, partners, place, shared: (function(items[0], partners[0], place, shared),)
-
-        def more(items, partners, place, shared):
-            first = function(items[0], partners[0], place, shared)
-            return (first,) + mapped(items[1:], partners[1:], following(place, items[0]), shared)  # noqa: RUF005
-
-        return more
-
-    overload(mapped, strict=False, jit_options=dict(OPTIONS))(select)
+    mapped.each = function, following
     return mapped
 
 
@@ -174,7 +157,7 @@ _PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (f
 _SCENES = {}  # and the scene of these parameters
 
 
-_COMPILED = {}  # (function, number of the form of the scene) -> C function
+_COMPILED = {}  # (function, number of the form of the scene, width) -> its machine code, None where there is none
 _EMPTY = contextvars.ContextVar("_EMPTY", default=False)
 
 
@@ -234,28 +217,26 @@ def _walk(value, numbers):
 _TUPLES: dict[tuple, tuple[int, ...]] = {}  # types of a tuple and of what is in it -> where tuples are in it
 
 
-def _compiled(function, scene, arrays):
-    """Return `function` compiled for scenes of the type of `scene`: a C function of pointers and one integer."""
-    key = function, form_number(scene)
-    if key not in _COMPILED:
-        pointers = (types.CPointer(item) for item in (numba.typeof(scene), *arrays))
-        _COMPILED[key] = cfunc(types.void(*pointers, types.int64), cache=True, **ARITHMETIC)(function)
-    return _COMPILED[key]
-
-
-def entry(function, scene, arrays, parameters):
+def entry(function, scene, arrays, parameters, *, in_lanes=False, width=1):
     """Return the Entry through which `invoke` calls `function(scene pointer, *arrays, integer)`.
 
-    `arrays` : tuple of numba types, the items of the arrays; `parameters` : the array that `flatten(scene)` gave, which
-    the caller keeps as long as the Entry is in use.
+    arrays : kinds of the items of the arrays, 'f' for float64, 'i' for int64; parameters : the array that
+    `flatten(scene)` gave, or a lane of a Board if they are `in_lanes`, which the caller keeps as long as the Entry is in
+    use; width : 1, or WIDTH for as many cases side by side: NO_ENTRY where that cannot be.
     """
     if _EMPTY.get():
         return NO_ENTRY
     if numba.config.DISABLE_JIT:
+        if width > 1:
+            return NO_ENTRY
         code = hash((function, id(parameters)))
         _PLAIN[code], _SCENES[id(parameters)] = (function, id(parameters)), scene
         return Entry(code, 0)
-    return Entry(_compiled(function, scene, arrays).address, parameters.ctypes.data)
+    key = function, form_number(scene), width
+    if key not in _COMPILED:
+        _COMPILED[key] = objects.compiled(function, scene, kinds(scene), arrays, width=width, in_lanes=in_lanes)
+    made = _COMPILED[key]
+    return Entry(made.address, parameters.ctypes.data) if made else NO_ENTRY
 
 
 def invoke(code, parameters, arrays, integer):
@@ -320,21 +301,18 @@ def shaped(array, shape):
     return array
 
 
-@overload(shaped, strict=False)
-def _shaped(array, shape):
-    def view(array, shape):
-        return carray(array, shape)
-
-    return view
-
-
 def in_lane(array, shape):
     """Return what an entry was passed of a lane of a Board as an array of `shape`."""
     return array
 
 
-@overload(in_lane, strict=False)
-def _in_lane(array, shape):
-    if len(shape) == 1:
-        return lambda array, shape: carray(array, (shape[0], WIDTH))[:, 0]
-    return lambda array, shape: carray(array, (shape[0], shape[1], WIDTH))[:, :, 0]
+@interpreter.primitive(shaped)
+def _view(array, shape):
+    steps = tuple(math.prod(shape[axis + 1 :]) for axis in range(len(shape)))
+    return symbols.View(array.base, array.item, tuple(shape), steps)
+
+
+@interpreter.primitive(in_lane)
+def _lane(array, shape):
+    steps = tuple(WIDTH * math.prod(shape[axis + 1 :]) for axis in range(len(shape)))
+    return symbols.View(array.base, array.item, tuple(shape), steps, symbols.trace().width)

@@ -1,11 +1,9 @@
 """Arrays among the parameters of a scene: compiled code reads them at an address that travels as a number."""
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic, overload
 
-from .family import OPTIONS, kernel
+from ..trace import interpreter, symbols
+from .family import kernel
 
 
 class Held(float):
@@ -30,25 +28,6 @@ def item_of(address, place):
     return float(address.array[place])
 
 
-@intrinsic
-def _load(typing_context, address, place):
-    """Emit the load of a number behind an address."""
-
-    def emit(context, builder, signature, values):
-        where = builder.inttoptr(builder.fptoui(values[0], ir.IntType(64)), ir.DoubleType().as_pointer())
-        return builder.load(builder.gep(where, [values[1]]))
-
-    return types.float64(types.float64, types.int64), emit
-
-
-@overload(item_of, strict=False, jit_options=dict(OPTIONS))
-def _item_of(address, place):
-    def compiled(address, place):
-        return _load(address, place)
-
-    return compiled
-
-
 @kernel
 def row_of(address, width, rows, now):
     """Return where the last of `rows` rows of `width` numbers begins whose first number is at most `now`.
@@ -63,3 +42,6 @@ def row_of(address, width, rows, now):
         else:
             high = middle
     return width * low
+
+
+interpreter.primitive(item_of)(symbols.at_address)

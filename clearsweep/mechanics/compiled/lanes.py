@@ -27,6 +27,7 @@ from numba.extending import (
     type_callable,
 )
 
+from ..trace import interpreter, symbols
 from .family import OPTIONS
 
 DOUBLE, WHOLE, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
@@ -120,13 +121,8 @@ def _kind_of(given, form):
     return kinds.pop() if len(kinds) == 1 and fits else None
 
 
-TAUGHT = set()  # functions that take numbers in lanes
-
-
 def _teach(function, form, emit, returned=None, taken=2):
     """Let the compiler emit `emit(builder, *values)` for `function` of several values of a `form` each, or of one."""
-    TAUGHT.add(function)
-
     def typed(*given):
         kind = _kind_of(given, form)
         return kind and (returned(kind.width) if returned else kind)
@@ -193,20 +189,6 @@ def _fused(plain, minus=()):
     return emit
 
 
-def _lane_by_lane(function):
-    """Return what calls the function of single numbers for every lane."""
-
-    def emit(context, builder, kind, *values):
-        signature = context.typing_context.resolve_function_type(
-            context.typing_context.resolve_value_type(function), (types.float64,) * len(values), {}
-        )
-        compiled = context.get_function(function, signature)
-        lanes = ([_lane(builder, value, kind, lane) for value in values] for lane in range(kind.width))
-        return _joined(builder, [compiled(builder, singles) for singles in lanes], kind)
-
-    return emit
-
-
 for _sums, _emit in (
     ((operator.add, operator.iadd), _fused("fadd")),
     ((operator.sub, operator.isub), _fused("fsub", minus=(1,))),
@@ -219,9 +201,6 @@ _teach(operator.neg, LanesType, _plainly("fneg"), taken=1)
 _teach(abs, LanesType, _intrinsic("fabs"), taken=1)
 _teach(math.sqrt, LanesType, _intrinsic("sqrt"), taken=1)
 _teach(math.copysign, LanesType, _intrinsic("copysign"))
-_teach(operator.pow, LanesType, _lane_by_lane(operator.pow))
-for _function in (math.sin, math.cos, math.tanh, math.exp, math.expm1, math.log, math.log1p, math.atan):
-    _teach(_function, LanesType, _lane_by_lane(_function), taken=1)
 for _function, _sign in (
     (operator.lt, "<"),
     (operator.le, "<="),
@@ -319,21 +298,6 @@ def _number(typing_context, bits):
     return result(bits), emit
 
 
-@intrinsic
-def _fetched(typing_context, table, place, column):
-    """Emit what stands in the row of each lane."""
-    result = LanesType(place.width)
-
-    def emit(context, builder, signature, values):
-        array = context.make_array(table)(context, builder, values[0])
-        columns = cgutils.unpack_tuple(builder, array.shape)[1]
-        rows = (builder.mul(_lane(builder, values[1], place, lane), columns) for lane in range(place.width))
-        found = [builder.load(builder.gep(array.data, [builder.add(row, values[2])])) for row in rows]
-        return _joined(builder, found, result)
-
-    return result(table, place, types.int64), emit
-
-
 @overload(bits_of, strict=False, jit_options=dict(OPTIONS, forceinline=True))
 def _bits_of(number):
     return (lambda number: _bits(number)) if isinstance(number, LanesType) else bits_of  # noqa: PLW0108
@@ -344,8 +308,11 @@ def _number_of(bits):
     return (lambda bits: _number(bits)) if isinstance(bits, WholesType) else number_of  # noqa: PLW0108
 
 
-@overload(looked_up, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _looked_up(table, place, column):
-    if isinstance(place, WholesType):
-        return lambda table, place, column: _fetched(table, place, column)  # noqa: PLW0108
-    return looked_up
+
+interpreter._for_symbols(bits_of, symbols.bits_of)
+interpreter._for_symbols(number_of, symbols.number_of)
+
+
+@interpreter.primitive(looked_up)
+def _gathered(table, place, column):
+    return symbols.gathered(symbols.table_of(table), (place, column))

@@ -7,10 +7,8 @@ that.
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
-from ..compiled.family import NO_ENTRY, OPTIONS, Entry, entry, form_number, in_lane, inlined, kernel, map_joints, shaped
+from ..compiled.family import NO_ENTRY, Entry, entry, form_number, in_lane, inlined, kernel, map_joints, shaped
 from ..observe.observables import column_of, observed_in
 from ..solver.dop853 import END, ROWS
 from .contract import every_guard, every_part, guard_values, guards, latched, parts
@@ -22,7 +20,6 @@ from .places import (
     as_it_is,
     extent,
     first_place,
-    form_of,
     observed_columns,
     where_internal,
 )
@@ -99,13 +96,10 @@ def at_stages(law):
     return tuple(guard.at_stages for guard in guards(law)) if type(law) in guard_values.members else ()
 
 
-@overload(at_stages, strict=False, jit_options=dict(OPTIONS))
-def _at_stages(law):
-    constant = tuple(guard.at_stages for guard in guards.body_for(form_of(law))(None))
-    return lambda law: constant
-
-
+@kernel
 def _evaluate_part(part, _, place, shared):
+    if type(part.law) not in guard_values.members:
+        return
     y, latched, o, row, roots, value = shared
     contact, staged = place.contact + part.contact, at_stages(part.law)
     law, root = as_it_is(part.law, y, latched, place), y[roots + contact]
@@ -114,12 +108,6 @@ def _evaluate_part(part, _, place, shared):
     if row == END and True in staged:
         for stage in range(EARLIEST, END):
             _raise_each(guard_values(law, start, observed_in(o, stage, contact), root), staged, place.guard, value)
-
-
-@overload(_evaluate_part, strict=False, jit_options=dict(OPTIONS))
-def _evaluate_part_compiled(part, _, place, shared):
-    given = form_of(part.types[0]) in guard_values.members
-    return _evaluate_part if given else lambda part, _, place, shared: None
 
 
 _evaluate_parts = map_joints(_evaluate_part, after_part)
@@ -175,7 +163,10 @@ def _set(value, _, place, numbers):
 _set_each = map_joints(_set, after_number)
 
 
+@kernel
 def _latch_part(part, _, place, shared):
+    if type(part.law) not in latched.members:
+        return
     y, numbers, o, row, roots, contact, guard = shared
     mine = 0 <= guard - place.guard < after_part(place, part).guard - place.guard
     if place.contact + part.contact == contact and (guard < 0 or mine):
@@ -184,11 +175,6 @@ def _latch_part(part, _, place, shared):
         values = latched(law, kind, observed_in(o, row, contact), y[roots + contact])
         where, first = where_internal(part.law, y, numbers, place)
         _set_each(values, values, first, where)
-
-
-@overload(_latch_part, strict=False, jit_options=dict(OPTIONS))
-def _latch_part_compiled(part, _, place, shared):
-    return _latch_part if form_of(part.types[0]) in latched.members else lambda part, _, place, shared: None
 
 
 _latch_parts = map_joints(_latch_part, after_part)
@@ -229,14 +215,14 @@ def latch_entry(scene, y, latched, o, event, row):
 
 def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
     """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave; `zeros` makes arrays."""
-    number, key = types.float64, form_number(scene)
+    key = form_number(scene)
     if key not in _LISTED:
         _LISTED[key] = _listed(scene.joints)
     listed, latching = _LISTED[key]
     count = listed["contact"].size
     return Guards(
-        evaluate=entry(guards_entry, scene, (number,) * 4, parameters) if -1 in listed["column"] else NO_ENTRY,
-        latch=entry(latch_entry, scene, (number, number, number, types.int64), parameters) if latching else NO_ENTRY,
+        evaluate=entry(guards_entry, scene, "ffff", parameters) if -1 in listed["column"] else NO_ENTRY,
+        latch=entry(latch_entry, scene, "fffi", parameters) if latching else NO_ENTRY,
         value=zeros((2, count)),
         passed=zeros(count, dtype=np.bool_),
         event=zeros(2, dtype=np.int64),

@@ -1,36 +1,14 @@
 """The mass that takes part in an impact at a contact, told to the laws that ask for it."""
 
-from numba.extending import overload
-
 from ..compiled.dual import as_type_of
-from ..compiled.family import OPTIONS, family, inlined, map_joints
-from ..compiled.lanes import LanesType
+from ..compiled.family import family, inlined, kernel, map_joints
 from ..mechanism.contract import gaps, impact_masses, place
-from .contract import every_part, touches
+from .contract import every_part
 from .dry import Joint
-from .loss.contract import awaits_mass, with_mass
+from .loss.contract import with_mass
 from .lubricated import Lubricated
-from .places import after_joint, after_number, as_it_is, first_place, form_of
+from .places import after_number
 from .worn import WornJoint, WornOnBed, with_laws
-
-
-@family
-def _awaits(joint, gap, place, present):
-    """Return whether the law of a joint needs the mass as things are."""
-
-
-@_awaits.member(None)
-def _never(joint, gap, place, present):
-    return False
-
-
-@_awaits.member(Joint)
-@_awaits.member(Lubricated)
-@_awaits.member(WornJoint)
-@_awaits.member(WornOnBed)
-def _law_awaits(joint, gap, place, present):
-    law = as_it_is(joint.law, present.y, present.latched, place)
-    return touches(present.mode[place.contact]) and awaits_mass(law)
 
 
 @family
@@ -83,11 +61,6 @@ def _with_its_dry_law(joint, mass, place, shared):
 
 
 @inlined
-def _asks(joint, gap, place, present):
-    return _awaits(joint, gap, place, present)
-
-
-@inlined
 def _told(joint, mass, place, shared):
     return _tell(joint, mass, place, shared)
 
@@ -97,15 +70,8 @@ def _like(mass, gap, place, shared):
     return as_type_of(mass, gap.x)
 
 
-@inlined
-def _none(gap, _, place, shared):
-    return as_type_of(0.0, gap.x)
-
-
-_ask_all = map_joints(_asks, after_joint)
 _tell_all = map_joints(_told, after_number)
 _all_like = map_joints(_like, after_number)
-_none_known = map_joints(_none, after_number)
 
 
 @inlined
@@ -114,45 +80,23 @@ def _joints_told(scene, pose, relative, present):
 
 
 @inlined
-def _joints_now(scene, pose, relative, present):
-    asking = _ask_all(scene.joints, relative, first_place(scene.joints, present.roots), present)
-    masses = _none_known(relative, relative, 0, 0)
-    if True in asking:
-        masses = _all_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0)
-    return _tell_all(scene.joints, masses, 0, 0)
-
-
-@inlined
 def _joints_at_event(scene, y):
     pose = place(scene.mechanism, y)
     return _tell_all(scene.joints, impact_masses(scene.mechanism, pose, gaps(scene.mechanism, pose)), 0, 0)
 
 
+@kernel
 def joints_now(scene, pose, relative, present):
     """Return the joints of a scene; laws that need it in the Present, its pose and Gaps, are told their mass."""
-    asked = any(type(law) in with_mass.members for _, law in every_part(scene.joints))
-    return _joints_now(scene, pose, relative, present) if asked else scene.joints
+    return _joints_told(scene, pose, relative, present) if _ask(scene.joints) else scene.joints
 
 
+@kernel
 def joints_at_event(scene, y):
     """Return the joints of a scene, all laws that can need it told the mass of their contact at the state `y`."""
-    return _joints_at_event(scene, y)
+    return _joints_at_event(scene, y) if _ask(scene.joints) else scene.joints
 
 
-def _asked(scene):
-    """Return whether a law of a scene, of the compiler's type of one, can need the mass of its contact."""
-    joints = scene.types[scene.fields.index("joints")]
-    laws = [joint.types[joint.fields.index("law")] for joint in joints if "law" in joint.fields]
-    return any(form_of(law) in with_mass.members for law in laws)
-
-
-@overload(joints_now, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _compiled_joints_now(scene, pose, relative, present):
-    if not _asked(scene):
-        return lambda scene, pose, relative, present: scene.joints
-    return _joints_told if isinstance(scene.types[scene.fields.index("sigma")], LanesType) else _joints_now
-
-
-@overload(joints_at_event, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _compiled_joints_at_event(scene, y):
-    return _joints_at_event if _asked(scene) else lambda scene, y: scene.joints
+def _ask(joints):
+    """Return whether a law of the joints can need the mass of its contact."""
+    return any(type(law) in with_mass.members for _, law in every_part(joints))

@@ -3,12 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import overload
 
 from ..compiled.dual import as_type_of, rate_or_slope
-from ..compiled.family import OPTIONS, inlined, kernel, map_joints
+from ..compiled.family import inlined, kernel, map_joints
 from .contract import Load, internal_rates, internal_state, load, parts, touches
-from .places import after_joint, after_number, after_part, as_it_is, first_place, room_of_all, room_of_part
+from .places import after_joint, after_number, after_part, as_it_is, first_place, room_of_part
 
 
 @kernel
@@ -64,7 +63,10 @@ def _is_kept(declared, _, place, shared):
 _put_each, _rest_each, _kept_each = (map_joints(function, after_number) for function in (_put, _rest, _is_kept))
 
 
+@kernel
 def _put_part(part, _, place, shared):
+    if not room_of_part(part).internal:
+        return
     declared, touching = internal_state(part.law), touches(shared.present.mode[place.contact + part.contact])
     if touching or True in _kept_each(declared, declared, 0, 0):
         law = as_it_is(part.law, shared.present.y, shared.present.latched, place)
@@ -72,11 +74,6 @@ def _put_part(part, _, place, shared):
         _put_each(rates, declared, place.internal, _Rate(touching, shared.kappa, shared.out))
     else:
         _rest_each(declared, declared, place.internal, shared.out)
-
-
-@overload(_put_part, strict=False, jit_options=dict(OPTIONS))
-def _put_part_compiled(part, _, place, shared):
-    return _put_part if room_of_part(part).internal else lambda part, _, place, shared: None
 
 
 _put_parts = map_joints(_put_part, after_part)
@@ -92,14 +89,10 @@ def _put_joint(joint, load, place, shared):
 _put_joints = map_joints(_put_joint, after_joint)
 
 
+@kernel
 def put_internal_rates(joints, loads, present, kappa, out):
     """Put the rates of all internal states with respect to tau into `out`, or their slopes.
 
     Out of contact only what is kept over separations goes on.
     """
     _put_joints(joints, loads, first_place(joints, present.roots), (present, kappa, out))
-
-
-@overload(put_internal_rates, strict=False, jit_options=dict(OPTIONS))
-def _put_internal_rates(joints, loads, present, kappa, out):
-    return put_internal_rates if room_of_all(joints).internal else lambda joints, loads, present, kappa, out: None

@@ -9,15 +9,14 @@ being near to the middle for what is worn, the deepest of LOOKS places is refine
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import overload
 from numpy.polynomial import Chebyshev, Polynomial
 
 from ..compiled import calculus as math
 from ..compiled.direction import direction
-from ..compiled.dual import Dual, DualType, plain
-from ..compiled.family import OPTIONS, family, inlined, kernel, map_joints
+from ..compiled.dual import Dual, plain
+from ..compiled.family import family, inlined, kernel, map_joints
 from ..mechanism.contract import body_angles
-from .places import after_number, form_of
+from .places import after_number
 from .wear.shape import worn_at
 
 CLOSE = 0.1  # rad: a step of Halley's method leaves about its third power, the last step the third power of that
@@ -142,15 +141,10 @@ def searched(surfaces, x, y, turned):
     return angle
 
 
+@kernel
 def how_close(x):
     """Return the length (rad) of a step of Halley's method after which the next is the last: less for a derivative."""
     return CLOSE_FOR_SLOPES if isinstance(x, Dual) else CLOSE
-
-
-@overload(how_close, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _compiled_how_close(x):
-    close = CLOSE_FOR_SLOPES if isinstance(x, DualType) else CLOSE
-    return lambda x: close
 
 
 @inlined
@@ -259,6 +253,7 @@ def _turned_gaps(scene, y, relative):
     return with_body_angles(scene.joints, relative, body_angles(scene.mechanism, y))
 
 
+@kernel
 def turned_gaps(scene, y, relative):
     """Return the Gaps `relative` of a scene at the state `y`; those of worn joints know how far bodies are turned."""
     return _turned_gaps(scene, y, relative) if _some_worn(map(type, scene.joints)) else relative
@@ -267,9 +262,3 @@ def turned_gaps(scene, y, relative):
 def _some_worn(forms):
     """Return whether a type of joint asks for the angles of its bodies."""
     return any(form in with_angles.members for form in forms)
-
-
-@overload(turned_gaps, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _compiled_turned_gaps(scene, y, relative):
-    joints = scene.types[scene.fields.index("joints")]
-    return _turned_gaps if _some_worn(map(form_of, joints)) else lambda scene, y, relative: relative

@@ -4,9 +4,7 @@ How much room a joint takes follows from its type and is worked out where code i
 longer over it than over the forces.
 """
 
-from numba.extending import overload
-
-from ..compiled.family import OPTIONS, kernel, kinds, map_joints
+from ..compiled.family import kernel, kinds, map_joints
 from ..observe.observables import FILM_WIDTH, columns
 from .contract import Place, beside, contact_modes, guards, histories, integrated, parts
 
@@ -77,13 +75,6 @@ def _after(room_of_one):
             place.contact + contacts, place.internal + internal, place.latched + latching, place.guard + guarded
         )
 
-    @overload(after, strict=False, jit_options=dict(OPTIONS))
-    def _compiled_after(place, one):
-        contacts, internal, latching, guarded = room_of_one(one)
-        return lambda place, one: Place(
-            place.contact + contacts, place.internal + internal, place.latched + latching, place.guard + guarded
-        )
-
     return after
 
 
@@ -95,21 +86,9 @@ def extent(joints):
     return room_of_all(joints)
 
 
-@overload(extent, strict=False, jit_options=dict(OPTIONS))
-def _extent(joints):
-    contacts, internal, latching, guarded = room_of_all(joints)
-    return lambda joints: Place(contacts, internal, latching, guarded)
-
-
 def histories_of(joint):
     """Return how many time histories a joint, or the compiler's type of one, has."""
     return histories.body_for(form_of(joint))(None)
-
-
-@overload(histories_of, strict=False, jit_options=dict(OPTIONS))
-def _histories_of(joint):
-    count = histories_of(joint)
-    return lambda joint: count
 
 
 @kernel
@@ -129,21 +108,9 @@ def observed_columns(joints):
     return columns(contacts) + (FILM_WIDTH * contacts if any(_beside(joint)[0] for joint in joints) else 0)
 
 
-@overload(observed_columns, strict=False, jit_options=dict(OPTIONS))
-def _observed_columns(joints):
-    count = observed_columns(joints)
-    return lambda joints: count
-
-
 def channels_beside_those(joint):
     """Return how many time histories a joint has beside those of every joint."""
     return _beside(joint)[1]
-
-
-@overload(channels_beside_those, strict=False, jit_options=dict(OPTIONS))
-def _channels_beside_those(joint):
-    count = _beside(joint)[1]
-    return lambda joint: count
 
 
 # ---------------------------------------------------------------------------------------------- internal states
@@ -157,35 +124,17 @@ def _number(old, _, place, numbers):
 _numbers = map_joints(_number, after_number)
 
 
+@kernel
 def with_internal_state(law, numbers, first):
     """Return the law with its internal state, which stands in `numbers` from `first` on."""
     cls, own = type(law), len(law) - len(law._field_defaults)
     return cls(*law[:own], *_numbers(law[own:], law[own:], first, numbers))
 
 
-@overload(with_internal_state, strict=False, jit_options=dict(OPTIONS))
-def _with_internal_state(law, numbers, first):
-    cls = law.instance_class
-    own = len(law) - len(cls._field_defaults)
-    if own == len(law):
-        return lambda law, numbers, first: law
-
-    def compiled(law, numbers, first):
-        return cls(*(law[:own] + _numbers(law[own:], law[own:], first, numbers)))
-
-    return compiled
-
-
+@kernel
 def where_internal(law, y, latched, place):
     """Return the array in which the internal state of a law stands, and where: the state vector or what is latched."""
     return (y, place.internal) if integrated(type(law)) else (latched, place.latched)
-
-
-@overload(where_internal, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _where_internal(law, y, latched, place):
-    if integrated(form_of(law)):
-        return lambda law, y, latched, place: (y, place.internal)
-    return lambda law, y, latched, place: (latched, place.latched)
 
 
 @kernel

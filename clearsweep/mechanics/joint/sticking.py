@@ -8,10 +8,8 @@ definite because these forces work on these very slips.
 
 from typing import NamedTuple
 
-from numba.extending import overload
-
 from ..compiled.dual import as_type_of
-from ..compiled.family import OPTIONS, family, kernel, map_joints
+from ..compiled.family import family, kernel, map_joints
 from ..mechanism.contract import accelerate, gap_accelerations
 from .contract import STUCK, Contact, Load
 from .dry import Joint
@@ -203,12 +201,15 @@ def limit_of(surface, load):
     return surface.static_limit * max(load.contacts[0].normal, 0.0)
 
 
+@kernel
 def with_sticking_forces(scene, y, pose, relative, loads, mode):
     """Return the loads with the tangential forces of joints that stick such as let their sliding speed die away.
 
     It dies away with the rate `scene.reference_rate`, as what it has left is the band's width and of no account; where
     that takes more force than the surfaces hold, they bear what they hold.
     """
+    if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
+        return loads
     surfaces, stuck = surfaces_of(scene.joints, relative), 0
     for j in range(len(surfaces)):
         stuck += mode[surfaces[j].contact] == STUCK
@@ -231,12 +232,3 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
         if change < SETTLED:
             break
     return _loads(surfaces, loads, 0, forces)
-
-
-@overload(with_sticking_forces, strict=False, jit_options=dict(OPTIONS))
-def _with_sticking_forces(scene, y, pose, relative, loads, mode):
-    joints = scene.types[scene.fields.index("joints")]
-    frictions = [joint.types[joint.fields.index("friction")] for joint in joints if "friction" in joint.fields]
-    if any(friction.instance_class in static_limit.members for friction in frictions):
-        return with_sticking_forces
-    return lambda scene, y, pose, relative, loads, mode: loads

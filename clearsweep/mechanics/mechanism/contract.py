@@ -15,8 +15,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
-from numba.extending import lower_builtin, type_callable
 
 from ..compiled.dual import as_type_of, slope
 from ..compiled.family import family, inlined, kernel, map_joints
@@ -164,21 +162,3 @@ _slopes = map_joints(_slope, after_number)
 def at_open(sites, values):
     """Return those of `values`, a tuple with one for each of `sites`, that belong to open joints."""
     return tuple(item for site, item in zip(sites, values, strict=True) if isinstance(site, Open))
-
-
-def _open_places(sites):
-    return [place for place, site in enumerate(sites) if site.instance_class is Open]
-
-
-@type_callable(at_open)
-def _type_at_open(context):
-    def typed(sites, values):
-        return types.BaseTuple.from_types([values[place] for place in _open_places(sites)])
-
-    return typed
-
-
-@lower_builtin(at_open, types.BaseTuple, types.BaseTuple)
-def _emit_at_open(context, builder, signature, given):
-    items = [builder.extract_value(given[1], place) for place in _open_places(signature.args[0])]
-    return context.make_tuple(builder, signature.return_type, items)

@@ -14,6 +14,7 @@ So a parallel journal bears evenly and a tilted one on its edge.
 import math
 from typing import NamedTuple
 
+from ...compiled.choosing import turns
 from ...compiled.family import family, kernel
 from ...compiled.vector import dot
 from ...observe.histogram import FORCE, PARTS
@@ -149,7 +150,7 @@ def _where_it_touches_or_is_reached(walls, step, j, wall):
     if touches(step.mode[j + wall]):
         return True
     most = 0.0
-    for i in range(PARTS + 1):
+    for i in turns(PARTS + 1):
         most = max(most, step.course[j + wall, FORCE, i])
     return touches(step.mode[j + 1 - wall]) and most > 0.0
 

@@ -12,6 +12,7 @@ but a bin whose edge an end of the arc passes within a step gets a little more o
 import math
 from typing import NamedTuple
 
+from ...compiled.choosing import turns
 from ...compiled.family import inlined, kernel
 from ...observe.histogram import FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from ..nearest import surfaces_of
@@ -62,7 +63,7 @@ def arc_at(joint, room, share):
 def sum_over_force(joint, arc):
     """Return the pressure summed up over an Arc, whatever its direction, over its resultant (Lobatto's rule)."""
     along, across, reach = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
-    for i in range(POINTS):
+    for i in turns(POINTS):
         psi = arc.start + reach * (1.0 + PLACES[i])
         f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.turned)
         along += WEIGHTS[i] * f * math.cos(psi)
@@ -106,7 +107,7 @@ def enter_arc(joint, arc, body, area, bins):
 @enter_span.member(WornOnBed)
 def _over_the_arc(joint, room, length, span, bins):
     reach = 0.5 * (span[1] - span[0])
-    for i in range(POINTS):
+    for i in turns(POINTS):
         share = span[0] + reach * (1.0 + PLACES[i])
         arc = arc_at(joint, room, share)
         if arc.total > 0.0:

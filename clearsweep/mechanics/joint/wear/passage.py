@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled.choosing import turns
 from ...compiled.family import inlined, kernel
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from .contract import (
@@ -126,7 +127,7 @@ def see_points(joint, room, length, low, high):
     """
     middle, reach, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
     on_bearing, on_journal = length * reach / joint.bearing_radius, length * reach / joint.journal_radius
-    for i in range(POINTS):
+    for i in turns(POINTS):
         x = middle + reach * PLACES[i]
         rubbing = rubbing_at(joint, room, x)
         bearing, journal = wear_rate(joint.wear, rubbing)
@@ -173,14 +174,14 @@ def within(joint, room, edge, width):
 
     Without a choice between them the compiler works on all points at once.
     """
-    for i in range(POINTS):
+    for i in turns(POINTS):
         half = room[HALF * POINTS + i]
         inverse = 1.0 / half
         x = (edge - room[MIDDLE * POINTS + i]) * inverse
-        for k in range(BLOCK):
+        for k in turns(BLOCK):
             share = share_before(joint.wear.pressure, x + k * (width * inverse), half)
             room[(TERM + k) * POINTS + i] = room[AREA * POINTS + i] * share
-    for k in range(BLOCK):
+    for k in turns(BLOCK):
         room[WORN * POINTS + k] = summed(room, TERM + k)
 
 
@@ -201,15 +202,15 @@ def find_passing(room, end, edge, width, count):
     counts by its square at most, as the load begins with nothing.
     """
     row = START if end < 0.0 else STOP
-    for i in range(POINTS):
+    for i in turns(POINTS):
         before = max(i - 1, 0)
         way = room[row * POINTS + i] - room[row * POINTS + before]
         room[END * POINTS + i] = room[row * POINTS + before]
         room[PER_WAY * POINTS + i] = (PLACES[i] - PLACES[before]) / way if way != 0.0 else 0.0
         room[END_COURSE * POINTS + i] = room[COURSE * POINTS + i] + end * room[HALF_COURSE * POINTS + i]
-    for i in range(POINTS):
+    for i in turns(POINTS):
         room[END_SLOPE * POINTS + i] = (i + 1.0) * room[END_COURSE * POINTS + i + 1] if i < POINTS - 1 else 0.0
-    for k in range(count):
+    for k in turns(count):
         angle, x = edge + k * width, PLACES[0]
         for i in range(1, POINTS):
             way = (angle - room[END * POINTS + i]) * room[PER_WAY * POINTS + i]
@@ -228,17 +229,17 @@ def crossed(joint, room, end, edge, width):
     row, pressure = START if end < 0.0 else STOP, joint.wear.pressure
     rises = room[row * POINTS + POINTS - 1] > room[row * POINTS]
     far = -1.0 if rises == (end < 0.0) else 1.0  # where the edge lies within the arc, from the passing on
-    for k in range(POINTS):
+    for k in turns(POINTS):
         room[WORN * POINTS + k] = 0.0
-    for j in range(SOFT_NODES.size):
-        for k in range(POINTS):
+    for j in turns(SOFT_NODES.size):
+        for k in turns(POINTS):
             x = room[PASSING * POINTS + k] + (far - room[PASSING * POINTS + k]) * SOFT_NODES[j]
             offset = edge + k * width - value(room, COURSE, x)
             half = max(value(room, HALF_COURSE, x), FAINT)
             share = share_before(pressure, -end * offset / half, half)
             room[WORN * POINTS + k] += SOFT_WEIGHTS[j] * value(room, RATE, x) * share
     all_of_it = summed(room, AREA) if end > 0.0 else 0.0
-    for k in range(POINTS):
+    for k in turns(POINTS):
         length = abs(far - room[PASSING * POINTS + k])
         room[WORN * POINTS + k] = all_of_it - end * length * room[WORN * POINTS + k]
 
@@ -270,7 +271,7 @@ def piece(joint, room, edge, side, span):
     low, length = span[0], span[1] - span[0]
     if side < 0 or length <= 0.0:
         return 0.0
-    for i in range(POINTS):
+    for i in turns(POINTS):
         place = low + length * SOFT_NODES[i]
         share = 1.0
         if side == 0:
@@ -316,7 +317,7 @@ def edges_of(pressure, room, width):
     """Return numbers of edges: the last before the arc, Edges, the last that the arc meets; `width` (rad) apart."""
     (first, start), (stop, last) = reach_of(room, START), reach_of(room, STOP)
     near, near_start, near_stop = 1.0 - smooth_within(pressure), start, stop
-    for i in range(POINTS):
+    for i in turns(POINTS):
         margin = near * room[HALF * POINTS + i]
         near_start = max(near_start, room[START * POINTS + i] + margin)
         near_stop = min(near_stop, room[STOP * POINTS + i] - margin)
@@ -385,7 +386,7 @@ def enter_wear(joint, room, course, length, bins):
     speed is read; bins : of both bodies.
     """
     low = 0.0
-    for i in range(PARTS + 1):
+    for i in turns(PARTS + 1):
         high = 1.0
         if i < PARTS:
             a, b = course[SLIP_COURSE, i], course[SLIP_COURSE, i + 1]

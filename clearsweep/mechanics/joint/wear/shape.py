@@ -24,6 +24,7 @@ from ...compiled.direction import SHIFT
 from ...compiled.dual import chained, plain
 from ...compiled.family import inlined
 from ...compiled.held import held, item_of
+from ...compiled.lanes import bits_of
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -100,7 +101,7 @@ def shape_of(spline: "CubicSpline") -> Shape:
 def within_piece(place):
     """Return the share of its piece that lies before a `place`, counted in pieces, and where its numbers begin."""
     shifted = (place - 0.5) + SHIFT  # rounded to a whole number, which its last bits then hold
-    return place - (shifted - SHIFT), (np.float64(shifted).view(np.int64) & (PLACES - 1)) * NUMBERS
+    return place - (shifted - SHIFT), (bits_of(shifted) & (PLACES - 1)) * NUMBERS
 
 
 @inlined

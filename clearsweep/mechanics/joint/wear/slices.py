@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled.choosing import turns
 from ...compiled.family import family, kernel
 from ...compiled.vector import along, cross, dot
 from ...observe.between import BETWEEN
@@ -119,7 +120,7 @@ def slice_of(joint, strips, low, high):
     """
     course, work, load = strips.course, 0.0, 0.0
     share = cover = depth = begin = 0.0
-    for i in range(PARTS + 1):
+    for i in turns(PARTS + 1):
         weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
         weight *= max(course[KAPPA_COURSE, i] * course[FORCE, i] * abs(course[SLIP_COURSE, i]), 0.0)
         if weight <= 0.0:
@@ -146,7 +147,7 @@ def slice_of(joint, strips, low, high):
 def note_edges(joint, step, strips, account):
     """Enter how hard a wall contact is pressed, and how fast it is rubbed, at even places of the step."""
     law, course = joint.wear, strips.course
-    for i in range(PARTS + 1):
+    for i in turns(PARTS + 1):
         strip, deep = _strip_at(joint, strips, i)
         load, slip = max(course[FORCE, i], 0.0), course[SLIP_COURSE, i]
         loads = loads_along(joint.walls, joint, strip, deep, load)
@@ -192,7 +193,7 @@ def enter_along(depths, factor, bins, lies):
     while first < last:
         until = last if row == lies.rows - 1 else min(last, row + 1.0)
         part, start = factor * (until - first), bins.first + row * bins.count
-        for k in range(bins.count):
+        for k in turns(bins.count):
             bins.depths[start + k] += part * depths[k]
         first, row = until, row + 1
 
@@ -223,14 +224,14 @@ def fit_strip(joint, c, step):
         without_leaps(angles)
         for side in range(2):
             slope = 0.0
-            for i in range(BETWEEN + 2):
+            for i in turns(BETWEEN + 2):
                 slope += END_SLOPES[side, i] * angles[i]
             angles[ANGLES - 2 + side] = slope
     fit_places(step, c)
     longest = 0.0
-    for i in range(PARTS + 1):
+    for i in turns(PARTS + 1):
         at[LEAN, i] = at[REACH, i] = 0.0
-        for k in range(BETWEEN + 2):
+        for k in turns(BETWEEN + 2):
             at[LEAN, i] += EVENLY[i, k] * seen[LEAN, k]
             at[REACH, i] += EVENLY[i, k] * seen[REACH, k]
         at[REACH, i] = max(at[REACH, i], 0.0)
@@ -243,9 +244,9 @@ def fit_strip(joint, c, step):
 @kernel
 def fit_depth(strips, room, share):
     """Put the coefficients of the strip's largest depth, times a share of it, into `room`."""
-    for i in range(POINTS):
+    for i in turns(POINTS):
         total = 0.0
-        for k in range(PARTS + 1):
+        for k in turns(PARTS + 1):
             total += FIT[k, i] * strips.at[MAX_DEPTH, k]
         room[DEPTH_COURSE * POINTS + i] = share * total
 
@@ -323,7 +324,7 @@ def enter_group(joint, end, c, shared, strips, group):
             far = near + way * part.cover
             factor = part.share * whole.cover / (part.cover * whole.share)
             enter_along(depths, factor, bins, Lies(min(near, far), max(near, far), half, rows))
-        for k in range(count):
+        for k in turns(count):
             depths[k] = 0.0
 
 

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
 
+from ...compiled.choosing import turns
 from ...compiled.family import Entry, entry, family, in_lane, kernel, map_joints, shaped
 from ...mechanism.contract import body_angles, gaps, place
 from ...observe.between import BETWEEN
@@ -147,10 +147,10 @@ _see_each = map_joints(_see, _after)
 def fit_courses(step, j, length):
     """Put the coefficients of the courses of contact `j`, its forces over this length, into `step.room`."""
     room, course, per_length = step.room, step.course[j], 1.0 / length
-    for i in range(POINTS):
-        for row in range(COURSES):
+    for i in turns(POINTS):
+        for row in turns(COURSES):
             total = 0.0
-            for k in range(PARTS + 1):
+            for k in turns(PARTS + 1):
                 total += FIT[k, i] * course[row, k]
             room[row * POINTS + i] = total * per_length if row in (FORCE, RUBBED_COURSE) else total
 
@@ -167,10 +167,10 @@ def without_leaps(angles):
 def fit_places(step, j):
     """Put the coefficients of the courses of where contact `j` is into `step.room`."""
     room, places = step.room, step.places[j]
-    for i in range(POINTS):
-        for row in range(WHERE):
+    for i in turns(POINTS):
+        for row in turns(WHERE):
             total = 0.0
-            for k in range(ANGLES):
+            for k in turns(ANGLES):
                 total += FROM_ANGLES[k, i] * places[row, k]
             room[(ON_BEARING + row) * POINTS + i] = total
 
@@ -182,7 +182,7 @@ def note_way(step, j, account):
     Simpson's rule over the course of the sliding speed.
     """
     room, course, way = step.room, step.course[j], 0.0
-    for i in range(PARTS + 1):
+    for i in turns(PARTS + 1):
         weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
         way += weight * course[KAPPA_COURSE, i] * abs(course[SLIP_COURSE, i])
     way *= step.length / (3.0 * PARTS)
@@ -207,7 +207,7 @@ def _on_circles(joint, step, j, place):
 def note_pressure(joint, step, j, account):
     """Enter how hard the bearing of joint `j` is pressed, and how fast it is rubbed, at even places of the step."""
     course = step.course[j]
-    for i in range(PARTS + 1):
+    for i in turns(PARTS + 1):
         mean, peak = pressure_on(joint, step, j, i)
         slip, share = abs(course[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
         time = share * step.length * course[KAPPA_COURSE, i]
@@ -291,7 +291,7 @@ def _look(scene, y, quarter, step):
 
 
 def wear_entry(scene, y, end, between, mode, course, length, room, depths, account, stride):
-    """Enter the wear of a step; bare pointers as in `rates.rates_entry`.
+    """Enter the wear of a step; from bare pointers; `scene` points at the Scene.
 
     between : (BETWEEN, 2 coordinates + 1) the state within the step; length : its length; room : as of room_of.
     """
@@ -327,6 +327,4 @@ def room_of(contacts, stride):
 
 def wear_of(scene, parameters) -> Entry:
     """Return the Entry that computes the wear of `scene`."""
-    number = types.float64
-    arrays = (number, number, number, types.int64, number, number, number, number, number)
-    return entry(wear_entry, scene, arrays, parameters)
+    return entry(wear_entry, scene, "fffifffff", parameters)

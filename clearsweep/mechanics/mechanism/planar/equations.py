@@ -8,11 +8,9 @@ import functools
 import linecache
 from collections.abc import Callable
 
-from numba.extending import overload
-
 from ...compiled import calculus
-from ...compiled.dual import Dual, DualType, as_type_of, plain, value
-from ...compiled.family import OPTIONS, inlined, kernel
+from ...compiled.dual import Dual, as_type_of, plain, value
+from ...compiled.family import inlined, kernel
 from ...joint.dry import Gap
 from ...joint.friction.contract import friction_force
 from ...joint.guide import GuideGap
@@ -40,10 +38,7 @@ def written(name: str) -> Callable:
     def dispatch(mechanism, *rest):
         return _functions(kinds_of(mechanism))[name](mechanism, *rest)
 
-    def select(mechanism, *rest):
-        return _functions(kinds_of(mechanism))[name]
-
-    overload(dispatch, strict=False, jit_options=dict(OPTIONS, forceinline=True))(select)
+    dispatch.body_of = functools.partial(function_of, name=name)
     return dispatch
 
 
@@ -82,14 +77,10 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
 def _again(take: Callable) -> Callable:
     """Return `take`, one step of Newton's method, for numbers differentiated twice; others need no further one."""
 
+    @kernel
     def again(mechanism, known, bound):
         return take(mechanism, known, bound) if any(isinstance(value(x), Dual) for x in bound) else bound
 
-    def select(mechanism, known, bound):
-        twice = any(isinstance(getattr(x, "part", None), DualType) for x in bound.types)
-        return take if twice else lambda mechanism, known, bound: bound
-
-    overload(again, strict=False, jit_options=dict(OPTIONS))(select)
     return again
 
 

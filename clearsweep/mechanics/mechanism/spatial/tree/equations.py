@@ -4,10 +4,7 @@ import functools
 import linecache
 from collections.abc import Callable
 
-from numba.extending import overload
-
 from ....compiled import attitude, calculus, vector
-from ....compiled.family import OPTIONS
 from ....joint.spatial import SpatialGap
 from ...contract import Motion
 from ...planar.anatomy import kinds_of
@@ -20,13 +17,13 @@ from .places import across, describe, energy, gaps, output, place
 def written(name: str) -> Callable:
     """Return the function called `name` of whatever type of tree it is called with first."""
 
-    def dispatch(mechanism, *rest):
-        return _functions(kinds_of(mechanism))[name](mechanism, *rest)
-
-    def select(mechanism, *rest):
+    def body_of(mechanism):
         return _functions(kinds_of(mechanism))[name]
 
-    overload(dispatch, strict=False, jit_options=dict(OPTIONS, forceinline=True))(select)
+    def dispatch(mechanism, *rest):
+        return body_of(mechanism)(mechanism, *rest)
+
+    dispatch.body_of = body_of
     return dispatch
 
 

@@ -1,0 +1,141 @@
+"""Machine code of what was traced: optimised, kept as plain objects, loaded."""
+
+import contextlib
+import functools
+import hashlib
+import platform
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+
+from ..compiled import cache
+from . import interpreter, symbols
+from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, NotTraceable, Trace, View, Whole
+
+#: Levels of processors for which code is made, the best first, and what a processor of each can do.
+LEVELS = {
+    "x86-64-v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
+    "x86-64-v3": ("avx2", "fma", "bmi", "bmi2", "f16c", "lzcnt", "movbe"),
+}
+
+
+@functools.cache
+def level() -> str:
+    """Return the level of this machine's processor; its own name where it is below all levels or of another kind."""
+    if platform.machine().lower() in ("x86_64", "amd64"):
+        has = llvm.get_host_cpu_features()
+        needed: tuple[str, ...] = ()
+        for name, features in reversed(LEVELS.items()):
+            needed += features
+            if not all(has.get(feature) for feature in needed):
+                break
+            best = name
+        else:
+            return best
+        if needed != LEVELS["x86-64-v3"]:
+            return best
+    return str(llvm.get_host_cpu_name())
+
+
+@functools.cache
+def _machine() -> Any:
+    """Return what makes machine code for this machine's level."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    target, features = llvm.Target.from_default_triple(), ""
+    if level() not in LEVELS:
+        features = llvm.get_host_cpu_features().flatten()
+    return target.create_target_machine(cpu=level(), features=features, opt=3, reloc="pic", codemodel="small")
+
+
+def traced(function: Callable, scene: Any, items: str, *, width: int = 1, spread: bool = False) -> ir.Module:
+    """Return the module of `function(scene pointer, *arrays, integer)`.
+
+    items : of the arrays, 'f' for float64, 'i' for int64; width : of the numbers; spread : those of the scene lie WIDTH
+    apart.
+    """
+    hand = Trace(width)
+    hand.module.triple = llvm.get_process_triple()
+    kinds = [ADDRESS] * (1 + len(items)) + [WHOLE]
+    entry = ir.Function(hand.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
+    hand.builder = ir.IRBuilder(entry.append_basic_block())
+    symbols._IN_HAND.append(hand)
+    try:
+        step = WIDTH if spread else 1
+        numbers = View(entry.args[0], DOUBLE, (1 << 30,), (step,), width)
+        count = sum(1 for _ in symbols.leaves(scene))
+        value = symbols.rebuilt(scene, iter([numbers[i] for i in range(count)]))
+        arrays = [Bare(arg, DOUBLE if item == "f" else WHOLE) for arg, item in zip(entry.args[1:-1], items, strict=True)]
+        interpreter.run(function, (value,), *arrays, Whole(entry.args[-1]))
+        hand.builder.ret_void()
+    finally:
+        symbols._IN_HAND.pop()
+    return hand.module
+
+
+class Bare:
+    """A pointer of which nothing but the kind of its items is known."""
+
+    def __init__(self, base: Any, item: Any):
+        self.base, self.item = base, item
+
+
+def optimised(module: ir.Module) -> Any:
+    """Return the module as LLVM has it, optimised."""
+    parsed = llvm.parse_assembly(str(module))
+    parsed.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    passes = llvm.create_pass_builder(_machine(), options)
+    passes.getModulePassManager().run(parsed, passes)
+    return parsed
+
+
+def object_of(module: ir.Module) -> bytes:
+    """Return a module as a plain object."""
+    return _machine().emit_object(optimised(module))
+
+
+class Code(NamedTuple):
+    """Machine code in memory."""
+
+    address: int
+    engine: Any  # in which it lives
+
+
+def loaded(content: bytes) -> Code:
+    """Return the machine code of an object."""
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(content))
+    engine.finalize_object()
+    return Code(engine.get_function_address("entry"), engine)
+
+
+def compiled(
+    function: Callable, scene: Any, kinds: tuple, items: str, *, width: int = 1, in_lanes: bool = False
+) -> Code | None:
+    """Return the machine code of `function` for scenes of these kinds, made or as it is kept; see `traced`.
+
+    None where it cannot be made for numbers in lanes.
+    """
+    told = f"{function.__module__}.{function.__qualname__} {_text(kinds)} {items} {width} {in_lanes} {level()}"
+    name = f"{function.__name__}-{hashlib.sha256(told.encode()).hexdigest()[:32]}.o"
+    content = cache.kept(name)
+    if content is None:
+        with contextlib.nullcontext():
+            try:
+                content = object_of(traced(function, scene, items, width=width, spread=in_lanes))
+            except NotTraceable:
+                if width == 1:
+                    raise
+                content = b""
+        cache.keep(name, content)
+    return loaded(content) if content else None
+
+
+def _text(kinds: Any) -> str:
+    """Return nested tuples of types as a text that is the same in every process."""
+    if isinstance(kinds, tuple):
+        return f"({' '.join(map(_text, kinds))})"
+    return f"{kinds.__module__}.{kinds.__qualname__}"
