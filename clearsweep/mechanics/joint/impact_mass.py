@@ -1,14 +1,34 @@
 """The mass that takes part in an impact at a contact, told to the laws that ask for it."""
 
+from ..compiled.choosing import nowhere
 from ..compiled.dual import as_type_of
 from ..compiled.family import family, inlined, kernel, map_joints
 from ..mechanism.contract import gaps, impact_masses, place
-from .contract import every_part
+from .contract import every_part, touches
 from .dry import Joint
-from .loss.contract import with_mass
+from .loss.contract import awaits_mass, with_mass
 from .lubricated import Lubricated
-from .places import after_number
+from .places import after_joint, after_number, as_it_is, first_place
 from .worn import WornJoint, WornOnBed, with_laws
+
+
+@family
+def _awaits(joint, gap, place, present):
+    """Return whether the law of a joint needs the mass as things are."""
+
+
+@_awaits.member(None)
+def _never(joint, gap, place, present):
+    return False
+
+
+@_awaits.member(Joint)
+@_awaits.member(Lubricated)
+@_awaits.member(WornJoint)
+@_awaits.member(WornOnBed)
+def _law_awaits(joint, gap, place, present):
+    law = as_it_is(joint.law, present.y, present.latched, place)
+    return touches(present.mode[place.contact]) and awaits_mass(law)
 
 
 @family
@@ -61,6 +81,11 @@ def _with_its_dry_law(joint, mass, place, shared):
 
 
 @inlined
+def _asks(joint, gap, place, present):
+    return _awaits(joint, gap, place, present)
+
+
+@inlined
 def _told(joint, mass, place, shared):
     return _tell(joint, mass, place, shared)
 
@@ -70,13 +95,26 @@ def _like(mass, gap, place, shared):
     return as_type_of(mass, gap.x)
 
 
+@inlined
+def _none(gap, _, place, shared):
+    return as_type_of(0.0, gap.x)
+
+
+_ask_all = map_joints(_asks, after_joint)
 _tell_all = map_joints(_told, after_number)
 _all_like = map_joints(_like, after_number)
+_none_known = map_joints(_none, after_number)
 
 
 @inlined
 def _joints_told(scene, pose, relative, present):
-    return _tell_all(scene.joints, _all_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0), 0, 0)
+    asked = False
+    for asks in _ask_all(scene.joints, relative, first_place(scene.joints, present.roots), present):
+        asked = asked | asks
+    if nowhere(asked):
+        return _tell_all(scene.joints, _none_known(relative, relative, 0, 0), 0, 0)
+    masses = _all_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0)
+    return _tell_all(scene.joints, masses, 0, 0)
 
 
 @inlined

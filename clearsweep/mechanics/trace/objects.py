@@ -39,9 +39,8 @@ def level() -> str:
     return str(llvm.get_host_cpu_name())
 
 
-@functools.cache
 def _machine() -> Any:
-    """Return what makes machine code for this machine's level."""
+    """Return what makes machine code for this machine's level: a new one, as an engine takes its own with it."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     target, features = llvm.Target.from_default_triple(), ""
