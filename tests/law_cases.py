@@ -3,7 +3,6 @@
 import functools
 import math
 
-import numba
 import numpy as np
 import pint
 import pytest
@@ -14,6 +13,7 @@ from clearsweep.mechanics.joint.describe import REFERENCE
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
+from clearsweep.mechanics.trace.objects import machine_code
 
 ASKED = (0.10, 0.20, 0.30, 0.40, 0.50, 0.60, 0.70, 0.80, 0.90, 0.95, 0.99)
 SAMPLES = {
@@ -136,22 +136,22 @@ def in_millimetres(section):
     return resolved(scaled(section))
 
 
-@numba.njit(error_model="numpy", cache=True)
+_elastic, _contact, _friction = map(machine_code, (elastic_force, contact_force, friction_force))
+
+
 def compiled_elastic(term, pens):
     """Return the elastic forces of compiled code."""
-    return np.array([elastic_force(term, pen) for pen in pens])
+    return np.array([_elastic(term, float(pen)) for pen in pens])
 
 
-@numba.njit(error_model="numpy", cache=True)
 def compiled_contact(law, term, pen, rates, onset_rate):
     """Return the forces of compiled code over the rates."""
-    return np.array([contact_force(law, term, pen, rate, onset_rate)[0] for rate in rates])
+    return np.array([_contact(law, term, float(pen), float(rate), float(onset_rate))[0] for rate in rates])
 
 
-@numba.njit(error_model="numpy", cache=True)
 def compiled_friction(term, normal, slips):
     """Return the tangential forces of compiled code."""
-    return np.array([friction_force(term, normal, slip) for slip in slips])
+    return np.array([_friction(term, float(normal), float(slip)) for slip in slips])
 
 
 def all_finite(values):

@@ -4,14 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from numba import njit
 
 from clearsweep.mechanics.compiled.direction import LARGEST, direction
+from clearsweep.mechanics.trace.objects import machine_code
 
-
-@njit(cache=True)
-def compiled(angle):
-    return direction(angle)
+compiled = machine_code(direction)
 
 
 @pytest.mark.parametrize("function", [direction, compiled])

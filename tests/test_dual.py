@@ -3,7 +3,6 @@
 import math
 
 import law_cases
-import numba
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
@@ -19,6 +18,7 @@ from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.rates import slopes_of
 from clearsweep.mechanics.solver import event, newton
+from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import start_of
 
@@ -47,19 +47,19 @@ def differences(function, x, size):
     return table[4][4]
 
 
-@numba.njit(error_model="numpy", cache=True)
+@machine_code
 def slope_of_elastic(term, pen):
     return slope(elastic_force(term, Dual(pen, 1.0)))
 
 
-@numba.njit(error_model="numpy", cache=True)
+@machine_code
 def slopes_of_contact(law, term, pen, rate, onset):
     by_pen = contact_force(law, term, Dual(pen, 1.0), Dual(rate, 0.0), onset)[0]
     by_rate = contact_force(law, term, Dual(pen, 0.0), Dual(rate, 1.0), onset)[0]
     return slope(by_pen), slope(by_rate)
 
 
-@numba.njit(error_model="numpy", cache=True)
+@machine_code
 def slopes_of_friction(term, normal, slip):
     by_slip, by_normal = Dual(slip, 1.0), Dual(normal, 1.0)
     return slope(friction_force(term, normal, by_slip)), slope(friction_force(term, by_normal, slip))
@@ -93,12 +93,10 @@ def test_derivatives_of_every_friction_law_are_exact(name, slip):
     assert by_slip == pytest.approx(expected, rel=1e-7, abs=1e-6)
 
 
-@numba.njit(error_model="numpy", cache=True)
 def evaluate(work, y):
     event.evaluate(pointer_to(work), y, 0)
 
 
-@numba.njit(error_model="numpy", cache=True)
 def differentiate(work, y):
     newton.differentiate(pointer_to(work), y, 0)
 
@@ -154,7 +152,7 @@ def jacobian_error(names, friction, state=None):
     return np.max(np.abs(jacobian - expected) / np.where(largest > 0.0, largest, 1.0))  # some numbers keep still
 
 
-@numba.njit(error_model="numpy", cache=True)
+@machine_code
 def mixed(y, direction):
     z = Seeded(y, direction)
     total = 0.0
@@ -169,7 +167,7 @@ def mixed(y, direction):
 def test_compiled_and_uncompiled_arithmetic_is_the_same():
     for y in (np.array([0.7, -0.3, 1.9]), np.array([0.2, 0.3, 1.9]), np.array([0.3, -0.4, 0.6])):
         for direction in range(3):
-            assert mixed(y, direction) == pytest.approx(mixed.py_func(y, direction), rel=1e-15)
+            assert mixed(y, direction) == pytest.approx(mixed.__wrapped__(y, direction), rel=1e-15)
 
 
 @kernel
@@ -177,12 +175,12 @@ def curve(x):
     return calculus.sqrt(1.0 + x * x) * calculus.sin(3.0 * x) / (2.0 - x) + abs(x) ** 3
 
 
-@numba.njit(error_model="numpy")
+@machine_code
 def first_derivative(x):
     return slope(curve(Dual(x, 1.0)))
 
 
-@numba.njit(error_model="numpy")
+@machine_code
 def second_derivative(x):
     return slope(slope(curve(Dual(Dual(x, 1.0), 1.0))))
 

@@ -6,7 +6,6 @@ import subprocess
 import sys
 from itertools import repeat
 
-import numba
 import numpy as np
 import pytest
 from law_cases import (
@@ -28,12 +27,13 @@ from scipy.special import lambertw
 
 import clearsweep
 from clearsweep import InputError, simulation
-from clearsweep.mechanics import rates
+from clearsweep.mechanics import attempt
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
 from clearsweep.mechanics.joint.places import with_internal_state
 from clearsweep.mechanics.mechanism import MECHANISMS
+from clearsweep.mechanics.trace import objects
 
 LAWS = names("law")
 YIELDING = [name for name in LAWS if RECIPES["law", name].make(joint(name))._field_defaults]
@@ -374,8 +374,7 @@ def code_of(**contact):
     """Return the compiled code of the right-hand side of a slider-crank with this contact, as text."""
     case = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})
     made = clearsweep.load_case(case)
-    pointers = (numba.types.CPointer(item) for item in (numba.typeof(made.value), *rates.RATES_ARRAYS))
-    return numba.cfunc(numba.types.void(*pointers, numba.types.int64))(rates.rates_entry).inspect_llvm()
+    return str(objects.optimised(objects.traced(attempt.attempt_entry, made.value, attempt.ARRAYS)))
 
 
 @pytest.mark.heavy

@@ -10,8 +10,9 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics import rates
+from clearsweep.mechanics import attempt
 from clearsweep.mechanics.compiled import family
+from clearsweep.mechanics.trace import objects
 from clearsweep.simulation.run import integrated
 
 pytestmark = pytest.mark.heavy
@@ -28,8 +29,7 @@ def scene(**changes):
 
 def code_of(made):
     """Return the compiled code of the right-hand side of a scene, as text."""
-    pointers = (numba.types.CPointer(item) for item in (numba.typeof(made.value), *rates.RATES_ARRAYS))
-    return numba.cfunc(numba.types.void(*pointers, numba.types.int64))(rates.rates_entry).inspect_llvm()
+    return str(objects.optimised(objects.traced(attempt.attempt_entry, made.value, attempt.ARRAYS)))
 
 
 def test_a_frictionless_scene_compiles_no_friction():

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from clearsweep.mechanics.carried import OF_MECHANISMS, branches, carried
 from mechanism_cases import slider_crank
 from numba import typeof
 
 import clearsweep
 from clearsweep import simulation
-from clearsweep.mechanics.carried import OF_MECHANISMS, branches, carried
 from clearsweep.mechanics.compiled.family import NO_ENTRY, empty_entries
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.friction.sliding import Ambrosio, Threlfall

@@ -241,8 +241,11 @@ def entry(function, scene, arrays, parameters, *, in_lanes=False, width=1):
 
 def invoke(code, parameters, arrays, integer):
     """Call the code behind an Entry with a tuple of arrays and an integer."""
-    function, known_by = _PLAIN[code]
-    function((_SCENES[known_by],), *arrays, integer)
+    if code in _PLAIN:
+        function, known_by = _PLAIN[code]
+        function((_SCENES[known_by],), *arrays, integer)
+    else:
+        objects.function_at(code, len(arrays))(parameters, *(array.ctypes.data for array in arrays), integer)
 
 
 @intrinsic
@@ -306,13 +309,9 @@ def in_lane(array, shape):
     return array
 
 
-@interpreter.primitive(shaped)
-def _view(array, shape):
-    steps = tuple(math.prod(shape[axis + 1 :]) for axis in range(len(shape)))
-    return symbols.View(array.base, array.item, tuple(shape), steps)
+interpreter.primitive(shaped)(symbols.viewed)
 
 
 @interpreter.primitive(in_lane)
-def _lane(array, shape):
-    steps = tuple(WIDTH * math.prod(shape[axis + 1 :]) for axis in range(len(shape)))
-    return symbols.View(array.base, array.item, tuple(shape), steps, symbols.trace().width)
+def _view(array, shape):
+    return symbols.viewed(array, shape, WIDTH, symbols.trace().width)

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ..compiled.choosing import where
 from ..compiled.family import inlined, kernel
@@ -100,20 +99,20 @@ def add_course(histogram, j, course, duration):
             histogram[j, there, 1] -= part.density
 
 
-@njit(error_model="numpy", cache=True)
-def force_exceeded(histogram, duration):
+def force_exceeded(histogram: np.ndarray, duration: float) -> float:
     """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that.
 
     histogram : (up to BINS, 2), of the Tally; bins that are left out have seen nothing.
     """
-    above, density = 0.0, 0.0  # time at a force of this bin or higher; of the ramps that pass through it
-    for place in range(histogram.shape[0] - 1, -1, -1):
-        density -= histogram[place, 1]
-        spent = histogram[place, 0] + density * WIDTHS[place]
-        above += spent
-        if above >= duration and spent > 0.0:
-            return EDGES[place] + (above - duration) / spent * WIDTHS[place]
-    return 0.0
+    time, change = histogram[::-1].T
+    widths, edges = WIDTHS[: time.size][::-1], EDGES[: time.size][::-1]
+    spent = time - np.cumsum(change) * widths
+    above = np.cumsum(spent)  # at a force of this bin or higher
+    found = np.flatnonzero((above >= duration) & (spent > 0.0))
+    if not found.size:
+        return 0.0
+    place = found[0]
+    return float(edges[place] + (above[place] - duration) / spent[place] * widths[place])
 
 
 def time_above(force: float, filled: np.ndarray) -> float:

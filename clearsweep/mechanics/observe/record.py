@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ..compiled.family import invoke, kernel, pointer_to
 from ..solver.dop853 import dense_component, dense_state
@@ -63,11 +62,9 @@ def write_samples(at):
     work.counts[SAMPLES] = i
 
 
-@njit(error_model="numpy", cache=True)
 def sample_states(work, states, out):
     """Put the time histories' values at `states` (states, n) into `out` (states, channels); forces are not meant."""
     at = pointer_to(work)
     for i in range(states.shape[0]):
-        for c in range(work.z.size):
-            work.z[c] = states[i, c]
+        work.z[:] = states[i]
         write_sample(at, work.z, out[i])

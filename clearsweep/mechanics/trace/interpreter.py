@@ -48,7 +48,17 @@ def traceable(function: Any, how: str = INSIDE) -> Any:
     return function
 
 
+LANES = "lanes "  # names of variables that hold in which lanes a function, a loop or its turn goes on
+RETURNED = "returned "  # name of the variable that holds what was returned in lanes that go on no more
 _NUMBERS = itertools.count()  # of activations
+
+
+class _Returns(Exception):  # noqa: N818 - it is no error: the loop is emitted anew
+    """A loop returns a value in some lanes, for which there is to be a variable when it begins."""
+
+    def __init__(self, value: Any):
+        super().__init__()
+        self.value = value
 
 
 class _Loop(NamedTuple):
@@ -61,7 +71,7 @@ class _Loop(NamedTuple):
 class _Activation:
     """A function at work."""
 
-    __slots__ = ("free", "function", "loops", "names", "node", "number", "returns")
+    __slots__ = ("asked_by", "free", "function", "loops", "mask", "names", "node", "number", "returns")
 
     def __init__(self, function: Any, names: dict[str, Any], free: dict[str, Any]):
         self.function, self.names, self.free = function, names, free
@@ -69,6 +79,23 @@ class _Activation:
         self.loops: list[_Loop] = []
         self.node: Any = None
         self.number = next(_NUMBERS)
+        self.mask: Any = None  # in which lanes a statement is to do something; None: in all
+        self.asked_by: Any = trace().lanes()  # in which lanes the function is wanted
+
+    def lanes(self) -> Any:
+        """Return in which lanes a statement does something, as far as this function decides; None: in all."""
+        found = self.mask
+        for name, there in self.names.items():
+            if name.startswith(LANES):
+                found = there if found is None else symbols.both(found, there)
+        return found
+
+    def lanes_in_all(self) -> Any:
+        """Return the same, as all functions at work decide."""
+        found = self.lanes()
+        if found is None or self.asked_by is None:
+            return self.asked_by if found is None else found
+        return symbols.both(self.asked_by, found)
 
     def look_up(self, name: str) -> Any:
         """Return what a name stands for."""
@@ -111,8 +138,13 @@ def _stored(node: Any) -> tuple[str, ...]:
 
 
 @functools.cache
-def _may_end_early(node: Any) -> bool:
-    return any(isinstance(n, (ast.Break, ast.Return)) for statement in node.body for n in ast.walk(statement))
+def _contains(node: Any, kind: type) -> bool:
+    """Return whether there is a statement of a kind in a loop."""
+    return any(isinstance(n, kind) for statement in node.body for n in ast.walk(statement))
+
+
+def _without(names: dict[str, Any], name: str) -> dict[str, Any]:
+    return {key: value for key, value in names.items() if key != name}
 
 
 def _refusal(activation: _Activation, reason: str) -> NotTraceable:
@@ -133,12 +165,16 @@ def run_bound(function: Any, names: dict[str, Any]) -> Any:
     if function.__closure__:
         free = dict(zip(function.__code__.co_freevars, (c.cell_contents for c in function.__closure__), strict=True))
     at_work = _Activation(function, names, free)
+    hand, asking = trace(), trace().lanes
+    hand.lanes = at_work.lanes_in_all
     try:
         if isinstance(node, ast.Lambda):
             return _Runner(at_work).value(node.body)
         runner = _Runner(at_work)
         if not runner.block(node.body):
-            at_work.returns.append(Path(trace().builder.block, None))
+            runner.leave(None)
+        elif RETURNED in at_work.names and not at_work.returns:
+            runner.leave(at_work.names[RETURNED])
         return joined(at_work.returns)
     except NotTraceable as error:
         if str(error).startswith(function.__code__.co_filename) or "cannot be traced" in str(error):
@@ -149,6 +185,8 @@ def run_bound(function: Any, names: dict[str, Any]) -> Any:
             error.traced_at = True  # type: ignore[attr-defined]
             error.add_note(str(_refusal(at_work, "fails")))
         raise
+    finally:
+        hand.lanes = asking
 
 
 def _bound(function: Any, given: tuple, named: dict[str, Any]) -> dict[str, Any]:
@@ -207,15 +245,16 @@ def _on_its_own(function: Any, given: tuple, named: dict[str, Any]) -> Any:
     hand = trace()
     bound = _bound(function, given, named)
     try:
-        key = (function, *((name, symbols.form_of(value)) for name, value in bound.items()))
+        lanes = hand.lanes()
+        key = (function, lanes is None, *((name, symbols.form_of(value)) for name, value in bound.items()))
         made = hand.functions.get(key, ...)
     except (TypeError, NotTraceable):
         return run(function, *given, **named)
     if made is ...:
-        made = hand.functions[key] = _made(function, bound)
+        made = hand.functions[key] = _made(function, bound, lanes)
     if made is None:
         return run(function, *given, **named)
-    passed = [x for value in bound.values() for x in symbols.passed(value)]
+    passed = [x for value in (lanes, *bound.values()) for x in symbols.passed(value)]
     returned = hand.builder.call(made.code, passed)
     return symbols.changed(
         made.result,
@@ -223,15 +262,17 @@ def _on_its_own(function: Any, given: tuple, named: dict[str, Any]) -> Any:
     )
 
 
-def _made(function: Any, bound: dict[str, Any]) -> _Function | None:
+def _made(function: Any, bound: dict[str, Any], lanes: Any) -> _Function | None:
     """Return the function of machine code for values of these forms, None where it returns arrays."""
-    hand, outside = trace(), trace().builder
-    passed = [x for value in bound.values() for x in symbols.passed(value)]
+    hand, outside, asking = trace(), trace().builder, trace().lanes
+    passed = [x for value in (lanes, *bound.values()) for x in symbols.passed(value)]
     kinds = [x.type for x in passed]
     name = hand.module.get_unique_name(function.__name__)
     begun = symbols.ir.Function(hand.module, symbols.ir.FunctionType(symbols.ir.VoidType(), kinds), name)
     hand.builder = symbols.ir.IRBuilder(begun.append_basic_block())
     arguments = iter(begun.args)
+    asked_for = symbols.received(lanes, arguments)
+    hand.lanes = lambda: asked_for
     inner = {name: symbols.received(value, arguments) for name, value in bound.items()}
     try:
         found = run_bound(function, inner)
@@ -246,7 +287,7 @@ def _made(function: Any, bound: dict[str, Any]) -> _Function | None:
             value = hand.builder.insert_value(value, x.value, place)
         hand.builder.ret(value)
     finally:
-        hand.builder = outside
+        hand.builder, hand.lanes = outside, asking
     kind = symbols.ir.FunctionType(whole, kinds)
     begun.ftype, begun.type = kind, kind.as_pointer()
     begun.return_value = type(begun.return_value)(begun, whole)
@@ -333,6 +374,29 @@ def nowhere(condition: Any) -> Any:
     return _lanes(condition, 0)
 
 
+def _all_lanes(width: int) -> Truth:
+    """Return yes in every lane."""
+    return Truth(symbols.constant(symbols.BIT, True, width), width)
+
+
+def _none(x: Any) -> Any:
+    """Return a value of the kind of a symbol that means nothing; of what is known, itself."""
+    return type(x)(symbols.constant(x.item, 0, x.width), x.width) if is_symbol(x) else x
+
+
+def _blended(lanes: Any, new: Any, old: Any) -> Any:
+    """Return a value in some lanes, that before in the others; the new one where they are of different forms."""
+    if new is old:
+        return new
+    try:
+        new, old = symbols.alike([new, old])
+        pairs = list(zip(symbols.leaves(new), symbols.leaves(old), strict=True))
+        made = [a if a is b else symbols.selected(lanes, a, b) for a, b in pairs]
+    except (NotTraceable, ValueError, TypeError):
+        return new
+    return symbols.rebuilt(new, iter(made))
+
+
 class _Lambda:
     """A function that a body makes."""
 
@@ -416,8 +480,31 @@ class _Runner:
     def do_Return(self, node: Any) -> bool:  # noqa: N802
         """End this path of the function."""
         value = self.value(node.value) if node.value else None
-        self.at.returns.append(Path(trace().builder.block, value))
+        lanes = self.at.lanes()
+        if lanes is None or self.at.mask is None and LANES not in self.at.names and not self.at.loops:
+            self.leave(value)
+        elif self.at.loops and RETURNED not in self.at.names:
+            raise _Returns(value)
+        else:
+            self.keep(RETURNED, value, lanes)
+            self.stop(LANES, lanes)
         return True
+
+    def leave(self, value: Any) -> None:
+        """End this path of the function for all lanes; those that have ended before keep what they returned."""
+        if RETURNED in self.at.names:
+            value = _blended(self.at.names[LANES], value, self.at.names[RETURNED])
+        self.at.returns.append(Path(trace().builder.block, value))
+
+    def keep(self, name: str, value: Any, lanes: Any) -> None:
+        """Give a variable a value in some lanes."""
+        names = self.at.names
+        names[name] = _blended(lanes, value, names[name]) if name in names else value
+
+    def stop(self, name: str, lanes: Any) -> None:
+        """Let some lanes take no further part."""
+        going = self.at.names.get(name, True)
+        self.at.names[name] = symbols.both(going, symbols.opposite(lanes))
 
     def do_Assign(self, node: Any) -> bool:  # noqa: N802
         """Give names, items or places in arrays a value."""
@@ -436,7 +523,7 @@ class _Runner:
         """Change a value in its place."""
         target = node.target
         if isinstance(target, ast.Name):
-            self.at.names[target.id] = self.binary(node.op, self.at.look_up(target.id), self.value(node.value))
+            self.assign(target, self.binary(node.op, self.at.look_up(target.id), self.value(node.value)))
             return False
         holder, index = self.value(target.value), self.index(target.slice)
         old = self.item(holder, index)
@@ -446,7 +533,11 @@ class _Runner:
     def assign(self, target: Any, value: Any) -> None:
         """Give a target a value."""
         if isinstance(target, ast.Name):
-            self.at.names[target.id] = value
+            lanes = self.at.lanes()
+            if lanes is None:
+                self.at.names[target.id] = value
+            else:
+                self.keep(target.id, value, lanes)
         elif isinstance(target, (ast.Tuple, ast.List)):
             items = list(value)
             if len(items) != len(target.elts):
@@ -463,6 +554,8 @@ class _Runner:
         condition = self.answer(node.test)
         if not is_symbol(condition):
             return self.block(node.body if condition else node.orelse)
+        if condition.width > 1:
+            return self.in_some(condition, node)
         builder, hand, before = trace().builder, trace(), self.at.names
         sides = (hand.block(), node.body), (hand.block(), node.orelse)
         builder.cbranch(condition.value, sides[0][0], sides[1][0])
@@ -474,13 +567,33 @@ class _Runner:
                 paths.append(Path(builder.block, self.at.names))
         return self.meet(paths)
 
+    def in_some(self, condition: Truth, node: Any) -> bool:
+        """Run each side of a decision in the lanes that want it, if one does; return whether none goes on."""
+        builder, hand, outer = trace().builder, trace(), self.at.mask
+        ended = []
+        for wanted, statements in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
+            if not statements:
+                ended.append(False)
+                continue
+            self.at.mask = wanted if outer is None else symbols.both(outer, wanted)
+            begin, skip = hand.block(), hand.block()
+            before = dict(self.at.names)
+            builder.cbranch(nowhere(self.at.lanes_in_all()).value, skip, begin)
+            builder.position_at_end(begin)
+            ended.append(self.block(statements))
+            inside = self.at.names
+            for name, value in inside.items():  # what is new has no meaning where no lane wants it
+                if name not in before:
+                    before[name] = _all_lanes(hand.width) if name.startswith(LANES) else symbols.changed(value, _none)
+            self.meet([Path(builder.block, inside), Path(skip, before)])
+            self.at.mask = outer
+        return all(ended)
+
     def answer(self, node: Any) -> Any:
-        """Return whether what an expression is counts as yes; refuse an answer that may differ from lane to lane."""
+        """Return whether what an expression is counts as yes."""
         x = self.value(node)
         if not is_symbol(x):
             return bool(x)
-        if x.width > 1:
-            raise NotTraceable("decides on numbers in lanes")
         return x if isinstance(x, Truth) else symbols.compared("!=", x, 0)
 
     def meet(self, paths: list[Path]) -> bool:
@@ -518,11 +631,19 @@ class _Runner:
 
     def do_Break(self, node: Any) -> bool:  # noqa: N802
         """Leave a loop."""
+        lanes = self.at.lanes()
+        if lanes is not None:
+            self.stop(f"{LANES}of loop {len(self.at.loops)}", lanes)
+            return True
         self.at.loops[-1].breaks.append(Path(trace().builder.block, dict(self.at.names)))
         return True
 
     def do_Continue(self, node: Any) -> bool:  # noqa: N802
         """Leave a turn of a loop."""
+        lanes = self.at.lanes()
+        if lanes is not None:
+            self.stop(f"{LANES}of turn {len(self.at.loops)}", lanes)
+            return True
         self.at.loops[-1].goes_on.append(Path(trace().builder.block, dict(self.at.names)))
         return True
 
@@ -553,19 +674,38 @@ class _Runner:
     def written_out(self, node: Any, turns: list[Any]) -> bool:
         """Run every turn of a loop."""
         inside = _Loop([], [])
+        name = self.begin_loop(node)
         for item in turns:
             self.assign(node.target, item)
             inside.goes_on.clear()
-            self.at.loops.append(inside)
-            ended = self.block(node.body)
-            self.at.loops.pop()
-            paths = list(inside.goes_on)
-            if not ended:
-                paths.append(Path(trace().builder.block, self.at.names))
-            if self.meet(paths):
-                return self.meet(inside.breaks)
+            if self.turn(node, inside):
+                return self.meet([Path(path.block, _without(path.value, name)) for path in inside.breaks])
+        self.at.names.pop(name, None)
         if inside.breaks:
             return self.meet([*inside.breaks, Path(trace().builder.block, self.at.names)])
+        return False
+
+    def begin_loop(self, node: Any) -> str:
+        """Let lanes leave a loop one by one, where it may be left early; return the name of what says which go on."""
+        name = f"{LANES}of loop {len(self.at.loops) + 1}"
+        if trace().width > 1 and (isinstance(node, ast.While) or _contains(node, ast.Break)):
+            self.at.names[name] = _all_lanes(trace().width)
+        return name
+
+    def turn(self, node: Any, inside: _Loop) -> bool:
+        """Run a turn of a loop; return whether none goes on behind it."""
+        self.at.loops.append(inside)
+        name = f"{LANES}of turn {len(self.at.loops)}"
+        if trace().width > 1 and _contains(node, ast.Continue):
+            self.at.names[name] = _all_lanes(trace().width)
+        ended = self.block(node.body)
+        self.at.loops.pop()
+        paths = list(inside.goes_on)
+        if not ended or name in self.at.names or any(x.startswith(LANES) for x in self.at.names):
+            paths.append(Path(trace().builder.block, self.at.names))
+        if self.meet(paths):
+            return True
+        self.at.names.pop(name, None)
         return False
 
     def do_While(self, node: Any) -> bool:  # noqa: N802
@@ -574,9 +714,26 @@ class _Runner:
 
     def loop(self, node: Any, start: Any, stop: Any, step: int) -> bool:
         """Emit a loop; start : None where its condition is that of the node."""
-        carried = [name for name in _stored(node) if name in self.at.names]
+        loop_lanes, begin, depth, mask = self.begin_loop(node), _Mark(), len(self.at.loops), self.at.mask
+        names = dict(self.at.names)
+        try:
+            return self.loop_carried(node, start, stop, step, loop_lanes)
+        except _Returns as found:
+            if depth:
+                raise  # the outermost loop is the one to begin anew
+            begin.back()
+            del self.at.loops[depth:]
+            self.at.mask, self.at.names = mask, names
+            self.at.names[RETURNED] = symbols.changed(found.value, _none)
+            self.at.names.setdefault(LANES, _all_lanes(trace().width))
+            return self.loop_carried(node, start, stop, step, loop_lanes)
+
+    def loop_carried(self, node: Any, start: Any, stop: Any, step: int, loop_lanes: str) -> bool:
+        """Emit a loop with the variables that it changes."""
+        inner = [name for name in self.at.names if name.startswith(LANES) or name == RETURNED]
+        carried = [*(name for name in _stored(node) if name in self.at.names), *inner]
         begin, names = _Mark(), dict(self.at.names)
-        kinds: dict[Any, type] = {}
+        kinds: dict[Any, Any] = {}
         while True:
             self.at.names = dict(names)
             wider = self.loop_of_kinds(node, start, stop, step, carried, kinds)
@@ -584,6 +741,8 @@ class _Runner:
                 break
             kinds.update(wider)
             begin.back()
+        if not self.loop_end:
+            self.at.names.pop(loop_lanes, None)
         return self.loop_end
 
     def loop_of_kinds(self, node, start, stop, step, carried, kinds) -> dict:  # type: ignore[no-untyped-def]
@@ -608,8 +767,8 @@ class _Runner:
             for place, x in enumerate(parts):
                 if isinstance(x, View):
                     continue
-                kind = kinds.get((name, place)) or symbols.kind_of(x)
-                starting[name, place] = (kind, symbols.as_kind(x, kind, symbols.width_of(x)), symbols.width_of(x))
+                kind, width = kinds.get((name, place)) or (symbols.kind_of(x), symbols.width_of(x))
+                starting[name, place] = (kind, symbols.as_kind(x, kind, width), width)
         header = hand.block()
         builder.branch(header)
         builder.position_at_end(header)
@@ -632,6 +791,13 @@ class _Runner:
         condition = (
             symbols.compared("<" if step > 0 else ">", Whole(counter), stop) if counts else self.answer(node.test)
         )
+        loop_lanes = f"{LANES}of loop {len(self.at.loops) + 1}"
+        if is_symbol(condition) and condition.width > 1:
+            self.at.names[loop_lanes] = symbols.both(self.at.names[loop_lanes], condition)
+            condition = True
+        if loop_lanes in self.at.names:
+            going = symbols.opposite(nowhere(self.at.lanes_in_all()))
+            condition = symbols.both(condition, going)
         after: list[Path] = []
         body = hand.block()
         if is_symbol(condition):
@@ -646,14 +812,8 @@ class _Runner:
         inside = _Loop([], [])
         if counts:
             self.assign(node.target, Whole(counter))
-        self.at.loops.append(inside)
-        ended = self.block(node.body)
-        self.at.loops.pop()
-        paths = list(inside.goes_on)
-        if not ended:
-            paths.append(Path(builder.block, self.at.names))
-        if not self.meet(paths):
-            wider: dict[Any, type] = {}
+        if not self.turn(node, inside):
+            wider: dict[Any, Any] = {}
             last: dict[tuple[str, int], Any] = {}
             for name, parts in entering.items():
                 now = self.at.names.get(name)
@@ -662,11 +822,13 @@ class _Runner:
                     wider[name] = type(None)
                     continue
                 last.update({(name, place): x for place, x in enumerate(rows) if not isinstance(x, View)})
-            for key, _, kind in phis:
+            for key, phi, kind in phis:
                 if key[0] in wider:
                     continue
-                met = symbols.kind_of(symbols.Number(None) if kind is Number else kind(None), last[key])
-                if met is not kind:
+                width = phi.type.count if hasattr(phi.type, "count") else 1
+                now = last[key]
+                met = symbols.kind_of(kind(None), now), max(width, symbols.width_of(now))
+                if met != (kind, width):
                     wider[key] = met
             if wider:
                 return wider
@@ -854,6 +1016,8 @@ class _Runner:
         condition = self.answer(node.test)
         if not is_symbol(condition):
             return self.value(node.body if condition else node.orelse)
+        if condition.width > 1:
+            return self.one_each(condition, node)
         builder, hand = trace().builder, trace()
         one, other = hand.block(), hand.block()
         builder.cbranch(condition.value, one, other)
@@ -863,6 +1027,17 @@ class _Runner:
             value = self.value(side)
             paths.append(Path(builder.block, value))
         return joined(paths)
+
+    def one_each(self, condition: Truth, node: Any) -> Any:
+        """Return one of two values in each lane."""
+        outer, found = self.at.mask, []
+        for wanted, side in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
+            self.at.mask = wanted if outer is None else symbols.both(outer, wanted)
+            found.append(self.value(side))
+        self.at.mask = outer
+        a, b = symbols.alike(found)
+        pairs = zip(symbols.leaves(a), symbols.leaves(b), strict=True)
+        return symbols.rebuilt(a, iter([x if x is y else symbols.selected(condition, x, y) for x, y in pairs]))
 
     def see_Call(self, node: Any) -> Any:  # noqa: N802
         """Return what a call returns."""

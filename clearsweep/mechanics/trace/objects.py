@@ -1,13 +1,16 @@
 """Machine code of what was traced: optimised, kept as plain objects, loaded."""
 
 import contextlib
+import ctypes
 import functools
 import hashlib
+import itertools
 import platform
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
+import numpy as np
 from llvmlite import ir
 
 from ..compiled import cache
@@ -55,22 +58,28 @@ def traced(function: Callable, scene: Any, items: str, *, width: int = 1, spread
     items : of the arrays, 'f' for float64, 'i' for int64; width : of the numbers; spread : those of the scene lie WIDTH
     apart.
     """
+
+    def body(numbers: Bare, *rest: Any) -> None:
+        view, places = View(numbers.base, DOUBLE, (1 << 30,), (WIDTH if spread else 1,), width), itertools.count()
+        interpreter.run(function, (symbols.changed(scene, lambda _: view[next(places)]),), *rest)
+
+    return _module(body, items, width)
+
+
+def _module(body: Callable, items: str, width: int) -> ir.Module:
+    """Return the module that a body makes of pointers to numbers and to the items of arrays, and an integer."""
     hand = Trace(width)
     hand.module.triple = llvm.get_process_triple()
     kinds = [ADDRESS] * (1 + len(items)) + [WHOLE]
     entry = ir.Function(hand.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
     hand.builder = ir.IRBuilder(entry.append_basic_block())
-    symbols._IN_HAND.append(hand)
-    try:
-        step = WIDTH if spread else 1
-        numbers = View(entry.args[0], DOUBLE, (1 << 30,), (step,), width)
-        count = sum(1 for _ in symbols.leaves(scene))
-        value = symbols.rebuilt(scene, iter([numbers[i] for i in range(count)]))
-        arrays = [Bare(arg, DOUBLE if item == "f" else WHOLE) for arg, item in zip(entry.args[1:-1], items, strict=True)]
-        interpreter.run(function, (value,), *arrays, Whole(entry.args[-1]))
+    with symbols.in_hand(hand):
+        arrays = [
+            Bare(pointer, DOUBLE if item == "f" else WHOLE)
+            for pointer, item in zip(entry.args[:-1], f"f{items}", strict=True)
+        ]
+        body(*arrays, Whole(entry.args[-1]))
         hand.builder.ret_void()
-    finally:
-        symbols._IN_HAND.pop()
     return hand.module
 
 
@@ -131,6 +140,76 @@ def compiled(
                 content = b""
         cache.keep(name, content)
     return loaded(content) if content else None
+
+
+def function_at(address: int, arrays: int) -> Any:
+    """Return the machine code at an address as a function of Python, of so many addresses beside that of the scene."""
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (1 + arrays), ctypes.c_int64)(address)
+
+
+def machine_code(function: Callable) -> Callable:
+    """Return a function of numbers, nested tuples and arrays as machine code, made where it is first called.
+
+    Numbers are float64 and known when it is called; whole numbers, which it may count by, are part of the code.  Arrays
+    are of float64, without gaps.  It returns numbers or nested tuples of them.
+    """
+    made: dict[Any, Any] = {}
+
+    @functools.wraps(function)
+    def called(*given: Any) -> Any:
+        arrays = [x for x in symbols.leaves(given) if isinstance(x, np.ndarray)]
+        numbers = np.array([float(x) for x in symbols.leaves(given) if isinstance(x, float)] or [0.0])
+        form = symbols.changed(given, lambda x: x.shape if isinstance(x, np.ndarray) else None if isinstance(x, float) else x)
+        key = symbols.form_of(form), _text(_types(given))
+        if key not in made:
+            made[key] = _of_numbers(function, given)
+        code, result, count = made[key]
+        found = np.empty(max(count, 1))
+        kept = [np.ascontiguousarray(array, dtype=float) for array in arrays]
+        function_at(code.address, len(kept) + 1)(
+            numbers.ctypes.data, *(array.ctypes.data for array in kept), found.ctypes.data, 0
+        )
+        for array, other in zip(arrays, kept, strict=True):
+            if other is not array:
+                array[...] = other
+        values = iter(found.tolist())
+        return symbols.changed(result, lambda x: next(values) if x is _PLACE else x)
+
+    return called
+
+
+_PLACE = object()  # of a number in a result
+
+
+def _types(given: Any) -> Any:
+    return (type(given), *map(_types, given)) if isinstance(given, tuple) else type(given)
+
+
+def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
+    """Return machine code of a function for what is of the form of `given`, its result without numbers, their count."""
+    told: list[Any] = []
+    count = sum(isinstance(x, np.ndarray) for x in symbols.leaves(given))
+
+    def body(numbers: Any, *rest: Any) -> None:
+        *bare, out, _ = rest
+        arrays, places = iter(bare), itertools.count()
+        view = View(numbers.base, DOUBLE, (1 << 30,), (1,))
+
+        def one(x: Any) -> Any:
+            if isinstance(x, np.ndarray):
+                return interpreter.call(symbols.viewed, next(arrays), x.shape)
+            return view[next(places)] if isinstance(x, float) else x
+
+        found = interpreter.call_body(function, symbols.changed(given, one), {})
+        into, place = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
+        for x in symbols.leaves(found):
+            if isinstance(x, float) or symbols.is_symbol(x):
+                into[next(place)] = x
+        told.append(symbols.changed(found, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
+        told.append(next(place))
+
+    content = object_of(_module(body, "f" * (count + 1), 1))
+    return loaded(content), *told
 
 
 def _text(kinds: Any) -> str:

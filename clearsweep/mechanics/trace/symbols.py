@@ -5,6 +5,7 @@ the trace in hand.  Nothing is left to the compiler's choice: every operation is
 product of the same function, which is fused.
 """
 
+import contextlib
 import math
 import types
 from collections.abc import Callable, Iterator
@@ -30,6 +31,7 @@ class Trace:
         self.width = width  # of the numbers of scenes
         self.module = ir.Module("scene")
         self.builder: Any = None
+        self.lanes: Callable[[], Any] = lambda: None  # returns in which lanes something is to be done; None: in all
         self.functions: dict[Any, Any] = {}  # those of machine code, by body and forms of what they are given
         self.tables: dict[int, Any] = {}  # arrays that became constants, by their identity
         self.held: list[Any] = []  # they live as long as the trace does
@@ -45,6 +47,16 @@ _IN_HAND: list[Trace] = []
 def trace() -> Trace:
     """Return the trace in hand."""
     return _IN_HAND[-1]
+
+
+@contextlib.contextmanager
+def in_hand(made: Trace) -> Iterator[None]:
+    """Let a trace be the one in hand."""
+    _IN_HAND.append(made)
+    try:
+        yield
+    finally:
+        _IN_HAND.pop()
 
 
 class Symbol:
@@ -418,15 +430,40 @@ class View:
         part = self._part(index)
         if part.shape:
             return part
+        if is_symbol(part.offset) and part.offset.width > 1:
+            return part._each_lane()
         value = trace().builder.load(part._address(), align=8 * self.width)
         return (Number if self.item is DOUBLE else Whole)(value, self.width)
+
+    def _each_lane(self) -> Any:
+        """Emit the values at places that differ from lane to lane."""
+        builder, offset, lanes = trace().builder, self.offset, trace().lanes()
+        if lanes is not None:  # what the others would look up may be anywhere
+            offset = selected(lanes, offset, 0)
+        found = ir.Constant(form(self.item, offset.width), ir.Undefined)
+        for lane in range(offset.width):
+            place = Whole(builder.extract_element(offset.value, WHOLE(lane)))
+            beside = lane if self.width > 1 else 0
+            one = View(self.base, self.item, (), (), 1, plus(place, beside) if beside else place)
+            found = builder.insert_element(found, one[()].value, WHOLE(lane))
+        return (Number if self.item is DOUBLE else Whole)(found, offset.width)
 
     def __setitem__(self, index: Any, x: Any) -> None:
         part = self._part(index)
         if part.shape:
             raise NotTraceable("fills a part of an array at once")
-        kind = Number if self.item is DOUBLE else Whole
+        kind, lanes = Number if self.item is DOUBLE else Whole, trace().lanes()
+        if lanes is not None:
+            if self.width == 1:
+                raise NotTraceable("puts a number of several lanes into one place")
+            x = selected(lanes, x, part[()])
         trace().builder.store(as_kind(x, kind, self.width), part._address(), align=8 * self.width)
+
+
+def viewed(array: Any, shape: tuple, apart: int = 1, width: int = 1) -> View:
+    """Return a bare pointer as an array of a shape, whose values lie so many numbers apart."""
+    steps = tuple(apart * math.prod(shape[axis + 1 :]) for axis in range(len(shape)))
+    return View(array.base, array.item, tuple(shape), steps, width)
 
 
 def _product(shape: tuple) -> Any:
@@ -467,9 +504,11 @@ def table_of(array: np.ndarray) -> View:
 
 def gathered(view: View, index: tuple) -> Number:
     """Emit the values of an array at places that differ from lane to lane."""
-    width = width_of(*index)
+    width, lanes = width_of(*index), trace().lanes()
     if width == 1:
         return view[index]
+    if lanes is not None:  # what the others would look up may be anywhere
+        index = tuple(selected(lanes, x, 0) if is_symbol(x) else x for x in index)
     builder = trace().builder
     joined = ir.Constant(form(view.item, width), ir.Undefined)
     for lane in range(width):
@@ -490,6 +529,9 @@ def at_address(address: Number, place: Any) -> Number:
 
     if width == 1:
         return Number(one(number(address).value, as_kind(place, Whole)))
+    lanes = trace().lanes()
+    if lanes is not None:  # what the others would look up may be anywhere
+        place = selected(lanes, place, 0)
     addresses, places = as_kind(address, Number, width), as_kind(place, Whole, width)
     joined = ir.Constant(form(DOUBLE, width), ir.Undefined)
     for lane in range(width):
