@@ -57,10 +57,11 @@ def recipes():
 
 
 @pytest.fixture
-def sticky(recipes):
+def sticky(recipes, tmp_path):
     """Return the type of a law entered by its block alone."""
-    names = {"__name__": "block"}
-    exec(BLOCK, names)
+    names, file = {"__name__": "block"}, tmp_path / "block.py"
+    file.write_text(BLOCK)
+    exec(compile(BLOCK, str(file), "exec"), names)
     return names["Sticky"]
 
 

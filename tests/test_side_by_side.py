@@ -1,20 +1,14 @@
 """Cases that are integrated side by side: each comes to what it comes to alone, whatever goes beside it."""
 
-import math
 
 import numpy as np
 import pytest
-from clearsweep.mechanics.carried import OF_MECHANISMS, branches, carried
 from mechanism_cases import slider_crank
 from numba import typeof
 
 import clearsweep
 from clearsweep import simulation
 from clearsweep.mechanics.compiled.family import NO_ENTRY, empty_entries
-from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.friction.sliding import Ambrosio, Threlfall
-from clearsweep.mechanics.mechanism.impact_pair import ImpactPair
-from clearsweep.mechanics.mechanism.slider_crank.pose import SliderCrank
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver import loop
 from clearsweep.mechanics.solver.choice import COST
@@ -342,24 +336,6 @@ def test_most_steps_are_calm():
 
 
 # ---------------------------------------------------------------------------------------------- what goes side by side
-
-
-@pytest.mark.parametrize(("law", "decides"), [(Ambrosio, False), (Threlfall, True)])
-def test_a_law_that_takes_a_decision_is_known(law, decides):
-    assert branches(friction_force.body_for(law)) is decides
-
-
-@pytest.mark.parametrize("formula", [lambda x: math.hypot(x, 1.0), lambda x: x % 2.0, lambda x: x // 2.0])
-def test_a_formula_that_lanes_do_not_know_is_known(formula):
-    assert branches(formula)
-    assert not branches(lambda x: math.tanh(x) * math.pi)
-
-
-@pytest.mark.parametrize("mechanism", [SliderCrank, ImpactPair])
-def test_the_built_in_mechanisms_and_the_usual_laws_go_side_by_side(mechanism):
-    for family in OF_MECHANISMS:
-        assert not any(branches(body) for _, body in family.members[mechanism]), family.__name__
-    assert carried(simulation.build(cases(count=1)[0]).value)
 
 
 @pytest.mark.slow

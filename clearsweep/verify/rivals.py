@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 from scipy.integrate import solve_ivp
 
 from ..mechanics.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
@@ -99,8 +99,7 @@ def rates_entry(scene, y, state, onset, k, row):
 
 def rates_of(scene, parameters) -> Entry:
     """Return the Entry that evaluates the right-hand side in time of the compiled `scene`."""
-    number = types.float64
-    return entry(rates_entry, scene, (number, types.int64, number, number), parameters)
+    return entry(rates_entry, scene, "fiff", parameters)
 
 
 # ---------------------------------------------------------------------------------------------- Runge-Kutta 4

@@ -245,7 +245,7 @@ def invoke(code, parameters, arrays, integer):
         function, known_by = _PLAIN[code]
         function((_SCENES[known_by],), *arrays, integer)
     else:
-        objects.function_at(code, len(arrays))(parameters, *(array.ctypes.data for array in arrays), integer)
+        objects.function_at(int(code), len(arrays))(int(parameters), *(array.ctypes.data for array in arrays), integer)
 
 
 @intrinsic

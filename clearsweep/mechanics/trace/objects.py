@@ -1,6 +1,5 @@
 """Machine code of what was traced: optimised, kept as plain objects, loaded."""
 
-import contextlib
 import ctypes
 import functools
 import hashlib
@@ -13,6 +12,7 @@ import llvmlite.binding as llvm
 import numpy as np
 from llvmlite import ir
 
+from ...language import phases
 from ..compiled import cache
 from . import interpreter, symbols
 from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, NotTraceable, Trace, View, Whole
@@ -131,7 +131,7 @@ def compiled(
     name = f"{function.__name__}-{hashlib.sha256(told.encode()).hexdigest()[:32]}.o"
     content = cache.kept(name)
     if content is None:
-        with contextlib.nullcontext():
+        with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
             try:
                 content = object_of(traced(function, scene, items, width=width, spread=in_lanes))
             except NotTraceable:
