@@ -3,4 +3,3 @@
 from .compiled import cache
 
 cache.prepare()  # before anything here imports the compiler
-cache.guard()

@@ -11,8 +11,8 @@ import numpy as np
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
 from ..mechanics.attempt import together_of
-from ..mechanics.compiled.announce import TOGETHER, announced
-from ..mechanics.compiled.family import NO_ENTRY, WIDTH, flatten, form_number
+from ..mechanics.compiled.family import NO_ENTRY, WIDTH, Entry, flatten, form_number
+from ..mechanics.compiled.kept import Kept
 from ..mechanics.solver import loop, plan
 from .figures import SETUP
 from .heat import has_balance
@@ -78,8 +78,7 @@ def compile_together(case: Case) -> None:
     """Compile, or load from the cache, the step of cases like this one side by side."""
     scene = build(case)
     if is_plain(scene):
-        with announced(TOGETHER):
-            together_of(scene.value, flatten(scene.value))
+        together_of(scene.value, flatten(scene.value))
 
 
 class _Room:
@@ -91,6 +90,18 @@ class _Room:
         self.arrays = shared(self.lanes[0])
         self.runs: dict[int, Run] = {}  # by lane
         self.addresses, self.status = np.zeros(WIDTH, dtype=np.int64), np.zeros(WIDTH, dtype=np.int64)  # likewise
+        self.known: tuple[int, ...] = ()  # of which lanes and by which code the lot is that is kept
+        self.kept: Kept
+
+    def lot(self, lanes: list[int], together: Entry) -> Kept:
+        """Return the cases in some lanes as what is integrated side by side."""
+        key = (*lanes, together.code)
+        if key != self.known:
+            lot = loop.Lot(self.addresses[lanes], self.status[: len(lanes)], together, *self.arrays)
+            self.known, self.kept = key, Kept(lot)
+        elif len(lanes) > 0:
+            self.kept.value.addresses[:] = self.addresses[lanes]
+        return self.kept
 
     def run(self, lane: int, case: Prepared) -> Run:
         """Return the run in a lane, at the start of a case: the one that is there where it can be used."""
@@ -154,9 +165,9 @@ class _Ensemble:
         assert self.room is not None  # the first case under way made it
         room, lanes = self.room, sorted(self.lanes)
         count, model = len(lanes), room.runs[lanes[0]].kept
-        addresses, status = room.addresses if count == WIDTH else room.addresses[lanes], room.status[:count]
+        status = room.status[:count]
         clock = time.perf_counter()
-        loop.integrate(model, addresses, status, self.together, *room.arrays)
+        loop.integrate(model, room.lot(lanes, self.together))
         self.shared += (time.perf_counter() - clock) / count
         before, self.seen = self.seen, time.process_time()
         self.others += (self.seen - before) * (1.0 - 1.0 / count)

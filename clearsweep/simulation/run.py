@@ -11,7 +11,6 @@ import numpy as np
 
 from ..language import phases
 from ..mechanics.attempt import attempt_of
-from ..mechanics.compiled.announce import SLOPES, announced
 from ..mechanics.compiled.family import NO_ENTRY, flatten, form_number, put_numbers
 from ..mechanics.compiled.kept import Kept
 from ..mechanics.compiled.rows import Board
@@ -237,11 +236,11 @@ class Run:
 
     def go_on(self) -> None:
         """Integrate, alone, to where this one ends."""
-        addresses, status = np.array([self.kept.address]), np.zeros(1, dtype=np.int64)
-        arrays, waits = shared(self.lane), True
+        status, waits = np.zeros(1, dtype=np.int64), True
+        lot = Kept(loop.Lot(np.array([self.kept.address]), status, NO_ENTRY, *shared(self.lane)))
         while waits:
             began = time.perf_counter()
-            loop.integrate(self.kept, addresses, status, NO_ENTRY, *arrays)
+            loop.integrate(self.kept, lot)
             self.duration += time.perf_counter() - began
             waits = not self.ended(int(status[0]))
 
@@ -259,8 +258,7 @@ class Run:
             self.logs.append(work.log[:logged].copy())
         self.status, work.ahead[plan.BEGUN] = status, 0.0
         if status == plan.TURNS_STIFF:
-            with announced(SLOPES):
-                work.slopes[:] = slopes_of(self.value, self.parameters)
+            work.slopes[:] = slopes_of(self.value, self.parameters)
             return False
         if self.phase:
             self.phase.note(share=float(work.y[work.along] / work.control[plan.LAST]))

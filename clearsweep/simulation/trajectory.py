@@ -17,8 +17,8 @@ from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
 from ..language import phases
 from ..language.errors import InputError, shown
 from ..language.wording import joint_name
-from ..mechanics.compiled.announce import LOOP, SCENE, announced
-from ..mechanics.compiled.family import empty_entries
+from ..mechanics.compiled.family import NO_ENTRY, empty_entries
+from ..mechanics.compiled.kept import Kept
 from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, plan
@@ -310,8 +310,7 @@ def compile_for(case: Case) -> None:
     """Compile the code of a case's own scene, or load it from the cache; stiff motion may take more."""
     scene = build(case)
     bare = case.save.orbits == "none" and not scene.layout.until
-    with announced(SCENE):
-        Run(start_of(scene, NOWHERE if bare else np.array([0.0])))
+    Run(start_of(scene, NOWHERE if bare else np.array([0.0])))
 
 
 def compile_loop(case: Case) -> None:
@@ -319,8 +318,8 @@ def compile_loop(case: Case) -> None:
     scene = build(case)
     with empty_entries():
         run = Run(start_of(scene, NOWHERE))
-    with announced(LOOP):
-        loop.compile_for(run.kept, shared(run.lane))
+    status = np.zeros(1, dtype=np.int64)
+    loop.compile_for(run.kept, Kept(loop.Lot(status, status, NO_ENTRY, *shared(run.lane))))
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:

@@ -8,8 +8,6 @@ import atexit
 import contextlib
 import hashlib
 import os
-import pickle
-import platform
 import secrets
 import shutil
 import stat
@@ -28,7 +26,7 @@ def stamp() -> str:
 
     The compiler itself does not notice an edit in another file than that of the function it has kept.
     """
-    digest = hashlib.sha256(f"{platform.python_version()} {version('numba')} {version('llvmlite')}".encode())
+    digest = hashlib.sha256(f"{version('llvmlite')}".encode())
     for source in sorted(ROOM.rglob("*.py")):
         digest.update(f"{source.relative_to(ROOM).as_posix()} {source.stat().st_size}\n".encode())
         digest.update(source.read_bytes())
@@ -57,8 +55,6 @@ def prepare() -> Path:
         place = _passing() / mark
         place.mkdir(mode=0o700)
     os.environ["NUMBA_CACHE_DIR"] = str(place)
-    if "numba" in sys.modules:
-        sys.modules["numba"].config.CACHE_DIR = str(place)
     return place
 
 
@@ -86,69 +82,6 @@ def _passing() -> Path:
     place, maker = Path(tempfile.mkdtemp(prefix="clearsweep-")), os.getpid()
     atexit.register(lambda: shutil.rmtree(place, ignore_errors=True) if os.getpid() == maker else None)
     return place
-
-
-def guard() -> None:
-    """Give every file that the compiler keeps a checksum; what does not fit its own is compiled anew."""
-    from numba.core import caching
-
-    class Checked(caching.IndexDataCacheFile):
-        """The compiler's own files with a checksum at their end, which a compiler without it does not see."""
-
-        def _dump(self, value):
-            content = super()._dump(value)
-            return content + hashlib.sha256(content).digest()
-
-        def _data_name(self, number):
-            # Not counted: of two processes that look at the same index, each would give its code the same name.
-            return super()._data_name(secrets.randbits(63))
-
-        def _save_index(self, overloads):
-            super()._save_index({_packed(key): name for key, name in overloads.items()})
-
-        def _load_index(self):
-            try:
-                with open(self._index_path, "rb") as file:
-                    kept_version = pickle.load(file)
-                    mark, overloads = pickle.loads(_checked(file.read(), self._index_path))
-            except FileNotFoundError:
-                return {}
-            except (OSError, EOFError, ValueError, pickle.UnpicklingError):
-                return _damaged(self._index_path)
-            if (kept_version, mark) != (self._version, self._source_stamp):
-                return {}
-            return {_unpacked(key): name for key, name in overloads.items()}
-
-        def _load_data(self, name):
-            path = self._data_path(name)
-            try:
-                with open(path, "rb") as file:
-                    return pickle.loads(_checked(file.read(), path))
-            except FileNotFoundError:
-                raise
-            except (OSError, EOFError, ValueError, pickle.UnpicklingError):
-                _damaged(path)
-                raise OSError(f"{path}: damaged") from None  # the compiler takes it for a file that is gone
-
-    caching.IndexDataCacheFile = Checked
-
-
-def _packed(key: object) -> bytes:
-    """Return the key of an entry of an index, types among it, as bytes."""
-    from numba.core import caching
-
-    return key if isinstance(key, bytes) else bytes(caching.dumps(key))
-
-
-def _unpacked(key: bytes) -> object:
-    """Return the key of an entry, or its bytes where it is of types that are not here, such as those made up in a test.
-
-    The entry is of no use then, but stays.
-    """
-    try:
-        return pickle.loads(key)
-    except (ImportError, AttributeError):
-        return key
 
 
 def _checked(content: bytes, path: str) -> bytes:

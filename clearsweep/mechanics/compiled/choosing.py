@@ -1,12 +1,8 @@
 """How a kernel chooses where its numbers may stand in lanes, on which it cannot branch."""
 
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic, overload
+import numpy as np
 
 from ..trace import interpreter, symbols
-from .family import OPTIONS
-from .lanes import LanesType, MaskType
 
 
 def where(condition, a, b):
@@ -17,13 +13,6 @@ def where(condition, a, b):
 def turns(count):
     """Return the numbers from 0 on, so many: of a loop that is compiled once, not written out turn by turn."""
     return range(count)
-
-
-@overload(where, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _where(condition, a, b):
-    if isinstance(condition, MaskType):
-        return lambda condition, a, b: _blend(condition, a, b)  # noqa: PLW0108
-    return where
 
 
 def either(first, second):
@@ -40,35 +29,6 @@ def either(first, second):
     return chosen
 
 
-@intrinsic
-def _blend(typing_context, condition, a, b):
-    """Emit `a` in the lanes in which the condition holds and `b` in the others."""
-    result = LanesType(condition.width)
-
-    def emit(context, builder, signature, values):
-        sides = (context.cast(builder, x, kind, result) for x, kind in zip(values[1:], (a, b), strict=True))
-        return builder.select(values[0], *sides)
-
-    return result(condition, a, b), emit
-
-
-def _bits_are(number):
-    """Return an intrinsic that emits whether the answers in all lanes, as bits, are a number: 0 or -1."""
-
-    @intrinsic
-    def compared(typing_context, mask):
-        def emit(context, builder, signature, values):
-            bits = builder.bitcast(values[0], ir.IntType(mask.width))
-            return builder.icmp_signed("==", bits, ir.Constant(bits.type, number))
-
-        return types.boolean(mask), emit
-
-    return compared
-
-
-_all, _none = _bits_are(-1), _bits_are(0)
-
-
 def everywhere(condition):
     """Return whether a condition holds in every lane."""
     return condition
@@ -77,16 +37,6 @@ def everywhere(condition):
 def nowhere(condition):
     """Return whether a condition holds in no lane."""
     return not condition
-
-
-@overload(everywhere, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _everywhere(condition):
-    return (lambda condition: _all(condition)) if isinstance(condition, MaskType) else everywhere  # noqa: PLW0108
-
-
-@overload(nowhere, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _nowhere(condition):
-    return (lambda condition: _none(condition)) if isinstance(condition, MaskType) else nowhere  # noqa: PLW0108
 
 
 @interpreter.primitive(where)
@@ -101,3 +51,30 @@ def _selected(condition, a, b):
 interpreter.primitive(everywhere)(interpreter.everywhere)
 interpreter.primitive(nowhere)(interpreter.nowhere)
 interpreter.LOOPS.append(turns)
+
+
+# ---------------------------------------------------------------------------------------------- bits and tables
+
+
+def bits_of(number):
+    """Return the bits of a number as a whole number."""
+    return np.float64(number).view(np.int64)
+
+
+def number_of(bits):
+    """Return the number that has these bits."""
+    return np.int64(bits).view(np.float64)
+
+
+def looked_up(table, place, column):
+    """Return the number in row `place` of a column of a table (rows, columns)."""
+    return table[place, column]
+
+
+interpreter.for_symbols(bits_of, symbols.bits_of)
+interpreter.for_symbols(number_of, symbols.number_of)
+
+
+@interpreter.primitive(looked_up)
+def _gathered(table, place, column):
+    return symbols.gathered(symbols.table_of(table), (place, column))

@@ -8,9 +8,8 @@ import math
 
 import numpy as np
 
-from .choosing import either
+from .choosing import bits_of, either, looked_up
 from .family import inlined
-from .lanes import bits_of, looked_up
 
 PLACES = 256  # of the table, a power of 2: the rest of an angle is at most pi / 256
 STEP = 2.0 * math.pi / PLACES

@@ -12,12 +12,8 @@ import builtins
 import math
 import operator
 
-from numba.extending import overload
-
 from ..trace import interpreter
 from .direction import direction
-from .family import OPTIONS
-from .lanes import LanesType, spread_like
 
 
 class Dual:
@@ -252,10 +248,3 @@ for _function, _rule in ((direction, turned), (builtins.max, _larger), (builtins
     interpreter.rule_of_function(_function, _rule)
 for _function in (value, plain, slope, as_dual, chained, rate_or_slope, as_type_of):
     interpreter.traceable(_function)
-
-
-@overload(as_type_of, strict=False, jit_options=dict(OPTIONS, forceinline=True))
-def _as_type_of(x, model):
-    if isinstance(model, LanesType) and x != model:
-        return lambda x, model: spread_like(x, model)  # noqa: PLW0108
-    return lambda x, model: x

@@ -10,38 +10,24 @@ import contextlib
 import contextvars
 import functools
 import itertools
-import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import numba
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic, overload, register_jitable
 
 from ..trace import interpreter, objects, symbols
-from .linked import LinkedCompiler
-
-#: Options of the arithmetic: division by zero gives inf; a product and a sum may be fused and zeros have no sign, so
-#: that each right-hand side, a chain of operations that wait for each other, is shorter.  Nothing is reordered.
-ARITHMETIC = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
-#: How many cases lie side by side in memory, see `rows.Board`: as many numbers as the widest registers hold.
-WIDTH = 8
-#: Options of every compiled function: also no reference counting, which costs twice the arithmetic where arrays travel
-#: in tuples (nothing here keeps an array beyond the call), and nothing by which Python or C could call it.
-OPTIONS = ARITHMETIC | {"_nrt": False, "no_cfunc_wrapper": True, "pipeline_class": LinkedCompiler}
+from ..trace.symbols import WIDTH
+from .plain import is_plain
 
 
 def kernel(function):
     """Return `function` unchanged, but callable from compiled code; from Python it runs as Python."""
-    return register_jitable(**OPTIONS)(interpreter.traceable(function, interpreter.ON_ITS_OWN))
+    return interpreter.traceable(function, interpreter.ON_ITS_OWN)
 
 
 def inlined(function):
     """Return `function` like `kernel`, merged into its one or two callers: scenes and loads are costly to hand over."""
-    return register_jitable(**OPTIONS, forceinline=True)(interpreter.traceable(function))
+    return interpreter.traceable(function)
 
 
 def family(stub):
@@ -149,7 +135,7 @@ def put_numbers(scene, numbers, parameters):
     numbers : those of the scene, see `numbers_of`.
     """
     parameters[:] = numbers
-    if numba.config.DISABLE_JIT:
+    if is_plain():
         _SCENES[id(parameters)] = scene
 
 
@@ -226,7 +212,7 @@ def entry(function, scene, arrays, parameters, *, in_lanes=False, width=1):
     """
     if _EMPTY.get():
         return NO_ENTRY
-    if numba.config.DISABLE_JIT:
+    if is_plain():
         if width > 1:
             return NO_ENTRY
         code = hash((function, id(parameters)))
@@ -248,55 +234,14 @@ def invoke(code, parameters, arrays, integer):
         objects.function_at(int(code), len(arrays))(int(parameters), *(array.ctypes.data for array in arrays), integer)
 
 
-@intrinsic
-def _call(typing_context, code, parameters, arrays, integer):
-    """Emit the call of a C function at an address that is known when the program runs."""
-
-    def emit(context, builder, signature, values):
-        address, scene, tuple_of_arrays, number = values
-        anything = ir.IntType(8).as_pointer()
-        passed = [builder.inttoptr(scene, anything)]
-        for place, array_type in enumerate(signature.args[2].types):
-            array = context.make_array(array_type)(context, builder, builder.extract_value(tuple_of_arrays, place))
-            passed.append(builder.bitcast(array.data, anything))
-        function_type = ir.FunctionType(ir.VoidType(), [anything] * len(passed) + [ir.IntType(64)])
-        builder.call(builder.inttoptr(address, function_type.as_pointer()), [*passed, number])
-        return context.get_dummy_value()
-
-    return types.void(code, parameters, arrays, integer), emit
-
-
-@overload(invoke, strict=False, jit_options=dict(OPTIONS))
-def _invoke(code, parameters, arrays, integer):
-    def compiled(code, parameters, arrays, integer):
-        _call(code, parameters, arrays, integer)
-
-    return compiled
+@interpreter.primitive(invoke)
+def _emit_call(code, parameters, arrays, integer):
+    symbols.call_at(code, parameters, arrays.made() if hasattr(arrays, "made") else arrays, integer)
 
 
 def pointer_to(value):
     """Return what gives `value` by `[0]`: a pointer in compiled code, good until the calling function returns."""
     return (value,)
-
-
-@intrinsic
-def _address(typing_context, value):
-    """Emit a copy of a value on the caller's stack and its address."""
-
-    def emit(context, builder, signature, values):
-        place = cgutils.alloca_once(builder, context.get_data_type(signature.args[0]))
-        context.pack_value(builder, signature.args[0], values[0], place)
-        return place
-
-    return types.CPointer(value)(value), emit
-
-
-@overload(pointer_to, strict=False, inline="always")
-def _pointer_to(value):
-    def compiled(value):
-        return _address(value)
-
-    return compiled
 
 
 def shaped(array, shape):

@@ -1,16 +1,20 @@
-"""A value that compiled code finds at an address, so that it can deal with several of one form in turn."""
+"""A value that compiled code finds at an address, so that it can deal with several of one form in turn.
 
-import functools
+In memory it is a row of words of eight bytes: a number or a whole number is one, an array the address of its first item
+and its shape, a tuple what is in it.
+"""
+
+import struct
+from typing import Any
 
 import numpy as np
-from numba import config, njit, types
-from numba.core.registry import cpu_target
-from numba.extending import NativeValue, intrinsic, models, overload, register_model, typeof_impl, unbox
 
-from .family import OPTIONS
+from ..trace import interpreter, symbols
+from .plain import is_plain
 
-ROOM = 16384  # bytes that a value may take
-_PLAIN = {}  # what is found at an address where nothing is compiled
+_PLAIN: dict[int, Any] = {}  # what is found at an address where nothing is compiled
+_DOUBLE = struct.Struct("<d")
+_WHOLE = struct.Struct("<q")
 
 
 class Kept:
@@ -18,127 +22,121 @@ class Kept:
 
     __slots__ = ("address", "numbers", "value")
 
-    def __init__(self, value):
-        room = np.empty(ROOM, dtype=np.uint8)
+    def __init__(self, value: Any):
+        words: list[int] = []
+        _words(value, words)
+        room = np.array(words, dtype=np.int64)
         self.value, self.numbers, self.address = value, room.view(np.float64), room.ctypes.data
-        if config.DISABLE_JIT:
+        if is_plain():
             _PLAIN[self.address] = value
-        else:
-            _put(value, room)
 
-    def put(self, **numbers):
+    def put(self, **numbers: float) -> None:
         """Put other numbers (float) into fields of the value; its address and all else stay."""
-        if config.DISABLE_JIT:
-            _PLAIN[self.address] = self.value = self.value._replace(**numbers)
-            return
-        fields, places = list(self.value), _places()
+        places, fields = form_of(self.value).places, list(self.value)
         for name, number in numbers.items():
-            field, place = places[name]
-            fields[field] = self.numbers[place] = number
+            fields[type(self.value)._fields.index(name)] = self.numbers[places[name]] = number
         self.value = self.value._make(fields)
+        if is_plain():
+            _PLAIN[self.address] = self.value
 
 
-def found(model, address):
+def _words(value: Any, words: list[int]) -> None:
+    """Add the words of a value to a list."""
+    for part in value:
+        if isinstance(part, tuple):
+            _words(part, words)
+        elif isinstance(part, np.ndarray):
+            words.append(part.ctypes.data)
+            words += part.shape
+        elif isinstance(part, float):
+            words += _WHOLE.unpack(_DOUBLE.pack(part))
+        else:
+            words.append(int(part))
+
+
+class Form:
+    """What a NamedTuple looks like in memory."""
+
+    def __init__(self, value: Any):
+        self.type, self.parts, self.places, place = type(value), {}, {}, 0
+        for name, part in zip(type(value)._fields, value, strict=True):
+            self.places[name] = place
+            if isinstance(part, tuple):
+                self.parts[name] = Form(part)
+                place += self.parts[name].size
+            elif isinstance(part, np.ndarray):
+                self.parts[name] = _array(name, part)
+                place += 1 + part.ndim
+            else:
+                self.parts[name] = float if isinstance(part, float) else int
+                place += 1
+        self.size = place  # words
+
+    def __repr__(self) -> str:
+        return f"{self.type.__name__}({self.parts})"
+
+
+def _array(name: str, array: np.ndarray) -> tuple[str, int, int]:
+    """Return the kind of the items of an array, its dimensions, and how many numbers its items lie apart."""
+    assert array.dtype in (np.float64, np.int64), name
+    return array.dtype.kind, array.ndim, array.strides[-1] // 8
+
+
+_FORMS: dict[type, Form] = {}  # every Kept of a type is of one form
+
+
+def form_of(value: Any) -> Form:
+    """Return the Form of values of this type."""
+    if type(value) not in _FORMS:
+        _FORMS[type(value)] = Form(value)
+    return _FORMS[type(value)]
+
+
+def found(model: Kept, address: int) -> tuple[Any]:
     """Return what gives, by `[0]`, the value at an address, which is of the form of the Kept `model`."""
     return (_PLAIN[address],)
 
 
-class OneForm:
-    """A compiled function whose arguments are of the same types in every call, such as one that is given a Kept.
+class Found:
+    """A value at an address that is known when the program runs; what is in it is loaded where it is asked for."""
 
-    The compiler's own call finds out the types of all arguments each time, which takes longer than all else in it.
-    """
+    def __init__(self, form: Form, address: symbols.Whole, place: int = 0):
+        self._form, self._address, self._place = form, address, place
 
-    def __init__(self, function):
-        self.function, self.body = function, None
-        self.py_func, self.compile = function.py_func, function.compile
+    @property
+    def known(self) -> tuple[int, int]:
+        """Return what is known of it while tracing."""
+        return id(self._form), self._place
 
-    def __call__(self, *arguments):
-        if self.body:
-            self.body(*arguments)
-            return
-        self.function(*arguments)
-        (compiled,) = self.function.overloads.values()
-        self.body = compiled.entry_point
+    def pieces(self) -> tuple[Any, ...]:
+        """Return what is not known."""
+        return (self._address,)
 
+    def remade(self, parts: list[Any]) -> "Found":
+        """Return the same at another address."""
+        return Found(self._form, parts[0], self._place)
 
-def of_one_form(function):
-    """Return a compiled function that returns nothing as a OneForm; where nothing is compiled, the function itself."""
-    return function if config.DISABLE_JIT else OneForm(function)
+    def __getattr__(self, name: str) -> Any:
+        if name not in self._form.parts:
+            raise AttributeError(name)
+        form, place = self._form.parts[name], self._place + self._form.places[name]
+        if isinstance(form, Form):
+            return Found(form, self._address, place)
+        if form in (float, int):
+            return symbols.word_at(self._address, place, symbols.Number if form is float else symbols.Whole)
+        kind, dimensions, apart = form
+        first = symbols.word_at(self._address, place, symbols.Whole)
+        shape = tuple(symbols.word_at(self._address, place + 1 + axis, symbols.Whole) for axis in range(dimensions))
+        return symbols.viewed(symbols.Bare.at(first, kind), shape, apart)
 
+    def __iter__(self) -> Any:
+        return (getattr(self, name) for name in self._form.parts)
 
-class KeptType(types.Type):
-    """The compiler's type of a Kept, of which it wants to know the type of the value alone."""
-
-    def __init__(self, value):
-        self.value = value
-        super().__init__(f"Kept({value})")
-
-
-register_model(KeptType)(models.OpaqueModel)
-
-
-@intrinsic
-def _store(typing_context, value, room):
-    """Emit what puts a value into the memory of an array of bytes."""
-
-    def emit(context, builder, signature, values):
-        kind = signature.args[0]
-        data = context.get_data_type(kind)
-        size = context.get_abi_sizeof(data)
-        assert size <= ROOM, size
-        array = context.make_array(signature.args[1])(context, builder, values[1])
-        context.pack_value(builder, kind, values[0], builder.bitcast(array.data, data.as_pointer()))
-        return context.get_dummy_value()
-
-    return types.void(value, room), emit
+    def made(self) -> Any:
+        """Return it as the NamedTuple that it is."""
+        return self._form.type(*self)
 
 
-@njit(cache=True)
-def _put(value, room):
-    _store(value, room)
-
-
-@typeof_impl.register(Kept)
-def _typeof_kept(value, context):
-    return _kind(len(_put.overloads))
-
-
-@functools.cache  # what it is made of takes long to compare
-def _kind(forms):
-    """Return the type of what is kept; it is of one form, as nothing at an address says of which."""
-    (signature,) = _put.nopython_signatures
-    return KeptType(signature.args[0])
-
-
-@functools.cache
-def _places():
-    """Return which fields of a Kept's value are numbers, and where in its room, in numbers of eight bytes, they are."""
-    kind, context = _kind(len(_put.overloads)).value, cpu_target.target_context
-    data = context.get_data_type(kind)
-    fields = [(place, name) for place, name in enumerate(kind.fields) if kind.types[place] == types.float64]
-    return {name: (place, data.get_element_offset(context.target_data, place) // 8) for place, name in fields}
-
-
-@unbox(KeptType)
-def _unbox_kept(kind, value, context):
-    return NativeValue(context.context.get_constant_null(kind))
-
-
-@intrinsic
-def _at(typing_context, model, address):
-    """Emit the pointer to a value."""
-    pointer = types.CPointer(model.value)
-
-    def emit(context, builder, signature, values):
-        return builder.inttoptr(values[1], context.get_value_type(pointer))
-
-    return pointer(model, types.int64), emit
-
-
-@overload(found, strict=False, jit_options=dict(OPTIONS))
-def _found(model, address):
-    def compiled(model, address):
-        return _at(model, address)
-
-    return compiled
+@interpreter.primitive(found)
+def _found(model: Kept, address: symbols.Whole) -> tuple[Found]:
+    return (Found(form_of(model.value), address),)

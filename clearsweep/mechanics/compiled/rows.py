@@ -6,26 +6,12 @@ register holds it of all of them, and a case alone is an array like any other, w
 
 import itertools
 import math
-import operator
 from collections.abc import Mapping
 
 import numpy as np
-from numba import types
-from numba.core import cgutils
-from numba.extending import (
-    intrinsic,
-    lower_builtin,
-    make_attribute_wrapper,
-    models,
-    overload,
-    overload_attribute,
-    register_model,
-    type_callable,
-    typeof_impl,
-)
 
-from .family import OPTIONS, WIDTH
-from .lanes import WHOLE, LanesType, WholesType, vector_of
+from ..trace import interpreter, symbols
+from .family import WIDTH
 
 
 class Board:
@@ -52,114 +38,12 @@ class Board:
         return self.numbers[: self.parts[name].stop, place].view(float)
 
 
-def lies_in_lanes(form, names):
-    """Let the compiler take arrays of a NamedTuple for what they are in a lane: numbers with others between them.
-
-    By itself it would take an array of one number for one without gaps: a type of its own, of which code that was
-    compiled for one contact would then be handed arrays of several.
-    """
-
-    @typeof_impl.register(form)
-    def typeof_form(value, context):
-        kinds = [typeof_impl(item, context) for item in value]
-        return types.NamedTuple(
-            [kind.copy(layout="A") if name in names else kind for name, kind in zip(form._fields, kinds, strict=True)],
-            form,
-        )
-
-
-class RowsType(types.Type):
-    """The compiler's type of rows of several values each, in memory: `[i]`, or `[row, i]` of so many columns."""
-
-    def __init__(self, several):
-        self.several = several
-        super().__init__(f"Rows({several})")
-
-
-@register_model(RowsType)
-class _RowsModel(models.StructModel):
-    def __init__(self, manager, kind):
-        super().__init__(manager, kind, [("first", types.voidptr), ("columns", types.intp)])
-
-
-make_attribute_wrapper(RowsType, "columns", "size")
-
-
-@overload_attribute(RowsType, "shape", strict=False)
-def _shape(rows):
-    return lambda rows: (-1, rows.size)  # how many rows there are is nobody's business
-
-
-def rows_at(context, builder, kind, pointer, columns):
-    """Emit rows of a RowsType that begin at a pointer and have so many columns, a whole number of the compiler's."""
-    rows = cgutils.create_struct_proxy(kind)(context, builder)
-    rows.first, rows.columns = builder.bitcast(pointer, cgutils.voidptr_t), columns
-    return rows._getvalue()
-
-
-def place_in(builder, first, several, index):
-    """Emit the pointer to the values with number `index` of what begins at a pointer."""
-    first = builder.bitcast(first, vector_of(several).as_pointer())
-    return builder.gep(first, [builder.mul(index, WHOLE(WIDTH // several.width))])
-
-
-def _place(context, builder, kind, rows, index_kind, index):
-    rows = cgutils.create_struct_proxy(kind)(context, builder, value=rows)
-    if isinstance(index_kind, types.BaseTuple):
-        row, column = cgutils.unpack_tuple(builder, index)
-        index = builder.add(builder.mul(row, rows.columns), column)
-    return place_in(builder, rows.first, kind.several, index)
-
-
 def in_rows(arrays, width):
     """Return a NamedTuple of arrays of a lane of a Board as rows: of this lane alone, or from it on as wide as that."""
     return arrays
 
 
-@overload(in_rows, strict=False, prefer_literal=True, jit_options=dict(OPTIONS, forceinline=True))
+@interpreter.primitive(in_rows)
 def _in_rows(arrays, width):
-    wide = width.literal_value
-    return lambda arrays, width: _as_rows(arrays, wide)
-
-
-@intrinsic(prefer_literal=True)
-def _as_rows(typing_context, arrays, width):
-    """Emit the rows."""
-    several = {types.float64: LanesType(width.literal_value), types.int64: WholesType(width.literal_value)}
-    result = types.NamedTuple([RowsType(several[array.dtype]) for array in arrays.types], arrays.instance_class)
-
-    def emit(context, builder, signature, values):
-        found = []
-        for place, (kind, form) in enumerate(zip(arrays.types, result.types, strict=True)):
-            array = context.make_array(kind)(context, builder, builder.extract_value(values[0], place))
-            columns = cgutils.unpack_tuple(builder, array.shape)[-1]
-            found.append(rows_at(context, builder, form, array.data, columns))
-        return context.make_tuple(builder, result, found)
-
-    return result(arrays, width), emit
-
-
-@type_callable(operator.getitem)
-def _type_item(context):
-    return lambda rows, index: rows.several if isinstance(rows, RowsType) else None
-
-
-@type_callable(operator.setitem)
-def _type_set_item(context):
-    return lambda rows, index, value: types.void if isinstance(rows, RowsType) else None
-
-
-@lower_builtin(operator.getitem, RowsType, types.Integer)
-@lower_builtin(operator.getitem, RowsType, types.BaseTuple)
-def _item(context, builder, signature, values):
-    kind = signature.args[0]
-    return builder.load(_place(context, builder, kind, values[0], signature.args[1], values[1]))
-
-
-@lower_builtin(operator.setitem, RowsType, types.Integer, types.Any)
-@lower_builtin(operator.setitem, RowsType, types.BaseTuple, types.Any)
-def _set_item(context, builder, signature, values):
-    kind = signature.args[0]
-    number = context.cast(builder, values[2], signature.args[2], kind.several)
-    builder.store(number, _place(context, builder, kind, values[0], signature.args[1], values[1]))
-    return context.get_dummy_value()
+    made = arrays.made() if hasattr(arrays, "made") else arrays
+    return type(made)(*(symbols.View(x.base, x.item, x.shape, x.strides, width, x.offset) for x in made))

@@ -224,7 +224,7 @@ def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
         evaluate=entry(guards_entry, scene, "ffff", parameters) if -1 in listed["column"] else NO_ENTRY,
         latch=entry(latch_entry, scene, "fffi", parameters) if latching else NO_ENTRY,
         value=zeros((2, count)),
-        passed=zeros(count, dtype=np.bool_),
+        passed=zeros(count, dtype=np.int64),
         event=zeros(2, dtype=np.int64),
         **listed,
     )
@@ -247,5 +247,5 @@ def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
         [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in listed], np.int64
     )
     arrays["sign"] = np.array([guard.sign for guard in each], dtype=np.float64)
-    arrays |= {name: np.array([getattr(guard, name) for guard in each], dtype=np.bool_) for name in flags}
+    arrays |= {name: np.array([getattr(guard, name) for guard in each], dtype=np.int64) for name in flags}
     return arrays, any(type(law) in latched.members for _, law in every_part(joints))

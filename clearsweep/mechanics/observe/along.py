@@ -13,7 +13,6 @@ import numpy as np
 from ..compiled.choosing import nowhere, where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined
-from ..compiled.rows import lies_in_lanes
 from ..joint.contract import acts, meets
 from ..solver.dop853 import END, WEIGHTS, error_norm
 from .histogram import COURSE, PARTS
@@ -80,9 +79,6 @@ class Attempt(NamedTuple):
     o: tuple
     end: tuple
     step: tuple
-
-
-lies_in_lanes(Attempt, Attempt._fields)
 
 
 @inlined

@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import where
+from ..compiled.choosing import bits_of, number_of, where
 from ..compiled.family import inlined, kernel
-from ..compiled.lanes import bits_of, number_of
 from .observables import NODES, SHARES
 
 # Histogram of the normal force over time: bins of equal ratio within a factor of two of being so, from the bits of the

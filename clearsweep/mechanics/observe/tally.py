@@ -11,7 +11,6 @@ import numpy as np
 from ..compiled.choosing import nowhere, where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined
-from ..compiled.rows import lies_in_lanes
 from ..joint.contract import acts, touches
 from ..solver.dop853 import END
 from ..solver.plan import WINDOWED
@@ -111,7 +110,6 @@ class Tally(NamedTuple):
 
 
 IN_LANES = "whole", "joint", "bins", "spent"  # of its fields
-lies_in_lanes(Tally, IN_LANES)
 
 
 class Ledger(NamedTuple):
@@ -133,9 +131,6 @@ class Ledger(NamedTuple):
     spent: tuple
     highest: tuple
     since: tuple
-
-
-lies_in_lanes(Ledger, Ledger._fields)
 
 
 @inlined

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import kernel
-from ..compiled.rows import lies_in_lanes
 from ..solver.dop853 import END, SCRATCH, dense_state
 from ..solver.event import evaluate_dense
 from ..solver.step import with_dense
@@ -25,9 +24,6 @@ class Turns(NamedTuple):
     highest: np.ndarray  # (contacts,) N, largest normal force of the step in hand, 0 where none acts
     since: np.ndarray  # (contacts,) N, of the steps before it since the last mark
     passed: np.ndarray  # (1,) int64, how many marks are behind
-
-
-lies_in_lanes(Turns, {"highest", "since"})
 
 
 @kernel

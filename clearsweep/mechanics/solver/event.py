@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import Entry, inlined, invoke, kernel
-from ..compiled.rows import lies_in_lanes
 from ..joint.contract import meets, touches
 from ..observe.along import FASTEST, Attempt, sum_of
 from ..observe.observables import KAPPA, observed
@@ -78,9 +77,6 @@ class Work(NamedTuple):
     tally: tuple  # tally.Tally
     record: tuple  # record.Record
     turns: tuple  # turns.Turns
-
-
-lies_in_lanes(Work, {*Attempt._fields, *Ledger._fields, "z"})
 
 
 @kernel

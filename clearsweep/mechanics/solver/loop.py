@@ -1,19 +1,21 @@
 """The integration loop: adaptive steps from event to event, everything that is wanted taken from them on the way."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
-from numba import config, njit, typeof
 
-from ..compiled.family import NO_ENTRY, WIDTH, inlined, invoke, kernel
-from ..compiled.kept import found, of_one_form
+from ..compiled.family import WIDTH, Entry, inlined, invoke, kernel
+from ..compiled.kept import Kept, form_of, found
+from ..compiled.plain import is_plain
 from ..compiled.rows import in_rows
-from ..observe.along import CALM, ERROR, GOES_ON, LENGTH, STANDS, WHOLE, advance, sum_up
+from ..observe.along import CALM, ERROR, GOES_ON, LENGTH, STANDS, WHOLE, Attempt, advance, sum_up
 from ..observe.noting import add_courses, note_step, open_window
 from ..observe.observables import KAPPA, KINETIC
 from ..observe.record import write_sample
-from ..observe.tally import KINETIC_START, enter
+from ..observe.tally import KINETIC_START, Ledger, enter
 from ..observe.turns import take_start
+from ..trace import objects
 from .calm import can_be_calm, count_calm, limit_calm
 from .choice import choose_method
 from .dop853 import END
@@ -309,30 +311,54 @@ def conclude(at):
     return GOING
 
 
-def compile_for(model, lanes):
-    """Compile `integrate` for a Kept and arrays of these types, or load it from the cache."""
-    cases = np.zeros(0, dtype=np.int64)
-    if not config.DISABLE_JIT:
-        integrate.compile(tuple(map(typeof, (model, cases, cases, NO_ENTRY, *lanes))))
+class Lot(NamedTuple):
+    """Cases that are integrated side by side, c of them."""
+
+    addresses: np.ndarray  # (c,) int64, of their Works, which are kept, each in a lane of one Board
+    status: np.ndarray  # (c,) int64, filled: see `integrate`
+    together: Entry  # takes a step in every lane of the Board, see `attempt`; NO_ENTRY for one after the other
+    tried: Attempt  # the arrays of the Board that a step works on, those of its first lane
+    ledger: Ledger  # and those by which it is judged and in which it is entered
 
 
-@of_one_form
-@njit(error_model="numpy", cache=True, nogil=True)  # so that a dask worker can tell that it is alive
-def integrate(model, addresses, status, together, tried, ledger):
+def compile_for(model: Kept, lot: Kept) -> objects.Code:
+    """Return the machine code of `integrate` for a Work and a Lot of these forms."""
+    if not _CODE:
+        told = f"{form_of(model.value)} {form_of(lot.value)}"
+
+        def integrate_at(address):
+            integrate_lot(model, found(lot, address))
+
+        _CODE.append(objects.compiled_at(integrate_at, told))
+    return _CODE[0]
+
+
+_CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
+
+
+def integrate(model: Kept, lot: Kept) -> None:
     """Integrate cases from where they stand until one of them is to be looked at.  Never raises.
 
     Parameters
     ----------
-    model : Kept, a Work; of what form all cases are.
-    addresses : (cases,) int64, of their Works, kept as well, each in a lane of one Board.
-    status : (cases,) int64, filled: GOING, OK or the reason why a case ended early; PAUSED, or TURNS_STIFF, its
-        `work.slopes` being needed: call again to go on.
-    together : the Entry that takes a step in every lane of the Board, see `attempt`; NO_ENTRY for one after the other.
-    tried, ledger : Attempt and Ledger, the arrays of the Board that it works on, those of its first lane.
+    model : a Work that is kept; of what form all cases are.
+    lot : a Lot that is kept.  Its `status` is filled: GOING, OK or the reason why a case ended early; PAUSED, or
+        TURNS_STIFF, its `work.slopes` being needed: call again to go on.
 
     Figures are in the `tally` of each Work, samples in its `record`, events in its `log`.  Which cases go side by side
     has no part in what comes out: see `attempt`.
     """
+    if is_plain():
+        integrate_lot(model, (lot.value,))
+    else:
+        objects.function_at(compile_for(model, lot).address, 0)(lot.address, 0)
+
+
+@kernel
+def integrate_lot(model, lot):
+    """Do the same; `lot` is a pointer to the Lot."""
+    addresses, status, together = lot[0].addresses, lot[0].status, lot[0].together
+    tried, ledger = lot[0].tried, lot[0].ledger
     waits = False
     while not waits:
         explicit = 0

@@ -48,6 +48,7 @@ def traceable(function: Any, how: str = INSIDE) -> Any:
     return function
 
 
+LARGEST_POWER = 16  # of whole powers that are written out
 LANES = "lanes "  # names of variables that hold in which lanes a function, a loop or its turn goes on
 RETURNED = "returned "  # name of the variable that holds what was returned in lanes that go on no more
 _NUMBERS = itertools.count()  # of activations
@@ -397,6 +398,11 @@ def _blended(lanes: Any, new: Any, old: Any) -> Any:
     return symbols.rebuilt(new, iter(made))
 
 
+def _as_answer(x: Any) -> Any:
+    """Return whether a symbol counts as yes; what is known as it is."""
+    return symbols.compared("!=", x, 0) if isinstance(x, (Number, Whole)) else x
+
+
 class _Lambda:
     """A function that a body makes."""
 
@@ -591,10 +597,8 @@ class _Runner:
 
     def answer(self, node: Any) -> Any:
         """Return whether what an expression is counts as yes."""
-        x = self.value(node)
-        if not is_symbol(x):
-            return bool(x)
-        return x if isinstance(x, Truth) else symbols.compared("!=", x, 0)
+        x = _as_answer(self.value(node))
+        return x if is_symbol(x) else bool(x)
 
     def meet(self, paths: list[Path]) -> bool:
         """Go on where paths meet, with the variables that they have in common; return whether there are none."""
@@ -662,6 +666,9 @@ class _Runner:
                 return self.loop(node, turns.start, turns.stop, turns.step)
         else:
             turns = self.value(known)
+            if isinstance(turns, View):
+                return self.loop(node, 0, turns.shape[0], 1, turns)
+            turns = turns.tolist() if isinstance(turns, np.ndarray) else turns
         return self.written_out(node, list(turns))
 
     def bounds(self, ends: list[Any]) -> tuple[Any, Any, int]:
@@ -712,12 +719,12 @@ class _Runner:
         """Run a loop for as long as a condition holds."""
         return self.loop(node, None, None, 1)
 
-    def loop(self, node: Any, start: Any, stop: Any, step: int) -> bool:
+    def loop(self, node: Any, start: Any, stop: Any, step: int, source: Any = None) -> bool:
         """Emit a loop; start : None where its condition is that of the node."""
         loop_lanes, begin, depth, mask = self.begin_loop(node), _Mark(), len(self.at.loops), self.at.mask
         names = dict(self.at.names)
         try:
-            return self.loop_carried(node, start, stop, step, loop_lanes)
+            return self.loop_carried(node, (start, stop, step), source, loop_lanes)
         except _Returns as found:
             if depth:
                 raise  # the outermost loop is the one to begin anew
@@ -726,9 +733,9 @@ class _Runner:
             self.at.mask, self.at.names = mask, names
             self.at.names[RETURNED] = symbols.changed(found.value, _none)
             self.at.names.setdefault(LANES, _all_lanes(trace().width))
-            return self.loop_carried(node, start, stop, step, loop_lanes)
+            return self.loop_carried(node, (start, stop, step), source, loop_lanes)
 
-    def loop_carried(self, node: Any, start: Any, stop: Any, step: int, loop_lanes: str) -> bool:
+    def loop_carried(self, node: Any, bounds: tuple, source: Any, loop_lanes: str) -> bool:
         """Emit a loop with the variables that it changes."""
         inner = [name for name in self.at.names if name.startswith(LANES) or name == RETURNED]
         carried = [*(name for name in _stored(node) if name in self.at.names), *inner]
@@ -736,7 +743,7 @@ class _Runner:
         kinds: dict[Any, Any] = {}
         while True:
             self.at.names = dict(names)
-            wider = self.loop_of_kinds(node, start, stop, step, carried, kinds)
+            wider = self.loop_of_kinds(node, bounds, source, carried, kinds)
             if not wider:
                 break
             kinds.update(wider)
@@ -745,9 +752,10 @@ class _Runner:
             self.at.names.pop(loop_lanes, None)
         return self.loop_end
 
-    def loop_of_kinds(self, node, start, stop, step, carried, kinds) -> dict:  # type: ignore[no-untyped-def]
+    def loop_of_kinds(self, node, bounds, source, carried, kinds) -> dict:  # type: ignore[no-untyped-def]
         """Emit a loop whose variables are of kinds; return those for which that does not do."""
         builder, hand = trace().builder, trace()
+        start, stop, step = bounds
         counts = start is not None
         before = builder.block
         phis: list[tuple[tuple[str, int], Any, type]] = []
@@ -811,7 +819,7 @@ class _Runner:
         builder.position_at_end(body)
         inside = _Loop([], [])
         if counts:
-            self.assign(node.target, Whole(counter))
+            self.assign(node.target, Whole(counter) if source is None else source[Whole(counter)])
         if not self.turn(node, inside):
             wider: dict[Any, Any] = {}
             last: dict[tuple[str, int], Any] = {}
@@ -926,9 +934,15 @@ class _Runner:
         return plainly(a, b)
 
     def power(self, a: Any, b: Any) -> Any:
-        """Return a power."""
+        """Return a power; a whole one that is known becomes products."""
         if _has_slope(a, b):
             return run(_RULES["__pow__"], a, b)
+        if is_symbol(a) and not is_symbol(b) and float(b).is_integer() and 1.0 <= b <= LARGEST_POWER:
+            found = a
+            for bit in bin(int(b))[3:]:
+                found = symbols.times(found, found)
+                found = symbols.times(found, a) if bit == "1" else found
+            return found
         if is_symbol(a) or is_symbol(b):
             return call(pow, a, b)
         return a**b
@@ -937,11 +951,14 @@ class _Runner:
         """Return what an operation makes of one value."""
         x = self.value(node.operand)
         if isinstance(node.op, ast.Not):
+            x = _as_answer(x)
             return symbols.opposite(x) if is_symbol(x) else not x
         if isinstance(node.op, ast.USub):
             if _has_slope(x):
                 return run(_RULES["__neg__"], x)
             return symbols.negative(x) if is_symbol(x) else -x
+        if isinstance(node.op, ast.Invert):
+            return symbols.without_common(x, -1) if is_symbol(x) else ~x
         if isinstance(node.op, ast.UAdd):
             return x
         raise NotTraceable("has an operation that is not known")
@@ -995,19 +1012,19 @@ class _Runner:
                     return answer
                 answer = self.value(item)
                 continue
-            answer = self.further(answer, item, is_and=is_and)
+            answer = self.further(_as_answer(answer), item, is_and=is_and)
         return answer
 
     def further(self, answer: Truth, node: Any, *, is_and: bool) -> Any:
         """Return an answer and a further one together; the further one is asked for where the first does not decide."""
         if answer.width > 1 or not any(isinstance(n, (ast.Call, ast.Subscript)) for n in ast.walk(node)):
-            other = self.value(node)
+            other = _as_answer(self.value(node))
             return symbols.both(answer, other) if is_and else symbols.one_of(answer, other)
         builder, hand = trace().builder, trace()
         more, known = hand.block(), hand.block()
         builder.cbranch(answer.value, *((more, known) if is_and else (known, more)))
         builder.position_at_end(more)
-        other = self.value(node)
+        other = _as_answer(self.value(node))
         paths = [Path(builder.block, other), Path(known, not is_and)]
         return joined(paths)
 
@@ -1129,7 +1146,7 @@ def rule_of_function(function: Any, rule: Callable) -> None:
 # ---------------------------------------------------------------------------------------------- functions of Python
 
 
-def _for_symbols(function: Any, emit: Callable) -> None:
+def for_symbols(function: Any, emit: Callable) -> None:
     """Enter what emits a function of Python where a symbol is given; else Python does it."""
 
     def entered(*given: Any, **named: Any) -> Any:
@@ -1145,16 +1162,16 @@ def _size(x: Any) -> Any:
     return symbols.intrinsic("fabs", x)
 
 
-_for_symbols(max, symbols.extreme(">"))
-_for_symbols(min, symbols.extreme("<"))
-_for_symbols(abs, _size)
-_for_symbols(int, symbols.as_whole)
-_for_symbols(float, symbols.number)
-_for_symbols(bool, lambda x: x)
-_for_symbols(math.sqrt, lambda x: symbols.intrinsic("sqrt", x))
-_for_symbols(math.copysign, lambda a, b: symbols.intrinsic("copysign", a, b))
-_for_symbols(math.floor, lambda x: symbols.as_whole(symbols.floor_number(x)))
-_for_symbols(math.isfinite, lambda x: symbols.compared("<", symbols.intrinsic("fabs", x), math.inf))
+for_symbols(max, symbols.extreme(">"))
+for_symbols(min, symbols.extreme("<"))
+for_symbols(abs, _size)
+for_symbols(int, symbols.as_whole)
+for_symbols(float, symbols.number)
+for_symbols(bool, lambda x: x)
+for_symbols(math.sqrt, lambda x: symbols.intrinsic("sqrt", x))
+for_symbols(math.copysign, lambda a, b: symbols.intrinsic("copysign", a, b))
+for_symbols(math.floor, lambda x: symbols.as_whole(symbols.floor_number(x)))
+for_symbols(math.isfinite, lambda x: symbols.compared("<", symbols.intrinsic("fabs", x), math.inf))
 
 
 def _of_the_library(name: str, *given: Any) -> Number:
@@ -1176,5 +1193,5 @@ def _of_the_library(name: str, *given: Any) -> Number:
 for _function in (
     "sin", "cos", "tan", "tanh", "exp", "expm1", "log", "log1p", "log2", "atan", "atan2", "cosh", "sinh", "asin", "acos", "hypot",
 ):  # fmt: skip
-    _for_symbols(getattr(math, _function), functools.partial(_of_the_library, _function))
-_for_symbols(pow, functools.partial(_of_the_library, "pow"))
+    for_symbols(getattr(math, _function), functools.partial(_of_the_library, _function))
+for_symbols(pow, functools.partial(_of_the_library, "pow"))

@@ -15,7 +15,7 @@ from llvmlite import ir
 from ...language import phases
 from ..compiled import cache
 from . import interpreter, symbols
-from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, NotTraceable, Trace, View, Whole
+from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, Bare, NotTraceable, Trace, View, Whole
 
 #: Levels of processors for which code is made, the best first, and what a processor of each can do.
 LEVELS = {
@@ -83,13 +83,6 @@ def _module(body: Callable, items: str, width: int) -> ir.Module:
     return hand.module
 
 
-class Bare:
-    """A pointer of which nothing but the kind of its items is known."""
-
-    def __init__(self, base: Any, item: Any):
-        self.base, self.item = base, item
-
-
 def optimised(module: ir.Module) -> Any:
     """Return the module as LLVM has it, optimised."""
     parsed = llvm.parse_assembly(str(module))
@@ -127,15 +120,32 @@ def compiled(
 
     None where it cannot be made for numbers in lanes.
     """
-    told = f"{function.__module__}.{function.__qualname__} {_text(kinds)} {items} {width} {in_lanes} {level()}"
+    told = f"{_text(kinds)} {items} {width} {in_lanes}"
+    return code_of(function, told, lambda: traced(function, scene, items, width=width, spread=in_lanes), width == 1)
+
+
+def compiled_at(function: Callable, told: str) -> Code:
+    """Return the machine code of `function(address)`; told : what the code depends on beside its sources."""
+
+    def body(numbers: Bare, _: Any) -> None:
+        interpreter.run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
+
+    made = code_of(function, told, lambda: _module(body, "", 1))
+    assert made
+    return made
+
+
+def code_of(function: Callable, told: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:  # noqa: FBT001, FBT002
+    """Return the machine code of a module, made of a function, or as it is kept; None where it is not to be had."""
+    told = f"{function.__module__}.{function.__qualname__} {told} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(told.encode()).hexdigest()[:32]}.o"
     content = cache.kept(name)
     if content is None:
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
             try:
-                content = object_of(traced(function, scene, items, width=width, spread=in_lanes))
+                content = object_of(module())
             except NotTraceable:
-                if width == 1:
+                if needed:
                     raise
                 content = b""
         cache.keep(name, content)

@@ -6,6 +6,7 @@ product of the same function, which is fused.
 """
 
 import contextlib
+import functools
 import math
 import types
 from collections.abc import Callable, Iterator
@@ -133,8 +134,8 @@ def form(item: Any, width: int) -> Any:
 
 def constant(item: Any, number: Any, width: int = 1) -> Any:
     """Return a constant of LLVM."""
-    if item is DOUBLE:
-        number = float(number)
+    if item is not BIT:
+        number = float(number) if item is DOUBLE else int(number)
     return ir.Constant(item, number) if width == 1 else ir.Constant(form(item, width), [number] * width)
 
 
@@ -369,6 +370,36 @@ def number_of(x: Whole) -> Number:
 # ---------------------------------------------------------------------------------------------- memory
 
 
+class Bare:
+    """A pointer of which nothing but the kind of its items is known."""
+
+    def __init__(self, base: Any, item: Any):
+        self.base, self.item = base, item
+
+    @classmethod
+    def at(cls, address: "Whole", kind: str) -> "Bare":
+        """Return the pointer to an address, 'f' to float64, 'i' to int64."""
+        return cls(trace().builder.inttoptr(address.value, ADDRESS), DOUBLE if kind == "f" else WHOLE)
+
+
+def word_at(address: "Whole", place: int, kind: type) -> Any:
+    """Emit a word of what lies at an address and stays as it is while the program runs."""
+    builder = trace().builder
+    first = builder.inttoptr(address.value, kind.item.as_pointer())  # type: ignore[attr-defined]
+    loaded = builder.load(builder.gep(first, [WHOLE(place)]), align=8)
+    loaded.set_metadata("invariant.load", trace().module.add_metadata([]))
+    return kind(loaded)
+
+
+def call_at(code: Any, parameters: Any, arrays: tuple, integer: Any) -> None:
+    """Emit the call of the machine code at an address with that of parameters, those of arrays, and an integer."""
+    builder = trace().builder
+    given = [builder.inttoptr(as_kind(parameters, Whole), ADDRESS)]
+    given += [builder.bitcast(array.address(), ADDRESS) for array in arrays]
+    kind = ir.FunctionType(ir.VoidType(), [ADDRESS] * len(given) + [WHOLE])
+    builder.call(builder.inttoptr(as_kind(code, Whole), kind.as_pointer()), [*given, as_kind(integer, Whole)])
+
+
 class View:
     """An array in memory, or a part of one: the values lie `strides` (in numbers of eight bytes) apart.
 
@@ -384,7 +415,7 @@ class View:
     @property
     def size(self) -> Any:
         """Return the number of values."""
-        return math.prod(self.shape) if not any(map(is_symbol, self.shape)) else _product(self.shape)
+        return _product(self.shape)
 
     def reshape(self, *shape: int) -> "View":
         """Return the same values, which lie without gaps, as an array of another shape."""
@@ -419,7 +450,8 @@ class View:
             offset,
         )
 
-    def _address(self) -> Any:
+    def address(self) -> Any:
+        """Emit the address of its first value."""
         builder = trace().builder
         first = builder.bitcast(self.base, self.item.as_pointer())
         place = self.offset.value if is_symbol(self.offset) else WHOLE(self.offset)
@@ -432,7 +464,7 @@ class View:
             return part
         if is_symbol(part.offset) and part.offset.width > 1:
             return part._each_lane()
-        value = trace().builder.load(part._address(), align=8 * self.width)
+        value = trace().builder.load(part.address(), align=8 * self.width)
         return (Number if self.item is DOUBLE else Whole)(value, self.width)
 
     def _each_lane(self) -> Any:
@@ -457,31 +489,32 @@ class View:
             if self.width == 1:
                 raise NotTraceable("puts a number of several lanes into one place")
             x = selected(lanes, x, part[()])
-        trace().builder.store(as_kind(x, kind, self.width), part._address(), align=8 * self.width)
+        trace().builder.store(as_kind(x, kind, self.width), part.address(), align=8 * self.width)
 
 
 def viewed(array: Any, shape: tuple, apart: int = 1, width: int = 1) -> View:
     """Return a bare pointer as an array of a shape, whose values lie so many numbers apart."""
-    steps = tuple(apart * math.prod(shape[axis + 1 :]) for axis in range(len(shape)))
-    return View(array.base, array.item, tuple(shape), steps, width)
+    steps: list[Any] = [apart]
+    for count in reversed(shape[1:]):
+        steps.append(_multiplied(steps[-1], count))
+    return View(array.base, array.item, tuple(shape), tuple(reversed(steps)), width)
+
+
+def _multiplied(a: Any, b: Any) -> Any:
+    return times(a, b) if is_symbol(a) or is_symbol(b) else a * b
 
 
 def _product(shape: tuple) -> Any:
-    total: Any = 1
-    for count in shape:
-        total = times(total, count) if is_symbol(total) or is_symbol(count) else total * count
-    return total
+    return functools.reduce(_multiplied, shape, 1)
 
 
-def _moved(offset: Any, place: Any, stride: int) -> Any:
-    if not is_symbol(place) and not is_symbol(offset):
-        return offset + place * stride
+def _moved(offset: Any, place: Any, stride: Any) -> Any:
     if not is_symbol(place) and place == 0:
         return offset
-    step = place * stride if not is_symbol(place) else place if stride == 1 else times(place, stride)
+    step = place if not is_symbol(stride) and stride == 1 else _multiplied(place, stride)
     if not is_symbol(offset) and offset == 0:
         return step
-    return plus(offset, step)
+    return plus(offset, step) if is_symbol(offset) or is_symbol(step) else offset + step
 
 
 def table_of(array: np.ndarray) -> View:
@@ -560,12 +593,13 @@ def form_of(x: Any) -> Any:
     if isinstance(x, tuple):
         return (type(x), *map(form_of, x))
     if hasattr(x, "pieces"):
-        return (type(x), *map(form_of, x.pieces()))
+        return (type(x), getattr(x, "known", None), *map(form_of, x.pieces()))
     if isinstance(x, Symbol):
         return type(x), x.width
     if isinstance(x, View):
         known = x.base if isinstance(x.base, ir.GlobalVariable) else None
-        return View, known, x.item, tuple(map(form_of, x.shape)), x.strides, x.width, form_of(x.offset)
+        extents = tuple(map(form_of, (*x.shape, *x.strides, x.offset)))
+        return View, known, x.item, len(x.shape), extents, x.width
     if isinstance(x, np.ndarray):
         return np.ndarray, id(x)
     if isinstance(x, float):
@@ -584,7 +618,7 @@ def passed(x: Any) -> list[Any]:
         elif isinstance(part, View):
             if not isinstance(part.base, ir.GlobalVariable):
                 found.append(part.base)
-            found += [count.value for count in (*part.shape, part.offset) if is_symbol(count)]
+            found += [count.value for count in (*part.shape, *part.strides, part.offset) if is_symbol(count)]
     return found
 
 
@@ -596,8 +630,8 @@ def received(x: Any, arguments: Iterator[Any]) -> Any:
             return type(part)(next(arguments), part.width)
         if isinstance(part, View):
             base = part.base if isinstance(part.base, ir.GlobalVariable) else next(arguments)
-            shape = tuple(one(count) for count in part.shape)
-            return View(base, part.item, shape, part.strides, part.width, one(part.offset))
+            shape, strides = (tuple(one(count) for count in counts) for counts in (part.shape, part.strides))
+            return View(base, part.item, shape, strides, part.width, one(part.offset))
         return part
 
     return changed(x, one)
@@ -621,7 +655,8 @@ def rebuilt(x: Any, values: Iterator[Any]) -> Any:
         parts = [rebuilt(part, values) for part in x]
         return type(x)(*parts) if hasattr(x, "_fields") else tuple(parts)
     if hasattr(x, "pieces"):
-        return type(x)(*[rebuilt(part, values) for part in x.pieces()])
+        made = [rebuilt(part, values) for part in x.pieces()]
+        return x.remade(made) if hasattr(x, "remade") else type(x)(*made)
     return next(values)
 
 
@@ -667,8 +702,8 @@ def _meeting(blocks: list[Any], column: list[Any], end: Any) -> Any:
     first, builder = column[0], trace().builder
     if all(x is first for x in column):
         return first
-    if any(isinstance(x, View) for x in column):
-        return _view_of(blocks, column, end)
+    if any(isinstance(x, (View, np.ndarray)) for x in column):
+        return _view_of(blocks, [table_of(x) if isinstance(x, np.ndarray) else x for x in column], end)
     if not all(isinstance(x, (Symbol, int, float, np.number, np.bool_)) for x in column):
         if all(type(x) is type(first) and x == first for x in column):
             return first
@@ -690,10 +725,30 @@ def _meeting(blocks: list[Any], column: list[Any], end: Any) -> Any:
 
 
 def _view_of(blocks: list[Any], column: list[Any], end: Any) -> View:
-    first = column[0]
-    same = all(isinstance(x, View) and x.base is first.base and x.strides == first.strides for x in column)
+    first, base = column[0], column[0].base
+    same = all(
+        isinstance(x, View) and (x.item, x.width, len(x.shape)) == (first.item, first.width, len(first.shape))
+        for x in column
+    )
     if not same:
         raise NotTraceable("gives different arrays on different paths")
-    offset = _meeting(blocks, [x.offset for x in column], end)
-    shape = tuple(_meeting(blocks, list(counts), end) for counts in zip(*(x.shape for x in column), strict=True))
-    return View(first.base, first.item, shape, first.strides, first.width, offset)
+    if any(x.base is not base for x in column):
+        base = _address_of(blocks, [x.base for x in column], end)
+    extents = [
+        _meeting(blocks, list(each), end) for each in zip(*((*x.shape, *x.strides, x.offset) for x in column), strict=True)
+    ]
+    count = len(first.shape)
+    return View(base, first.item, tuple(extents[:count]), tuple(extents[count:-1]), first.width, extents[-1])
+
+
+def _address_of(blocks: list[Any], bases: list[Any], end: Any) -> Any:
+    """Return the address of one of several arrays in the block in which other blocks end."""
+    builder, addresses = trace().builder, []
+    for block, base in zip(blocks, bases, strict=True):
+        builder.position_at_end(block)
+        addresses.append(builder.bitcast(base, ADDRESS))
+    builder.position_at_end(end)
+    phi = builder.phi(ADDRESS)
+    for block, address in zip(blocks, addresses, strict=True):
+        phi.add_incoming(address, block)
+    return phi

@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...compiled.choosing import bits_of
 from ...compiled.direction import SHIFT
 from ...compiled.dual import chained, plain
 from ...compiled.family import inlined
 from ...compiled.held import held, item_of
-from ...compiled.lanes import bits_of
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
