@@ -13,16 +13,18 @@ import time
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # runs from a checkout, installed or not
 
 import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.compiled.family import invoke
+from clearsweep.mechanics.compiled.kept import Kept, found
 from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.wear.contract import Worn
+from clearsweep.mechanics.observe.along import Attempt
+from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.run import Run, integrated
 from clearsweep.simulation.scene import build
@@ -53,13 +55,18 @@ KINDS = {  # what a joint has besides its sizes
 }
 
 
-@njit
-def _right_hand_sides(code, parameters, arrays, times):
+@machine_code
+def _right_hand_sides(where, times):
+    """Evaluate a right-hand side so many times; where : (3,) int64, its code, its parameters, a Kept of its arrays."""
+    arrays = found(ARRAYS[0], where[2])[0]
     for _ in range(times):
-        invoke(code, parameters, arrays, STAGE)
+        invoke(where[0], where[1], arrays, STAGE)
 
 
-@njit
+ARRAYS: list[Kept] = []  # the one whose form they all have
+
+
+@machine_code
 def _forces(elastic, depths):
     total = 0.0
     for depth in depths:
@@ -176,9 +183,11 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
 
 def _side(work, times: int = EVALUATIONS) -> float:
     """Return the time (s) of a right-hand side, of so many."""
+    kept = Kept(Attempt(*(getattr(work, name) for name in Attempt._fields)))
+    ARRAYS[:] = [kept]
+    where = np.array([*work.rates, kept.address])
     begin = time.perf_counter()
-    arrays = (work.y, work.mode, work.latched, work.scale, work.k, work.o, work.end, work.step)
-    _right_hand_sides(work.rates.code, work.rates.parameters, arrays, times)
+    _right_hand_sides(where, times)
     return (time.perf_counter() - begin) / times
 
 

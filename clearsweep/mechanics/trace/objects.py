@@ -161,7 +161,7 @@ def machine_code(function: Callable) -> Callable:
     """Return a function of numbers, nested tuples and arrays as machine code, made where it is first called.
 
     Numbers are float64 and known when it is called; whole numbers, which it may count by, are part of the code.  Arrays
-    are of float64, without gaps.  It returns numbers or nested tuples of them.
+    are of float64 or int64.  It returns numbers or nested tuples of them.
     """
     made: dict[Any, Any] = {}
 
@@ -169,13 +169,12 @@ def machine_code(function: Callable) -> Callable:
     def called(*given: Any) -> Any:
         arrays = [x for x in symbols.leaves(given) if isinstance(x, np.ndarray)]
         numbers = np.array([float(x) for x in symbols.leaves(given) if isinstance(x, float)] or [0.0])
-        form = symbols.changed(given, lambda x: x.shape if isinstance(x, np.ndarray) else None if isinstance(x, float) else x)
-        key = symbols.form_of(form), _text(_types(given))
+        key = _form(given)
         if key not in made:
             made[key] = _of_numbers(function, given)
         code, result, count = made[key]
         found = np.empty(max(count, 1))
-        kept = [np.ascontiguousarray(array, dtype=float) for array in arrays]
+        kept = [np.ascontiguousarray(array) for array in arrays]
         function_at(code.address, len(kept) + 1)(
             numbers.ctypes.data, *(array.ctypes.data for array in kept), found.ctypes.data, 0
         )
@@ -191,14 +190,19 @@ def machine_code(function: Callable) -> Callable:
 _PLACE = object()  # of a number in a result
 
 
-def _types(given: Any) -> Any:
-    return (type(given), *map(_types, given)) if isinstance(given, tuple) else type(given)
+def _form(given: Any) -> Any:
+    """Return what machine code for what is given depends on."""
+    if isinstance(given, tuple):
+        return (type(given), *map(_form, given))
+    if isinstance(given, np.ndarray):
+        return given.dtype.kind, given.shape
+    return float if isinstance(given, float) else given
 
 
 def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
     """Return machine code of a function for what is of the form of `given`, its result without numbers, their count."""
     told: list[Any] = []
-    count = sum(isinstance(x, np.ndarray) for x in symbols.leaves(given))
+    kinds = "".join(x.dtype.kind for x in symbols.leaves(given) if isinstance(x, np.ndarray))
 
     def body(numbers: Any, *rest: Any) -> None:
         *bare, out, _ = rest
@@ -218,7 +222,7 @@ def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
         told.append(symbols.changed(found, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
         told.append(next(place))
 
-    content = object_of(_module(body, "f" * (count + 1), 1))
+    content = object_of(_module(body, f"{kinds}f", 1))
     return loaded(content), *told
 
 
