@@ -10,6 +10,7 @@ import time
 import fake_physics
 import numpy as np
 import pytest
+from clearsweep.mechanics.compiled.announce import announced
 from fake_physics import Fake, grid
 from fake_sweeps import sweep
 from mechanism_cases import slider_crank
@@ -20,7 +21,6 @@ from clearsweep import simulation, store
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
-from clearsweep.mechanics.compiled.announce import announced
 from clearsweep.report.partial import gathered
 from clearsweep.simulation import outcome
 from clearsweep.simulation.progress import Life, LifeLimits

@@ -1,6 +1,5 @@
 """Cases that are integrated side by side: each comes to what it comes to alone, whatever goes beside it."""
 
-
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank

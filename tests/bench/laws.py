@@ -123,12 +123,12 @@ def spaces(rounds: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
     for _ in range(rounds):
         for name, run in runs.items():
             work = run.work
-            for state, found in least.items():
+            for state, times in least.items():
                 work.mode[:] = work.apart
                 walls = slice(0, (WALLS if name == "space" else 1) if state == "pressed" else 0)
                 work.mode[walls], work.latched[walls] = PRESSED, ONSET
                 work.y[work.time + 1 :][walls] = ROOT
-                found[name] = min(found[name], _side(work, BRIEF))
+                times[name] = min(times[name], _side(work, BRIEF))
     return least
 
 
@@ -237,8 +237,8 @@ def text(
         "| contacts | plane, ns | space, ns | ratio |",
         "| --- | --- | --- | --- |",
     ]
-    for state, found in both.items():
-        plane, space = found["plane"], found["space"]
+    for state, times in both.items():
+        plane, space = times["plane"], times["space"]
         lines.append(f"| {state} | {1e9 * plane:.0f} | {1e9 * space:.0f} | {space / plane:.2f} |")
     lines += [
         "",

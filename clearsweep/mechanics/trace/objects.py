@@ -14,8 +14,11 @@ from llvmlite import ir
 
 from ...language import phases
 from ..compiled import cache
-from . import interpreter, symbols
-from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, Bare, NotTraceable, Trace, View, Whole
+from . import interpreter, symbols  # noqa: F401 - the interpreter enters itself
+from .calls import call_body, run
+from .memory import Bare, View, viewed
+from .paths import changed, leaves
+from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, NotTraceableError, Trace, Whole
 
 #: Levels of processors for which code is made, the best first, and what a processor of each can do.
 LEVELS = {
@@ -61,7 +64,7 @@ def traced(function: Callable, scene: Any, items: str, *, width: int = 1, spread
 
     def body(numbers: Bare, *rest: Any) -> None:
         view, places = View(numbers.base, DOUBLE, (1 << 30,), (WIDTH if spread else 1,), width), itertools.count()
-        interpreter.run(function, (symbols.changed(scene, lambda _: view[next(places)]),), *rest)
+        run(function, (changed(scene, lambda _: view[next(places)]),), *rest)
 
     return _module(body, items, width)
 
@@ -128,14 +131,14 @@ def compiled_at(function: Callable, told: str) -> Code:
     """Return the machine code of `function(address)`; told : what the code depends on beside its sources."""
 
     def body(numbers: Bare, _: Any) -> None:
-        interpreter.run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
+        run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
 
     made = code_of(function, told, lambda: _module(body, "", 1))
     assert made
     return made
 
 
-def code_of(function: Callable, told: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:  # noqa: FBT001, FBT002
+def code_of(function: Callable, told: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:
     """Return the machine code of a module, made of a function, or as it is kept; None where it is not to be had."""
     told = f"{function.__module__}.{function.__qualname__} {told} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(told.encode()).hexdigest()[:32]}.o"
@@ -144,7 +147,7 @@ def code_of(function: Callable, told: str, module: Callable[[], ir.Module], need
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
             try:
                 content = object_of(module())
-            except NotTraceable:
+            except NotTraceableError:
                 if needed:
                     raise
                 content = b""
@@ -167,8 +170,8 @@ def machine_code(function: Callable) -> Callable:
 
     @functools.wraps(function)
     def called(*given: Any) -> Any:
-        arrays = [x for x in symbols.leaves(given) if isinstance(x, np.ndarray)]
-        numbers = np.array([float(x) for x in symbols.leaves(given) if isinstance(x, float)] or [0.0])
+        arrays = [x for x in leaves(given) if isinstance(x, np.ndarray)]
+        numbers = np.array([float(x) for x in leaves(given) if isinstance(x, float)] or [0.0])
         key = _form(given)
         if key not in made:
             made[key] = _of_numbers(function, given)
@@ -182,7 +185,7 @@ def machine_code(function: Callable) -> Callable:
             if other is not array:
                 array[...] = other
         values = iter(found.tolist())
-        return symbols.changed(result, lambda x: next(values) if x is _PLACE else x)
+        return changed(result, lambda x: next(values) if x is _PLACE else x)
 
     return called
 
@@ -202,7 +205,7 @@ def _form(given: Any) -> Any:
 def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
     """Return machine code of a function for what is of the form of `given`, its result without numbers, their count."""
     told: list[Any] = []
-    kinds = "".join(x.dtype.kind for x in symbols.leaves(given) if isinstance(x, np.ndarray))
+    kinds = "".join(x.dtype.kind for x in leaves(given) if isinstance(x, np.ndarray))
 
     def body(numbers: Any, *rest: Any) -> None:
         *bare, out, _ = rest
@@ -211,15 +214,15 @@ def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
 
         def one(x: Any) -> Any:
             if isinstance(x, np.ndarray):
-                return interpreter.call(symbols.viewed, next(arrays), x.shape)
+                return viewed(next(arrays), x.shape)
             return view[next(places)] if isinstance(x, float) else x
 
-        found = interpreter.call_body(function, symbols.changed(given, one), {})
+        found = call_body(function, changed(given, one), {})
         into, place = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
-        for x in symbols.leaves(found):
+        for x in leaves(found):
             if isinstance(x, float) or symbols.is_symbol(x):
                 into[next(place)] = x
-        told.append(symbols.changed(found, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
+        told.append(changed(found, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
         told.append(next(place))
 
     content = object_of(_module(body, f"{kinds}f", 1))
