@@ -180,7 +180,7 @@ def _read(scene):
 
 
 def kinds(value):
-    """Return the types in nested tuples; numba's own type of them takes a hundred times longer to look up."""
+    """Return the types in nested tuples."""
     return _walk(value, [])
 
 

@@ -87,6 +87,7 @@ def _trees(file: str, first: int, count: int) -> dict[int, Any]:
 
 @functools.cache
 def tree_of(code: types.CodeType) -> Any:
+    """Return the syntax tree of a function."""
     lines = linecache.getlines(code.co_filename)
     trees = _trees(code.co_filename, hash("".join(lines)), len(lines))
     if code.co_firstlineno not in trees:
@@ -108,6 +109,7 @@ def contains(node: Any, kind: type) -> bool:
 
 
 def refusal(activation: Activation, reason: str) -> NotTraceableError:
+    """Return the error that says where, in which function, what cannot be traced."""
     code, line = activation.function.__code__, getattr(activation.node, "lineno", 0)
     text = linecache.getline(code.co_filename, line).strip()
     return NotTraceableError(f"{code.co_filename}:{line}: {code.co_name} cannot be traced: it {reason}: {text}")

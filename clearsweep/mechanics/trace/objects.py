@@ -1,11 +1,13 @@
 """Machine code of what was traced: optimised, kept as plain objects, loaded."""
 
+import contextlib
 import ctypes
 import functools
 import hashlib
 import itertools
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
@@ -27,8 +29,27 @@ LEVELS = {
 }
 
 
-@functools.cache
+_WANTED: list[str] = []  # a level for which code is made in place of this machine's
+
+
 def level() -> str:
+    """Return the level of processors for which code is made."""
+    return _WANTED[-1] if _WANTED else _own_level()
+
+
+@contextlib.contextmanager
+def shipped_for(name: str) -> Iterator[Path]:
+    """Within, code is made for a level and kept in the package, not in the user's cache; nothing of it is run."""
+    _WANTED.append(name)
+    try:
+        with cache.kept_in_package() as place:
+            yield place
+    finally:
+        _WANTED.pop()
+
+
+@functools.cache
+def _own_level() -> str:
     """Return the level of this machine's processor; its own name where it is below all levels or of another kind."""
     if platform.machine().lower() in ("x86_64", "amd64"):
         has = llvm.get_host_cpu_features()
@@ -127,22 +148,20 @@ def compiled(
     return code_of(function, told, lambda: traced(function, scene, items, width=width, spread=in_lanes), width == 1)
 
 
-def compiled_at(function: Callable, told: str) -> Code:
+def compiled_at(function: Callable, told: str) -> Code | None:
     """Return the machine code of `function(address)`; told : what the code depends on beside its sources."""
 
     def body(numbers: Bare, _: Any) -> None:
         run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
 
-    made = code_of(function, told, lambda: _module(body, "", 1))
-    assert made
-    return made
+    return code_of(function, told, lambda: _module(body, "", 1))
 
 
 def code_of(function: Callable, told: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:
     """Return the machine code of a module, made of a function, or as it is kept; None where it is not to be had."""
     told = f"{function.__module__}.{function.__qualname__} {told} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(told.encode()).hexdigest()[:32]}.o"
-    content = cache.kept(name)
+    content = None if _WANTED else cache.kept(name)
     if content is None:
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
             try:
@@ -152,7 +171,7 @@ def code_of(function: Callable, told: str, module: Callable[[], ir.Module], need
                     raise
                 content = b""
         cache.keep(name, content)
-    return loaded(content) if content else None
+    return loaded(content) if content and not _WANTED else None
 
 
 def function_at(address: int, arrays: int) -> Any:
