@@ -401,5 +401,6 @@ def test_the_schema_names_every_key_with_unit_and_range():
 
 
 def test_loading_a_grid_imports_neither_the_compiler_nor_pandas_nor_h5py():
-    code = "import sys, clearsweep.grid; sys.exit(bool({'llvmlite', 'pandas', 'h5py', 'numpy', 'pint'} & set(sys.modules)))"
+    heavy = "{'llvmlite', 'pandas', 'h5py', 'numpy', 'pint'}"
+    code = f"import sys, clearsweep.grid; sys.exit(bool({heavy} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -81,7 +81,7 @@ class Form:
 def _array(name: str, array: np.ndarray) -> tuple[str, int, int]:
     """Return the kind of the items of an array, its dimensions, and how many numbers its items lie apart."""
     assert array.dtype in (np.float64, np.int64), name
-    return array.dtype.kind, array.ndim, array.strides[-1] // 8
+    return array.dtype.kind, array.ndim, max(array.strides[-1] // 8, 1)  # where it is empty, numpy says anything
 
 
 _FORMS: dict[type, Form] = {}  # every Kept of a type is of one form

@@ -1,0 +1,156 @@
+"""What the tracer relies on in LLVM and llvmlite: these fail first when either changes, see docs/numerics.md."""
+
+import ctypes
+import subprocess
+import sys
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numpy as np
+import pytest
+
+from clearsweep.mechanics.compiled.family import inlined, kernel
+from clearsweep.mechanics.trace import objects
+from clearsweep.mechanics.trace.memory import View
+from clearsweep.mechanics.trace.symbols import DOUBLE
+
+#: What an object may ask of the system: of the library of mathematics, and to move memory.
+SYMBOLS = {"sin", "cos", "tanh", "exp", "expm1", "log", "log1p", "log2", "pow", "atan", "atan2", "memcpy", "memset"}
+NUMBERS = np.array([1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0, 0.0, 0.0, 0.0])  # a b + c = -2^-60 with a single rounding
+
+
+@kernel
+def product(a, b):
+    return a * b
+
+
+@inlined
+def fused(a, b, c):
+    return a * b + c
+
+
+@inlined
+def unfused(a, b, c):
+    return product(a, b) + c
+
+
+def both_sums(numbers, out, _):
+    here, there = View(numbers.base, DOUBLE, (3,), (1,)), View(out.base, DOUBLE, (2,), (1,))
+    there[0], there[1] = fused(here[0], here[1], here[2]), unfused(here[0], here[1], here[2])
+
+
+def entry_of(body, items="f"):
+    """Return the module of a body that is handed bare pointers."""
+    return objects._module(lambda *given: objects.run(body, *given), items, 1)
+
+
+def test_a_sum_is_fused_where_it_is_written_and_nowhere_else():
+    """Also after functions have been merged into their callers."""
+    code, out = objects.loaded(objects.object_of(entry_of(both_sums))), np.zeros(2)
+    objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
+    assert out.tolist() == [-(2.0**-60), 0.0]
+
+
+@pytest.mark.parametrize("level", objects.LEVELS)
+def test_an_object_is_made_for_every_level_whatever_the_processor(monkeypatch, level):
+    monkeypatch.setattr(objects, "_WANTED", [level])
+    assert len(objects.object_of(entry_of(both_sums))) > 200
+
+
+def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
+    known, found = list(objects.LEVELS), []
+    if objects.level() not in known:
+        pytest.skip("a processor of another kind")
+    for level in known[known.index(objects.level()) :]:
+        monkeypatch.setattr(objects, "_WANTED", [level])
+        content, out = objects.object_of(entry_of(both_sums)), np.zeros(2)
+        monkeypatch.setattr(objects, "_WANTED", [])
+        code = objects.loaded(content)
+        objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
+        found.append(out.tobytes())
+    assert len(set(found)) == 1
+
+
+@pytest.mark.heavy
+def test_no_page_of_ours_is_writable_and_executable():
+    """But for the one that llvmlite asks ctypes for when it is imported."""
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "def pages():\n"
+        "    return {line.split()[0] for line in open('/proc/self/maps') if line.split()[1][1:3] == 'wx'}\n"
+        "import llvmlite.binding\n"
+        "before = pages()\n"
+        "import clearsweep\n"
+        "from mechanism_cases import slider_crank\n"
+        "case = slider_crank('rod-slider', changes={'simulate.revolutions': 0.01})\n"
+        "clearsweep.simulate(clearsweep.load_case(case))\n"
+        "print(*(pages() - before))\n"
+    )
+    place = Path(__file__).parents[1]
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=place)
+    assert done.stdout.strip() == ""
+
+
+@pytest.mark.heavy
+def test_an_object_asks_the_system_for_mathematics_and_memory_alone(tmp_path):
+    """Read from the symbols of every object that the shipped loop and a scene with wear, film and memory come to."""
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "import clearsweep\n"
+        "from clearsweep.grid import load\n"
+        "for name in ('lubricated', 'worn_slider_crank', 'spatial_slider_crank', 'ptfe_bushing'):\n"
+        "    case = load(f'configs/{name}.yaml', clearsweep.simulation.catalogue()).case(0)\n"
+        "    clearsweep.simulation.compile_for(case)\n"
+    )
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": "/usr/bin:/bin"}
+    place = Path(__file__).parents[1]
+    subprocess.run(
+        [sys.executable, "-c", f"import clearsweep.simulation\n{program}"], check=True, cwd=place, env=environment
+    )
+    found = set()
+    for file in tmp_path.rglob("*.o"):
+        found |= undefined(file.read_bytes())
+    assert found
+    assert found <= SYMBOLS
+
+
+def undefined(content):
+    """Return the names of symbols that an object (ELF, 64 bit) does not define."""
+    header = int.from_bytes(content[0x28:0x30], "little")
+    size, count = (int.from_bytes(content[at : at + 2], "little") for at in (0x3A, 0x3C))
+
+    def number(at, width=8):
+        return int.from_bytes(content[at : at + width], "little")
+
+    sections = [header + size * i for i in range(count)]
+    names = set()
+    for section in sections:
+        if number(section + 4, 4) != 2:  # a table of symbols
+            continue
+        begin, long, strings = number(section + 0x18), number(section + 0x20), sections[number(section + 0x28, 4)]
+        text = number(strings + 0x18)
+        for symbol in range(begin + 24, begin + long, 24):
+            if number(symbol + 6, 2) == 0:
+                first = text + number(symbol, 4)
+                names.add(content[first : content.index(b"\0", first)].decode())
+    return names - {"", "_GLOBAL_OFFSET_TABLE_"}
+
+
+def test_an_engine_takes_an_object_that_was_made_elsewhere():
+    content = objects.object_of(entry_of(both_sums))
+    assert content[:4] == b"\x7fELF" or sys.platform != "linux"
+    first, second = objects.loaded(content), objects.loaded(content)
+    assert first.address != second.address
+    assert isinstance(llvm.llvm_version_info, tuple)
+    assert ctypes.sizeof(ctypes.c_void_p) == 8
+
+
+def test_whole_numbers_divide_as_those_of_python():
+    def divided(numbers, out, integer):
+        there = View(out.base, DOUBLE, (2,), (1,))
+        there[0], there[1] = integer // 3 * 1.0, integer % 3 * 1.0
+
+    code, out = objects.loaded(objects.object_of(entry_of(divided))), np.zeros(2)
+    for number in (-7, -6, -1, 0, 5, 7):
+        objects.function_at(code.address, 1)(out.ctypes.data, out.ctypes.data, number)
+        assert out.tolist() == [number // 3, number % 3]
