@@ -1,7 +1,7 @@
 """Elementary functions whose bits are the same on every machine, for one number and for numbers in lanes.
 
 They are made of `+ - * /`, fma, comparisons, selections and operations on bits alone (`primitives`), so they run on
-floats, arrays and symbols.  No product is added without an explicit fma: a compiler has nothing left to contract.
+floats, arrays and symbols.  An inexact product enters a sum by fma or by `product`: nothing is left to be contracted.
 The coefficients interpolate Taylor series at Chebyshev nodes in rational arithmetic; tests/test_trace_functions.py
 computes them again.
 
@@ -120,6 +120,11 @@ def polynomial(x: Any, coefficients: tuple[float, ...]) -> Any:
     return terms[0]
 
 
+def product(a: Any, b: Any) -> Any:
+    """Return a b, rounded by itself: a sum is fused with products of its own function alone."""
+    return a * b
+
+
 # ---------------------------------------------------------------------------------------------- exponentials
 
 
@@ -210,12 +215,12 @@ def sinh(x: Any) -> Any:
     d = fma(4.0, e, 1.0)
     d_low = fma(4.0, e_low, where(four < 1.0, (1.0 - d) + four, (four - d) + 1.0))
     inverse = 1.0 / d
-    t = e * inverse
-    t_low = (fma(-t, d, e) + fma(-t, d_low, e_low)) * inverse
+    t = product(e, inverse)
+    rest = fma(-t, d, e) + fma(-t, d_low, e_low)
     large = size > 40.0  # d may be infinite
-    t, t_low = where(large, 0.25, t), where(large, 0.0, t_low)
+    t, rest = where(large, 0.25, t), where(large, 0.0, rest)
     total = e + t
-    half = total + (((e - total) + t) + (e_low + t_low))
+    half = total + (((e - total) + t) + fma(rest, inverse, e_low))
     return where(size < 2.0**-28, x, copysign(half + half, x))
 
 
@@ -252,8 +257,8 @@ def _log_with(k: Any, f: Any, correction: Any) -> Any:
     """Return k ln 2 + log(1 + f + correction), 1 + f within sqrt(1/2) and sqrt(2), correction below its last bit."""
     s = f / (2.0 + f)
     z = s * s
-    half_square = 0.5 * f * f
-    series = z * polynomial(z, LOGARITHM)
+    half_square = product(0.5 * f, f)
+    series = product(z, polynomial(z, LOGARITHM))
     high = fma(k, LN2_HIGH, f)
     lost = f - fma(-k, LN2_HIGH, high)
     rest = fma(s, half_square + series, -half_square)  # log(1 + f) - f, as f - s f = (1 - s) f^2 / 2
@@ -293,7 +298,7 @@ def _log_words(x: Any) -> tuple[Any, Any, Any, Any]:
     s_low = inverse * fma(-s, (1.0 - d) + m, fma(-s, d, f))
     z = s * s
     z_low = fma(s + s, s_low, fma(s, s, -z))
-    tail = z * polynomial(z, LOGARITHM_TAIL)
+    tail = product(z, polynomial(z, LOGARITHM_TAIL))
     t = TWO_THIRDS + tail
     t_low = ((TWO_THIRDS - t) + tail) + TWO_THIRDS_LOW
     w = z * t
@@ -319,19 +324,19 @@ def log2(x: Any) -> Any:
     k, first, second, third = _log_words(x)
     high = first + second
     low = ((first - high) + second) + third
-    product = high * LOG2_E
-    rest = fma(low, LOG2_E, fma(high, LOG2_E_LOW, fma(high, LOG2_E, -product)))
-    total = k + product  # |k| > |product|, or k = 0
-    return _with_limits(x, total + (((k - total) + product) + rest))
+    part = product(high, LOG2_E)
+    rest = fma(low, LOG2_E, fma(high, LOG2_E_LOW, fma(high, LOG2_E, -part)))
+    total = k + part  # |k| > |part|, or k = 0
+    return _with_limits(x, total + (((k - total) + part) + rest))
 
 
 def pow(x: Any, y: Any) -> Any:
     """Return x^y, as C's pow does; nan for x < 0 unless y is an integer."""
     size, power = abs(x), abs(y)
     high, low = _log_in_two(size)
-    product = y * high
-    rest = fma(y, low, fma(y, high, -product))
-    found = _exp_of_sum(_between(product, LEAST, MOST), where(abs(product) < -LEAST, rest, 0.0))
+    exponent = y * high
+    rest = fma(y, low, fma(y, high, -exponent))
+    found = _exp_of_sum(_between(exponent, LEAST, MOST), where(abs(exponent) < -LEAST, rest, 0.0))
 
     at_infinity = where(y > 0.0, math.inf, where(y < 0.0, 0.0, y))
     at_zero = where(y > 0.0, 0.0, where(y < 0.0, math.inf, y))
@@ -353,7 +358,7 @@ def cos_and_sin(x: Any) -> tuple[Any, Any]:
     shifted = fma(x, TWO_OVER_PI, SHIFT)
     n = shifted - SHIFT
     first = fma(-n, HALF_PI, x)  # exact
-    taken = n * HALF_PI_MIDDLE
+    taken = product(n, HALF_PI_MIDDLE)
     taken_low = fma(n, HALF_PI_MIDDLE, -taken)
     r = first - taken
     part = r - first
