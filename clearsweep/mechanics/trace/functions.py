@@ -2,6 +2,16 @@
 
 They are made of `+ - * /`, fma, comparisons, selections and operations on bits alone (`primitives`), so they run on
 floats, arrays and symbols.  An inexact product enters a sum by fma or by `product`: nothing is left to be contracted.
+
+Largest error in units in the last place, over 6 to 18 million random arguments, against 80-bit extended precision:
+
+| function | error | | function | error | | function | error |
+| --- | --- | --- | --- | --- | --- | --- | --- |
+| exp | 0.64, denormal 0.75 | | cosh | 0.64 | | sin, cos (to 2^40 rad) | 0.83 |
+| expm1 | 0.61 | | log | 0.86 | | atan | 0.70 |
+| tanh | 0.56 | | log1p | 0.83 | | atan2 | 0.75 |
+| sinh | 0.58 | | log2 | 0.50 | | pow | 0.88 |
+
 The coefficients interpolate Taylor series at Chebyshev nodes in rational arithmetic; tests/test_trace_functions.py
 computes them again.
 
@@ -110,14 +120,13 @@ ARC = (  # (atan(t) - t) / t^3 for |t| <= tan(pi / 8), in t^2
 )
 
 
-def polynomial(x: Any, coefficients: tuple[float, ...]) -> Any:
+def polynomial(x: Any, coefficients: tuple[Any, ...]) -> Any:
     """Return sum c_i x^i by Estrin's scheme, whose chain of operations is short (Muller 2016, section 5.3)."""
-    terms: list[Any] = list(coefficients)
-    while len(terms) > 1:
-        pairs = [fma(terms[i + 1], x, terms[i]) for i in range(0, len(terms) - 1, 2)]
-        terms = pairs + terms[2 * len(pairs) :]
-        x = x * x
-    return terms[0]
+    count = len(coefficients)
+    if count == 1:
+        return coefficients[0]
+    pairs = tuple(fma(coefficients[i + 1], x, coefficients[i]) for i in range(0, count - 1, 2))
+    return polynomial(x * x, pairs + coefficients[2 * len(pairs) :])
 
 
 def product(a: Any, b: Any) -> Any:
