@@ -1,7 +1,7 @@
 """Operations from which elementary functions are made, for floats, numpy arrays of float64 and symbols.
 
 Each is exact or rounded once, as IEEE 754 prescribes, so its bits are the same on every machine.  A symbol names the
-class that emits its operations in the attribute `primitives`; that class has the same static methods as `Floats`.
+class that emits its operations in the attribute `operations`; that class has the same static methods as `Floats`.
 Whole numbers are int64 patterns of bits: `+ - & >> <<` on them wrap around when `number_of` reads them.
 """
 
@@ -16,7 +16,7 @@ _ALL = (1 << 64) - 1  # bits of a number
 
 
 class Floats:
-    """Primitives of Python's floats."""
+    """Operations on Python's floats."""
 
     @staticmethod
     def fma(a: float, b: float, c: float) -> float:
@@ -54,7 +54,7 @@ class Floats:
 
 
 class Arrays:
-    """Primitives of arrays of float64."""
+    """Operations on arrays of float64."""
 
     @staticmethod
     def fma(a: Any, b: Any, c: Any) -> np.ndarray:
@@ -62,7 +62,7 @@ class Arrays:
 
         References
         ----------
-        Boldo & Melquiond 2008, IEEE Trans. Computers 57:462, figure 5: the small parts are summed with rounding to odd.
+        Boldo & Melquiond 2008, IEEE Trans. Computers 57:462: the small parts are summed with rounding to odd.
         """
         a, b, c = (np.array(x, dtype=float) for x in np.broadcast_arrays(a, b, c))
         with np.errstate(all="ignore"):
@@ -122,12 +122,12 @@ def _sum_to_odd(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _of(*given: Any) -> Any:
-    """Return the primitives of the first value that is no plain number."""
+    """Return the operations on the first value that is no plain number."""
     for x in given:
         if isinstance(x, np.ndarray):
             return Arrays
-        if hasattr(x, "primitives"):
-            return x.primitives
+        if hasattr(x, "operations"):
+            return x.operations
     return Floats
 
 
