@@ -1,6 +1,6 @@
 """clearsweep: how much a mechanism shakes, wears and misplaces itself because its revolute joints have clearance.
 
-Public names are resolved on first use, so that `clearsweep --help` loads neither numba nor pandas.
+Public names are resolved on first use, so that `clearsweep --help` loads neither llvmlite nor pandas.
 """
 
 import importlib

@@ -141,8 +141,8 @@ MUTATIONS = (
     Mutation(HISTOGRAM, "first == last, last > first + 1,", "first == last, last > first + 2,", RAMPS),
     Mutation(HISTOGRAM, "Ramp(where(rises, lower, upper),", "Ramp(where(rises, upper, lower),", RAMPS),
     Mutation(TALLY, "part.density - density", "part.density", RAMPS),
-    Mutation(HISTOGRAM, "EDGES[place] + (above - duration)", "EDGES[place] - (above - duration)", RAMPS),
-    Mutation(HISTOGRAM, "if above >= duration and", "if above >= 2.0 * duration and", RAMPS),
+    Mutation(HISTOGRAM, "edges[place] + (above[place] - duration)", "edges[place] - (above[place] - duration)", RAMPS),
+    Mutation(HISTOGRAM, "(above >= duration) &", "(above >= 2.0 * duration) &", RAMPS),
     Mutation(ALONG, "square + share * (force * force)", "square + share * force", WINDOW),
     Mutation(
         TALLY,

@@ -242,7 +242,7 @@ def _record(name, mechanism, joints, sweep, bodies=None):
         **({"sweep": sweep} if sweep else {}),
         "source": "grid.yaml",
         "model_version": "1",
-        "versions": {"clearsweep": "0.1.0", "numba": "0.68.1"},
+        "versions": {"clearsweep": "0.1.0", "llvmlite": "0.50.0"},
         "machine": {"node": "lab", "cores": 2},
         "start": "2025-01-01T00:00:00+00:00",
         "end": "2025-01-01T00:01:00+00:00",

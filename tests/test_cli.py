@@ -22,7 +22,7 @@ from clearsweep.sweeping.signals import Stopped
 pytestmark = pytest.mark.heavy
 
 ROOT = Path(__file__).parent.parent
-HEAVY = ("numba", "pandas", "h5py", "pyarrow", "numpy", "matplotlib", "pydantic", "ruamel")
+HEAVY = ("llvmlite", "pandas", "h5py", "pyarrow", "numpy", "matplotlib", "pydantic", "ruamel")
 
 
 @pytest.fixture

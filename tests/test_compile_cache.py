@@ -1,6 +1,5 @@
 """Compiled code is kept in a private directory and checked before it is run."""
 
-import importlib
 import os
 import shutil
 import subprocess
@@ -8,7 +7,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from numba.core import caching
 
 from clearsweep.mechanics.compiled import cache
 
@@ -16,13 +14,19 @@ PROGRAM = """
 import sys
 from clearsweep.mechanics.compiled import cache
 print(cache.prepare())
-import numba
-cache.guard()
+from clearsweep.mechanics.trace import objects
+made, object_of = [], objects.object_of
+objects.object_of = lambda module: made.append(module) or object_of(module)
 sys.path.insert(0, {place!r})
 import kept
-print(kept.twice(21.0), kept.twice.stats.cache_hits.total() if hasattr(kept.twice.stats.cache_hits, 'total') else 0)
+import numpy as np
+numbers = np.array([21.0])
+code = objects.compiled(kept.twice, (0.0,), (float,), "f")
+objects.function_at(code.address, 1)(numbers.ctypes.data, numbers.ctypes.data, 0)
+print(numbers[0], 0 if made else 1)
 """
-KEPT = "from numba import njit\n\n@njit(cache=True)\ndef twice(x):\n    return 2.0 * x\n"
+KEPT = "def twice(numbers, out, _):\n    View(out.base, out.item, (1,), (1,))[0] = 2.0 * numbers[0][0]\n"
+KEPT = f"from clearsweep.mechanics.trace.memory import View\n\n\n{KEPT}"
 
 
 @pytest.fixture
@@ -59,11 +63,10 @@ def test_code_is_kept_in_a_directory_of_the_user_alone(run):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("ending", ["*.nbi", "*.nbc"])
 @pytest.mark.parametrize("harm", ["truncate", "empty", "flip"])
-def test_damaged_code_is_compiled_anew_once_with_a_line(run, ending, harm):
+def test_damaged_code_is_compiled_anew_once_with_a_line(run, harm):
     place, _, _ = run()
-    files = list(place.rglob(ending))
+    files = list(place.rglob("*.o"))
     assert files
     for file in files:
         content = bytearray(file.read_bytes())
@@ -111,37 +114,16 @@ def test_a_predictable_directory_below_the_temporary_one_is_not_trusted(run, tmp
     assert "compiled code is not kept" in told
 
 
-def test_types_that_are_not_here_are_no_trouble_and_keep_their_code(tmp_path, monkeypatch):
-    (tmp_path / "made_up.py").write_text("from typing import NamedTuple\nclass Joint(NamedTuple):\n    gap: float\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    key = importlib.import_module("made_up").Joint(0.5)
+def test_two_processes_that_compile_at_once_do_not_harm_each_other(monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    replace = Path.replace
 
-    def kept():
-        return caching.IndexDataCacheFile(str(tmp_path), "of_a_function", "stamp")
+    def overtaken(self, target):
+        monkeypatch.setattr(Path, "replace", replace)
+        cache.keep("code", b"of the quick one")
+        return replace(self, target)
 
-    kept().save(key, "of the test")
-    del sys.modules["made_up"]
-    with monkeypatch.context() as elsewhere:
-        elsewhere.setattr(sys, "path", [place for place in sys.path if place != str(tmp_path)])
-        importlib.invalidate_caches()
-        assert kept().load("another") is None
-        kept().save("another", "of the run")
-        assert kept().load("another") == "of the run"
-    importlib.invalidate_caches()
-    assert kept().load(importlib.import_module("made_up").Joint(0.5)) == "of the test"
-
-
-def test_two_processes_that_compile_at_once_do_not_take_each_other_s_code(tmp_path, monkeypatch):
-    slow, quick = (caching.IndexDataCacheFile(str(tmp_path), "of_a_function", "stamp") for _ in range(2))
-    monkeypatch.setattr(quick, "_load_index", lambda: {})  # it looked before the other one had written
-    store = slow._save_data
-
-    def overtaken(name, data):
-        quick.save("quick", "of the quick one")
-        store(name, data)
-
-    monkeypatch.setattr(slow, "_save_data", overtaken)
-    slow.save("slow", "of the slow one")
-    found = caching.IndexDataCacheFile(str(tmp_path), "of_a_function", "stamp")
-    assert found.load("quick") == "of the quick one"
-    assert found.load("slow") in (None, "of the slow one")
+    monkeypatch.setattr(Path, "replace", overtaken)
+    cache.keep("code", b"of the slow one")
+    assert cache.kept("code") == b"of the slow one"
+    assert [path.name for path in (tmp_path / "traced").iterdir()] == ["code"]

@@ -61,13 +61,12 @@ def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeyp
 
 def plain(scene):
     """Return the energy residual of a scene run as plain Python, where forces can be spoiled."""
-    from clearsweep.mechanics.compiled import family
+    from clearsweep.mechanics.compiled import plain
     from clearsweep.simulation import run
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(family.numba.config, "DISABLE_JIT", 1)
+        patch.setattr(plain, "_PLAIN", [True])
         patch.setattr(run, "_spare", [])
-        patch.setattr(run.loop, "integrate", run.loop.integrate.py_func)
         return clearsweep.simulate(scene).summary["energy_residual"]
 
 

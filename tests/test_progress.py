@@ -13,14 +13,13 @@ import pytest
 from fake_physics import Fake, grid
 from fake_sweeps import sweep
 from mechanism_cases import slider_crank
-from numba.core import event
 
 import clearsweep
 from clearsweep import simulation, store
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
-from clearsweep.mechanics.compiled.announce import announced
+from clearsweep.mechanics.trace import objects
 from clearsweep.report.partial import gathered
 from clearsweep.simulation import outcome
 from clearsweep.simulation.progress import Life, LifeLimits
@@ -166,15 +165,14 @@ def test_what_a_worker_wrote_is_read_as_it_stands_by_then(clock, monkeypatch):
     assert phases.read(content[0][:-1]) is None
 
 
-def test_the_compiler_at_work_is_a_phase_whose_time_left_shrinks():
-    with announced(1000.0), event.trigger_event("numba:run_pass", data={}):
-        with event.trigger_event("numba:run_pass", data={}):
-            begin = phases.progress()
-        assert phases.progress().what == begin.what == "compiling (kept for later runs)"
-        assert begin.once
-        assert 900.0 < begin.left <= 1000.0
-        time.sleep(0.02)
-        assert phases.progress().left < begin.left
+def test_the_compiler_at_work_is_a_phase(monkeypatch):
+    told = []
+    monkeypatch.setattr(objects.cache, "kept", lambda name: None)
+    monkeypatch.setattr(objects.cache, "keep", lambda name, content: None)
+    monkeypatch.setattr(objects, "object_of", lambda module: told.append(phases.progress()) or b"")
+    assert objects.code_of(objects.code_of, "a test", lambda: None) is None
+    (compiling,) = told
+    assert (compiling.what, compiling.once) == ("compiling (kept for later runs)", True)
     assert phases.progress() is None
 
 

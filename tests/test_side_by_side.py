@@ -1,14 +1,13 @@
 """Cases that are integrated side by side: each comes to what it comes to alone, whatever goes beside it."""
 
-
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
-from numba import typeof
 
 import clearsweep
 from clearsweep import simulation
 from clearsweep.mechanics.compiled.family import NO_ENTRY, empty_entries
+from clearsweep.mechanics.compiled.kept import Form, Kept
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver import loop
 from clearsweep.mechanics.solver.choice import COST
@@ -105,9 +104,9 @@ def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
 def test_steps_are_taken_side_by_side_where_that_is_possible(together, monkeypatch):
     asked = []
 
-    def watched(model, addresses, status, entry, *arrays):
-        asked.append((len(addresses), entry.code != 0))
-        return integrate(model, addresses, status, entry, *arrays)
+    def watched(model, lot):
+        asked.append((len(lot.value.addresses), lot.value.together.code != 0))
+        return integrate(model, lot)
 
     integrate = loop.integrate
     monkeypatch.setattr(ensemble.loop, "integrate", watched)
@@ -244,7 +243,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
         with empty_entries():
             one = run.Run(start_of(simulation.build(cases(*joints, count=1)[0]), np.empty(0)))
-        forms.add((typeof(one.work), typeof(run.shared(one.lane))))
+        forms.add((repr(Form(one.work)), *(repr(Form(arrays)) for arrays in run.shared(one.lane))))
     assert len(forms) == 1
 
 
@@ -327,9 +326,10 @@ def test_most_steps_are_calm():
     for one, scene in zip(runs, scenes, strict=True):
         run.start(one, control_of(scene, scene.turning.at(0.6), keep_events=False))
     addresses, status, most = np.array([one.kept.address for one in runs]), np.zeros(2, np.int64), 0.0
+    lot = Kept(loop.Lot(addresses, status, NO_ENTRY, *run.shared(runs[0].lane)))
     for end in np.linspace(0.1, 0.5, 40):
         runs[0].heed(control_of(scenes[0], scenes[0].turning.at(end), keep_events=False))
-        loop.integrate(runs[0].kept, addresses, status, NO_ENTRY, *run.shared(runs[0].lane))
+        loop.integrate(runs[0].kept, lot)
         most = max(most, runs[1].work.ahead[CALM_STEPS])
     assert status.tolist() == [OK, GOING]
     assert most > 5.0

@@ -11,15 +11,11 @@ import pytest
 from clearsweep import simulation
 from clearsweep.grid import load
 from clearsweep.mechanics import attempt, rates
-from clearsweep.mechanics.compiled.choosing import either, turns, where
-from clearsweep.mechanics.compiled.family import WIDTH, form_number, in_lane, kernel, numbers_of
-from clearsweep.mechanics.joint import guards
-from clearsweep.mechanics.joint.places import extent, observed_columns
+from clearsweep.mechanics.compiled.family import WIDTH, form_number, numbers_of
+from clearsweep.mechanics.joint.places import observed_columns
 from clearsweep.mechanics.observe.along import step_width
 from clearsweep.mechanics.solver.dop853 import END, ROWS
 from clearsweep.mechanics.trace import objects
-from clearsweep.mechanics.trace.objects import machine_code
-from clearsweep.mechanics.trace.symbols import NotTraceable
 
 CONFIGS = sorted(path.name for path in (Path(__file__).parents[1] / "configs").glob("*.yaml"))
 MOST = 3  # kinds of scenes of a grid that are looked at

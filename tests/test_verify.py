@@ -149,7 +149,7 @@ def test_results_survive_json_and_are_complete(results):
     read = json.loads(json.dumps(results, allow_nan=False))
     assert read["version"]
     assert read["date"]
-    assert {"processor", "python", "numba", "scipy"} <= set(read["machine"])
+    assert {"processor", "python", "llvmlite", "scipy"} <= set(read["machine"])
     for entry in read["problems"]:
         assert {row["method"] for row in entry["rows"]} == {method.name for method in accuracy.methods(quick=True)}
         for row in entry["rows"]:

@@ -104,7 +104,7 @@ def now() -> str:
 
 @functools.cache  # 50 ms, and it is asked for at the start and at the end of a run
 def _versions() -> dict[str, str]:
-    names = ("numpy", "numba", "scipy", "pandas", "pyarrow", "h5py")
+    names = ("numpy", "llvmlite", "scipy", "pandas", "pyarrow", "h5py")
     return {
         "clearsweep": clearsweep.__version__,
         "python": platform.python_version(),

@@ -237,7 +237,7 @@ def machine() -> dict:
         "processor": _processor(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "python": sys.version.split()[0],
-        **{name: version(name) for name in ("numpy", "scipy", "numba")},
+        **{name: version(name) for name in ("numpy", "scipy", "llvmlite")},
     }
 
 

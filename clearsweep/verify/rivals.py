@@ -9,7 +9,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.integrate import solve_ivp
 
 from ..mechanics.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
@@ -17,6 +16,7 @@ from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, joint_load
 from ..mechanics.mechanism.contract import accelerate, gaps, place
 from ..mechanics.solver.event import ONSET, SEPARATION
+from ..mechanics.trace.objects import machine_code
 
 ROWS = 4  # of the rates: the stages of Runge-Kutta 4
 DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # what stands after the rates, for every joint
@@ -121,59 +121,79 @@ def runge_kutta_4(scene, times, step, separations=0) -> Solution:
     if len(times):
         each = math.ceil(times[0] / step * (1.0 - 1e-9))
         step = times[0] / each
-    states = np.empty((len(times), n - 1))
-    events, steps, evaluations = _march(
-        rates_of(scene.value, parameters), scene.start[:n].copy(), joints, step, each, states, separations
+    states, log = np.zeros((len(times), n - 1)), np.zeros((MOST_EVENTS, 5))
+    counts = np.array([*rates_of(scene.value, parameters), each, separations, 0, 0, 0])
+    work = March(
+        y=scene.start[:n].copy(),
+        z=np.zeros(n),
+        k=np.zeros((ROWS, n + JOINT_WIDTH * joints)),
+        state=np.full(joints, FREE),
+        onset=np.ones(joints),
+        peak=np.zeros(joints),
     )
-    return Solution(states, events, steps, None, evaluations)
+    _march(work, counts, states, log, step)
+    steps, evaluations, events = counts[STEPS:].tolist()
+    return Solution(states, log[:events].copy(), steps, None, evaluations)
 
 
-@njit(error_model="numpy", cache=True)
-def _march(rates, y, joints, step, each, states, separations):
-    """Return (events, steps, evaluations) of Runge-Kutta 4 from `y`; every `each` steps a row of `states` is filled.
+class March(NamedTuple):
+    """What Runge-Kutta 4 works on: n numbers in the state, j joints."""
+
+    y: np.ndarray  # (n,) state
+    z: np.ndarray  # (n,) state of a stage
+    k: np.ndarray  # (ROWS, n + JOINT_WIDTH j) as in `rates_in_time`
+    state: np.ndarray  # (j,) int64, what each contact does
+    onset: np.ndarray  # (j,) m/s
+    peak: np.ndarray  # (j,) N
+
+
+CODE, PARAMETERS, EACH, WANTED, STEPS, EVALUATIONS, EVENTS = range(7)  # of `counts`
+MOST_EVENTS = 1 << 16  # that are kept
+
+
+@machine_code
+def _march(work, counts, states, log, step):
+    """Take steps of Runge-Kutta 4; every counts[EACH] of them a row of `states` is filled.
 
     A contact begins at the first step that finds itself inside, which also sets the onset rate, and ends at the first
     one that finds itself outside.
     """
-    n = y.size
-    k = np.zeros((ROWS, n + JOINT_WIDTH * joints))
-    state, onset, peak, z = np.full(joints, FREE), np.ones(joints), np.zeros(joints), np.empty(n)
-    events = []
-    steps, evaluations, ended = 0, 0, 0
-    while (separations > 0 and ended < separations) or steps < each * states.shape[0]:
-        invoke(rates.code, rates.parameters, (y, state, onset, k), 0)
-        evaluations += 4
+    y, z, k, state, onset, peak = work.y, work.z, work.k, work.state, work.onset, work.peak
+    n, joints, each, ended = y.size, state.size, counts[EACH], 0
+    while ended < counts[WANTED] or counts[STEPS] < each * states.shape[0]:
+        invoke(counts[CODE], counts[PARAMETERS], (y, state, onset, k), 0)
+        counts[EVALUATIONS] += 4
         changed = False
         for j in range(joints):
             place = n + JOINT_WIDTH * j
             inside, rate = k[0, place + DEPTH] > 0.0, k[0, place + RATE]
+            if inside != (state[j] != FREE) and counts[EVENTS] < MOST_EVENTS:
+                event = counts[EVENTS]
+                log[event, 0], log[event, 1], log[event, 3] = y[n - 1], j, rate
+                log[event, 2], log[event, 4] = (ONSET, 0.0) if inside else (SEPARATION, peak[j])
+                counts[EVENTS] += 1
             if inside and state[j] == FREE:
                 state[j], onset[j], peak[j], changed = PRESSED, max(rate, ONSET_FLOOR), 0.0, True
-                events.append((y[n - 1], float(j), float(ONSET), rate, 0.0))
             elif not inside and state[j] != FREE:
                 state[j], changed = FREE, True
-                events.append((y[n - 1], float(j), float(SEPARATION), rate, peak[j]))
                 ended += 1
         if changed:
-            invoke(rates.code, rates.parameters, (y, state, onset, k), 0)
-            evaluations += 1
+            invoke(counts[CODE], counts[PARAMETERS], (y, state, onset, k), 0)
+            counts[EVALUATIONS] += 1
         for j in range(joints):
             peak[j] = max(peak[j], k[0, n + JOINT_WIDTH * j + NORMAL])
         for row in range(1, ROWS):
             length = step if row == 3 else 0.5 * step
             for i in range(n):
                 z[i] = y[i] + length * k[row - 1, i]
-            invoke(rates.code, rates.parameters, (z, state, onset, k), row)
+            invoke(counts[CODE], counts[PARAMETERS], (z, state, onset, k), row)
         for i in range(n):
             y[i] += step / 6.0 * (k[0, i] + 2.0 * k[1, i] + 2.0 * k[2, i] + k[3, i])
-        steps += 1
-        y[n - 1] = steps * step
-        if each > 0 and steps % each == 0:
-            states[steps // each - 1] = y[: n - 1]
-    log = np.empty((len(events), 5))
-    for row in range(len(events)):
-        log[row] = events[row]
-    return log, steps, evaluations
+        counts[STEPS] += 1
+        y[n - 1] = counts[STEPS] * step
+        if each > 0 and counts[STEPS] % max(each, 1) == 0:
+            for i in range(n - 1):
+                states[counts[STEPS] // max(each, 1) - 1, i] = y[i]
 
 
 # ---------------------------------------------------------------------------------------------- scipy
@@ -252,7 +272,6 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     return Solution(np.array(states), np.array(events).reshape(-1, 5), steps, None, evaluations)
 
 
-@njit(error_model="numpy", cache=True)
 def _evaluate(rates, t, y, z, state, onset, k):
     """Return the first row of rates at the time `t` (s) and the coordinates and their rates `y`."""
     z[: y.size] = y

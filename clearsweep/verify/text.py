@@ -33,7 +33,7 @@ def text(results: dict) -> str:
     lines = [
         f"clearsweep {results['version']}, error against run time ({results['command']}, {results['date']})",
         f"{machine['processor']}, {machine['cores']} cores, {machine['system']}; Python {machine['python']}, "
-        f"numpy {machine['numpy']}, scipy {machine['scipy']}, numba {machine['numba']}",
+        f"numpy {machine['numpy']}, scipy {machine['scipy']}, llvmlite {machine['llvmlite']}",
         "",
         *METHODS,
     ]

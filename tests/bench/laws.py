@@ -13,16 +13,18 @@ import time
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # runs from a checkout, installed or not
 
 import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.compiled.family import invoke
+from clearsweep.mechanics.compiled.kept import Kept, found
 from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.wear.contract import Worn
+from clearsweep.mechanics.observe.along import Attempt
+from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.run import Run, integrated
 from clearsweep.simulation.scene import build
@@ -53,13 +55,18 @@ KINDS = {  # what a joint has besides its sizes
 }
 
 
-@njit
-def _right_hand_sides(code, parameters, arrays, times):
+@machine_code
+def _right_hand_sides(where, times):
+    """Evaluate a right-hand side so many times; where : (3,) int64, its code, its parameters, a Kept of its arrays."""
+    arrays = found(ARRAYS[0], where[2])[0]
     for _ in range(times):
-        invoke(code, parameters, arrays, STAGE)
+        invoke(where[0], where[1], arrays, STAGE)
 
 
-@njit
+ARRAYS: list[Kept] = []  # the one whose form they all have
+
+
+@machine_code
 def _forces(elastic, depths):
     total = 0.0
     for depth in depths:
@@ -116,12 +123,12 @@ def spaces(rounds: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
     for _ in range(rounds):
         for name, run in runs.items():
             work = run.work
-            for state, found in least.items():
+            for state, times in least.items():
                 work.mode[:] = work.apart
                 walls = slice(0, (WALLS if name == "space" else 1) if state == "pressed" else 0)
                 work.mode[walls], work.latched[walls] = PRESSED, ONSET
                 work.y[work.time + 1 :][walls] = ROOT
-                found[name] = min(found[name], _side(work, BRIEF))
+                times[name] = min(times[name], _side(work, BRIEF))
     return least
 
 
@@ -176,9 +183,11 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
 
 def _side(work, times: int = EVALUATIONS) -> float:
     """Return the time (s) of a right-hand side, of so many."""
+    kept = Kept(Attempt(*(getattr(work, name) for name in Attempt._fields)))
+    ARRAYS[:] = [kept]
+    where = np.array([*work.rates, kept.address])
     begin = time.perf_counter()
-    arrays = (work.y, work.mode, work.latched, work.scale, work.k, work.o, work.end, work.step)
-    _right_hand_sides(work.rates.code, work.rates.parameters, arrays, times)
+    _right_hand_sides(where, times)
     return (time.perf_counter() - begin) / times
 
 
@@ -228,8 +237,8 @@ def text(
         "| contacts | plane, ns | space, ns | ratio |",
         "| --- | --- | --- | --- |",
     ]
-    for state, found in both.items():
-        plane, space = found["plane"], found["space"]
+    for state, times in both.items():
+        plane, space = times["plane"], times["space"]
         lines.append(f"| {state} | {1e9 * plane:.0f} | {1e9 * space:.0f} | {space / plane:.2f} |")
     lines += [
         "",

@@ -13,11 +13,13 @@ import shutil
 import stat
 import sys
 import tempfile
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
 #: All compiled code and what decides it lies below this directory.
 ROOM = Path(__file__).parents[1]
+SHIPPED = ROOM / "objects"  # machine code that comes with the package, below a directory with the stamp of its sources
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of every file
 
 
@@ -108,23 +110,41 @@ def _damaged(path: str) -> dict:
 
 
 def kept(name: str) -> bytes | None:
-    """Return the content that is kept by a name, None where there is none or it is damaged."""
-    path = Path(os.environ["NUMBA_CACHE_DIR"]) / "traced" / name
+    """Return the content that is kept by a name, or came with the package; None where there is none that is sound."""
+    home = Path(os.environ["NUMBA_CACHE_DIR"])
+    for path in (home / "traced" / name, SHIPPED / home.name / name):
+        try:
+            return _checked(path.read_bytes(), str(path))
+        except FileNotFoundError:
+            continue
+        except (OSError, ValueError):
+            _damaged(str(path))
+    return None
+
+
+_KEPT_IN: list[Path] = []  # where it is kept in place of the user's cache
+
+
+@contextlib.contextmanager
+def kept_in_package() -> Iterator[Path]:
+    """Within, what is kept goes into the package; what was there for other sources is removed."""
+    place = SHIPPED / Path(os.environ["NUMBA_CACHE_DIR"]).name
+    for other in SHIPPED.glob("*"):
+        if other != place:
+            shutil.rmtree(other)
+    _KEPT_IN.append(place)
     try:
-        return _checked(path.read_bytes(), str(path))
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError):
-        _damaged(str(path))
-        return None
+        yield place
+    finally:
+        _KEPT_IN.pop()
 
 
 def keep(name: str, content: bytes) -> None:
     """Keep a content by a name; where that fails, nothing is kept."""
-    place = Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
+    place = _KEPT_IN[-1] if _KEPT_IN else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
     passing = place / f"{name}.{secrets.token_hex(8)}"
     try:
-        place.mkdir(mode=0o700, exist_ok=True)
+        place.mkdir(mode=0o755 if _KEPT_IN else 0o700, parents=True, exist_ok=True)
         passing.write_bytes(content + hashlib.sha256(content).digest())
         passing.replace(place / name)
     except OSError:

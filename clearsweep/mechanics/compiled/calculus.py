@@ -5,7 +5,8 @@ import math
 import sys
 from math import *  # noqa: F403
 
-from ..trace import interpreter
+from ..trace.calls import call
+from ..trace.primitives import primitive, rule_of_function
 from . import dual
 from .direction import direction as direction_of
 from .dual import FUNCTIONS, Dual, turned
@@ -18,8 +19,8 @@ def _either(function, rule):
     def either(*given):
         return rule(*given) if any(isinstance(x, Dual) for x in given) else function(*given)
 
-    interpreter.primitive(either)(lambda *given: interpreter.call(function, *given))
-    interpreter.rule_of_function(either, rule)
+    primitive(either)(lambda *given: call(function, *given))
+    rule_of_function(either, rule)
     return either
 
 

@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from ..trace import interpreter, symbols
+from ..trace import lanes, symbols
+from ..trace.memory import gathered, table_of
+from ..trace.paths import alike, leaves, rebuilt
+from ..trace.primitives import LOOPS, for_symbols, primitive
 
 
 def where(condition, a, b):
@@ -39,18 +42,18 @@ def nowhere(condition):
     return not condition
 
 
-@interpreter.primitive(where)
+@primitive(where)
 def _selected(condition, a, b):
     if not symbols.is_symbol(condition):
         return a if condition else b
-    a, b = symbols.alike([a, b])
-    pairs = zip(symbols.leaves(a), symbols.leaves(b), strict=True)
-    return symbols.rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
+    a, b = alike([a, b])
+    pairs = zip(leaves(a), leaves(b), strict=True)
+    return rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
 
 
-interpreter.primitive(everywhere)(interpreter.everywhere)
-interpreter.primitive(nowhere)(interpreter.nowhere)
-interpreter.LOOPS.append(turns)
+primitive(everywhere)(lanes.everywhere)
+primitive(nowhere)(lanes.nowhere)
+LOOPS.append(turns)
 
 
 # ---------------------------------------------------------------------------------------------- bits and tables
@@ -71,10 +74,10 @@ def looked_up(table, place, column):
     return table[place, column]
 
 
-interpreter.for_symbols(bits_of, symbols.bits_of)
-interpreter.for_symbols(number_of, symbols.number_of)
+for_symbols(bits_of, symbols.bits_of)
+for_symbols(number_of, symbols.number_of)
 
 
-@interpreter.primitive(looked_up)
+@primitive(looked_up)
 def _gathered(table, place, column):
-    return symbols.gathered(symbols.table_of(table), (place, column))
+    return gathered(table_of(table), (place, column))

@@ -12,7 +12,7 @@ import builtins
 import math
 import operator
 
-from ..trace import interpreter
+from ..trace.primitives import rule_of_function, rules_of_slopes, traceable
 from .direction import direction
 
 
@@ -241,10 +241,10 @@ for _name, _rule in REFLECTED.items():
     setattr(Dual, _name, lambda a, b, rule=_rule: rule(b, a))
 Dual.__hash__ = None
 Seeded.traced_item = staticmethod(seeded_item)
-interpreter.rules_of_slopes({name: rule for name, (_, rule) in RULES.items()})
+rules_of_slopes({name: rule for name, (_, rule) in RULES.items()})
 for _name, _rule in FUNCTIONS.items():
-    interpreter.rule_of_function(getattr(math, _name), _rule)
+    rule_of_function(getattr(math, _name), _rule)
 for _function, _rule in ((direction, turned), (builtins.max, _larger), (builtins.min, _smaller), (abs, _absolute)):
-    interpreter.rule_of_function(_function, _rule)
+    rule_of_function(_function, _rule)
 for _function in (value, plain, slope, as_dual, chained, rate_or_slope, as_type_of):
-    interpreter.traceable(_function)
+    traceable(_function)

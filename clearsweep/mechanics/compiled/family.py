@@ -15,19 +15,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..trace import interpreter, objects, symbols
+from ..trace import objects, symbols
+from ..trace.memory import call_at, viewed
+from ..trace.primitives import ON_ITS_OWN, primitive, traceable
 from ..trace.symbols import WIDTH
 from .plain import is_plain
 
 
 def kernel(function):
     """Return `function` unchanged, but callable from compiled code; from Python it runs as Python."""
-    return interpreter.traceable(function, interpreter.ON_ITS_OWN)
+    return traceable(function, ON_ITS_OWN)
 
 
 def inlined(function):
     """Return `function` like `kernel`, merged into its one or two callers: scenes and loads are costly to hand over."""
-    return interpreter.traceable(function)
+    return traceable(function)
 
 
 def family(stub):
@@ -178,7 +180,7 @@ def _read(scene):
 
 
 def kinds(value):
-    """Return the types in nested tuples; numba's own type of them takes a hundred times longer to look up."""
+    """Return the types in nested tuples."""
     return _walk(value, [])
 
 
@@ -207,8 +209,8 @@ def entry(function, scene, arrays, parameters, *, in_lanes=False, width=1):
     """Return the Entry through which `invoke` calls `function(scene pointer, *arrays, integer)`.
 
     arrays : kinds of the items of the arrays, 'f' for float64, 'i' for int64; parameters : the array that
-    `flatten(scene)` gave, or a lane of a Board if they are `in_lanes`, which the caller keeps as long as the Entry is in
-    use; width : 1, or WIDTH for as many cases side by side: NO_ENTRY where that cannot be.
+    `flatten(scene)` gave, or a lane of a Board if they are `in_lanes`, which the caller keeps as long as the Entry is
+    in use; width : 1, or WIDTH for as many cases side by side: NO_ENTRY where that cannot be.
     """
     if _EMPTY.get():
         return NO_ENTRY
@@ -234,9 +236,9 @@ def invoke(code, parameters, arrays, integer):
         objects.function_at(int(code), len(arrays))(int(parameters), *(array.ctypes.data for array in arrays), integer)
 
 
-@interpreter.primitive(invoke)
+@primitive(invoke)
 def _emit_call(code, parameters, arrays, integer):
-    symbols.call_at(code, parameters, arrays.made() if hasattr(arrays, "made") else arrays, integer)
+    call_at(code, parameters, arrays.made() if hasattr(arrays, "made") else arrays, integer)
 
 
 def pointer_to(value):
@@ -254,9 +256,9 @@ def in_lane(array, shape):
     return array
 
 
-interpreter.primitive(shaped)(symbols.viewed)
+primitive(shaped)(viewed)
 
 
-@interpreter.primitive(in_lane)
+@primitive(in_lane)
 def _view(array, shape):
-    return symbols.viewed(array, shape, WIDTH, symbols.trace().width)
+    return viewed(array, shape, WIDTH, symbols.trace().width)

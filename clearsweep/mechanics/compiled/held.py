@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..trace import interpreter, symbols
+from ..trace.memory import at_address
+from ..trace.primitives import primitive
 from .family import kernel
 
 
@@ -44,4 +45,4 @@ def row_of(address, width, rows, now):
     return width * low
 
 
-interpreter.primitive(item_of)(symbols.at_address)
+primitive(item_of)(at_address)

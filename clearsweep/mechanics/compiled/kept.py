@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..trace import interpreter, symbols
+from ..trace import symbols
+from ..trace.memory import Bare, viewed, word_at
+from ..trace.primitives import primitive
 from .plain import is_plain
 
 _PLAIN: dict[int, Any] = {}  # what is found at an address where nothing is compiled
@@ -123,11 +125,11 @@ class Found:
         if isinstance(form, Form):
             return Found(form, self._address, place)
         if form in (float, int):
-            return symbols.word_at(self._address, place, symbols.Number if form is float else symbols.Whole)
+            return word_at(self._address, place, symbols.Number if form is float else symbols.Whole)
         kind, dimensions, apart = form
-        first = symbols.word_at(self._address, place, symbols.Whole)
-        shape = tuple(symbols.word_at(self._address, place + 1 + axis, symbols.Whole) for axis in range(dimensions))
-        return symbols.viewed(symbols.Bare.at(first, kind), shape, apart)
+        first = word_at(self._address, place, symbols.Whole)
+        shape = tuple(word_at(self._address, place + 1 + axis, symbols.Whole) for axis in range(dimensions))
+        return viewed(Bare.at(first, kind), shape, apart)
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._form.parts)
@@ -137,6 +139,6 @@ class Found:
         return self._form.type(*self)
 
 
-@interpreter.primitive(found)
+@primitive(found)
 def _found(model: Kept, address: symbols.Whole) -> tuple[Found]:
     return (Found(form_of(model.value), address),)

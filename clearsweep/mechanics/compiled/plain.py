@@ -10,7 +10,7 @@ def is_plain() -> bool:
     return _PLAIN[0]
 
 
-def run_plain(wanted: bool) -> bool:  # noqa: FBT001 - read as `run_plain(True)`
+def run_plain(wanted: bool) -> bool:
     """Let nothing be compiled from here on, or let it; return what was so far."""
     before, _PLAIN[0] = _PLAIN[0], wanted
     return before

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..trace import interpreter, symbols
+from ..trace.memory import View
+from ..trace.primitives import primitive
 from .family import WIDTH
 
 
@@ -43,7 +44,7 @@ def in_rows(arrays, width):
     return arrays
 
 
-@interpreter.primitive(in_rows)
+@primitive(in_rows)
 def _in_rows(arrays, width):
     made = arrays.made() if hasattr(arrays, "made") else arrays
-    return type(made)(*(symbols.View(x.base, x.item, x.shape, x.strides, width, x.offset) for x in made))
+    return type(made)(*(View(x.base, x.item, x.shape, x.strides, width, x.offset) for x in made))

@@ -321,7 +321,7 @@ class Lot(NamedTuple):
     ledger: Ledger  # and those by which it is judged and in which it is entered
 
 
-def compile_for(model: Kept, lot: Kept) -> objects.Code:
+def compile_for(model: Kept, lot: Kept) -> objects.Code | None:
     """Return the machine code of `integrate` for a Work and a Lot of these forms."""
     if not _CODE:
         told = f"{form_of(model.value)} {form_of(lot.value)}"
@@ -329,7 +329,10 @@ def compile_for(model: Kept, lot: Kept) -> objects.Code:
         def integrate_at(address):
             integrate_lot(model, found(lot, address))
 
-        _CODE.append(objects.compiled_at(integrate_at, told))
+        made = objects.compiled_at(integrate_at, told)
+        if made is None:  # it was not made to be run here
+            return None
+        _CODE.append(made)
     return _CODE[0]
 
 

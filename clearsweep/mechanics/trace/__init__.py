@@ -1,1 +1,1 @@
-"""How Python bodies become machine code: they run once on symbols, and what is done to these is written down as LLVM."""
+"""How Python bodies become machine code: they run once on symbols, which write down what is done to them as LLVM."""

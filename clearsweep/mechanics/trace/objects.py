@@ -1,11 +1,13 @@
 """Machine code of what was traced: optimised, kept as plain objects, loaded."""
 
+import contextlib
 import ctypes
 import functools
 import hashlib
 import itertools
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
@@ -14,8 +16,11 @@ from llvmlite import ir
 
 from ...language import phases
 from ..compiled import cache
-from . import interpreter, symbols
-from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, Bare, NotTraceable, Trace, View, Whole
+from . import interpreter, symbols  # noqa: F401 - the interpreter enters itself
+from .calls import call_body, run
+from .memory import Bare, View, viewed
+from .paths import changed, leaves
+from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, NotTraceableError, Trace, Whole
 
 #: Levels of processors for which code is made, the best first, and what a processor of each can do.
 LEVELS = {
@@ -24,8 +29,27 @@ LEVELS = {
 }
 
 
-@functools.cache
+_WANTED: list[str] = []  # a level for which code is made in place of this machine's
+
+
 def level() -> str:
+    """Return the level of processors for which code is made."""
+    return _WANTED[-1] if _WANTED else _own_level()
+
+
+@contextlib.contextmanager
+def shipped_for(name: str) -> Iterator[Path]:
+    """Within, code is made for a level and kept in the package, not in the user's cache; nothing of it is run."""
+    _WANTED.append(name)
+    try:
+        with cache.kept_in_package() as place:
+            yield place
+    finally:
+        _WANTED.pop()
+
+
+@functools.cache
+def _own_level() -> str:
     """Return the level of this machine's processor; its own name where it is below all levels or of another kind."""
     if platform.machine().lower() in ("x86_64", "amd64"):
         has = llvm.get_host_cpu_features()
@@ -61,7 +85,7 @@ def traced(function: Callable, scene: Any, items: str, *, width: int = 1, spread
 
     def body(numbers: Bare, *rest: Any) -> None:
         view, places = View(numbers.base, DOUBLE, (1 << 30,), (WIDTH if spread else 1,), width), itertools.count()
-        interpreter.run(function, (symbols.changed(scene, lambda _: view[next(places)]),), *rest)
+        run(function, (changed(scene, lambda _: view[next(places)]),), *rest)
 
     return _module(body, items, width)
 
@@ -124,32 +148,30 @@ def compiled(
     return code_of(function, told, lambda: traced(function, scene, items, width=width, spread=in_lanes), width == 1)
 
 
-def compiled_at(function: Callable, told: str) -> Code:
+def compiled_at(function: Callable, told: str) -> Code | None:
     """Return the machine code of `function(address)`; told : what the code depends on beside its sources."""
 
     def body(numbers: Bare, _: Any) -> None:
-        interpreter.run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
+        run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
 
-    made = code_of(function, told, lambda: _module(body, "", 1))
-    assert made
-    return made
+    return code_of(function, told, lambda: _module(body, "", 1))
 
 
-def code_of(function: Callable, told: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:  # noqa: FBT001, FBT002
+def code_of(function: Callable, told: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:
     """Return the machine code of a module, made of a function, or as it is kept; None where it is not to be had."""
     told = f"{function.__module__}.{function.__qualname__} {told} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(told.encode()).hexdigest()[:32]}.o"
-    content = cache.kept(name)
+    content = None if _WANTED else cache.kept(name)
     if content is None:
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
             try:
                 content = object_of(module())
-            except NotTraceable:
+            except NotTraceableError:
                 if needed:
                     raise
                 content = b""
         cache.keep(name, content)
-    return loaded(content) if content else None
+    return loaded(content) if content and not _WANTED else None
 
 
 def function_at(address: int, arrays: int) -> Any:
@@ -161,21 +183,20 @@ def machine_code(function: Callable) -> Callable:
     """Return a function of numbers, nested tuples and arrays as machine code, made where it is first called.
 
     Numbers are float64 and known when it is called; whole numbers, which it may count by, are part of the code.  Arrays
-    are of float64, without gaps.  It returns numbers or nested tuples of them.
+    are of float64 or int64.  It returns numbers or nested tuples of them.
     """
     made: dict[Any, Any] = {}
 
     @functools.wraps(function)
     def called(*given: Any) -> Any:
-        arrays = [x for x in symbols.leaves(given) if isinstance(x, np.ndarray)]
-        numbers = np.array([float(x) for x in symbols.leaves(given) if isinstance(x, float)] or [0.0])
-        form = symbols.changed(given, lambda x: x.shape if isinstance(x, np.ndarray) else None if isinstance(x, float) else x)
-        key = symbols.form_of(form), _text(_types(given))
+        arrays = [x for x in leaves(given) if isinstance(x, np.ndarray)]
+        numbers = np.array([float(x) for x in leaves(given) if isinstance(x, float)] or [0.0])
+        key = _form(given)
         if key not in made:
             made[key] = _of_numbers(function, given)
         code, result, count = made[key]
         found = np.empty(max(count, 1))
-        kept = [np.ascontiguousarray(array, dtype=float) for array in arrays]
+        kept = [np.ascontiguousarray(array) for array in arrays]
         function_at(code.address, len(kept) + 1)(
             numbers.ctypes.data, *(array.ctypes.data for array in kept), found.ctypes.data, 0
         )
@@ -183,7 +204,7 @@ def machine_code(function: Callable) -> Callable:
             if other is not array:
                 array[...] = other
         values = iter(found.tolist())
-        return symbols.changed(result, lambda x: next(values) if x is _PLACE else x)
+        return changed(result, lambda x: next(values) if x is _PLACE else x)
 
     return called
 
@@ -191,14 +212,19 @@ def machine_code(function: Callable) -> Callable:
 _PLACE = object()  # of a number in a result
 
 
-def _types(given: Any) -> Any:
-    return (type(given), *map(_types, given)) if isinstance(given, tuple) else type(given)
+def _form(given: Any) -> Any:
+    """Return what machine code for what is given depends on."""
+    if isinstance(given, tuple):
+        return (type(given), *map(_form, given))
+    if isinstance(given, np.ndarray):
+        return given.dtype.kind, given.shape
+    return float if isinstance(given, float) else given
 
 
 def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
     """Return machine code of a function for what is of the form of `given`, its result without numbers, their count."""
     told: list[Any] = []
-    count = sum(isinstance(x, np.ndarray) for x in symbols.leaves(given))
+    kinds = "".join(x.dtype.kind for x in leaves(given) if isinstance(x, np.ndarray))
 
     def body(numbers: Any, *rest: Any) -> None:
         *bare, out, _ = rest
@@ -207,18 +233,18 @@ def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
 
         def one(x: Any) -> Any:
             if isinstance(x, np.ndarray):
-                return interpreter.call(symbols.viewed, next(arrays), x.shape)
+                return viewed(next(arrays), x.shape)
             return view[next(places)] if isinstance(x, float) else x
 
-        found = interpreter.call_body(function, symbols.changed(given, one), {})
+        found = call_body(function, changed(given, one), {})
         into, place = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
-        for x in symbols.leaves(found):
+        for x in leaves(found):
             if isinstance(x, float) or symbols.is_symbol(x):
                 into[next(place)] = x
-        told.append(symbols.changed(found, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
+        told.append(changed(found, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
         told.append(next(place))
 
-    content = object_of(_module(body, "f" * (count + 1), 1))
+    content = object_of(_module(body, f"{kinds}f", 1))
     return loaded(content), *told
 
 

@@ -6,11 +6,8 @@ product of the same function, which is fused.
 """
 
 import contextlib
-import functools
-import math
-import types
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
@@ -21,7 +18,7 @@ DOUBLE, WHOLE, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 ADDRESS = ir.IntType(8).as_pointer()
 
 
-class NotTraceable(Exception):
+class NotTraceableError(Exception):
     """What a body does cannot be written down."""
 
 
@@ -73,7 +70,7 @@ class Symbol:
         self.product = product  # where it was multiplied, if it is a product
 
     def __bool__(self) -> bool:
-        raise NotTraceable("decides on a number outside what is traced")
+        raise NotTraceableError("decides on a number outside what is traced")
 
     def __add__(self, other: Any) -> Any:
         return plus(self, other)
@@ -162,10 +159,10 @@ def as_kind(x: Any, kind: type, width: int = 1) -> Any:
         value = convert(value, form(DOUBLE, x.width))
     elif kind is Whole and not isinstance(x, Whole):
         if isinstance(x, Number):
-            raise NotTraceable("takes a number for a whole one")
+            raise NotTraceableError("takes a number for a whole one")
         value = b.zext(value, form(WHOLE, x.width))
     elif kind is Truth and not isinstance(x, Truth):
-        raise NotTraceable("takes a number for an answer")
+        raise NotTraceableError("takes a number for an answer")
     if width > x.width:
         one = b.insert_element(ir.Constant(form(kind.item, width), ir.Undefined), value, WHOLE(0))  # type: ignore[attr-defined]
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
@@ -268,7 +265,7 @@ def whole_over(a: Any, b: Any, where: Any = None) -> Any:
 def remainder(a: Any, b: Any, where: Any = None) -> Any:
     """Emit a % b of whole numbers, b > 0."""
     if _is_float(a, b):
-        raise NotTraceable("takes the remainder of numbers")
+        raise NotTraceableError("takes the remainder of numbers")
     builder, width = trace().builder, width_of(a, b)
     x, y = as_kind(a, Whole, width), as_kind(b, Whole, width)
     rest = builder.srem(x, y)
@@ -365,390 +362,3 @@ def bits_of(x: Number) -> Whole:
 def number_of(x: Whole) -> Number:
     """Emit the number that has these bits."""
     return Number(trace().builder.bitcast(x.value, form(DOUBLE, x.width)), x.width)
-
-
-# ---------------------------------------------------------------------------------------------- memory
-
-
-class Bare:
-    """A pointer of which nothing but the kind of its items is known."""
-
-    def __init__(self, base: Any, item: Any):
-        self.base, self.item = base, item
-
-    @classmethod
-    def at(cls, address: "Whole", kind: str) -> "Bare":
-        """Return the pointer to an address, 'f' to float64, 'i' to int64."""
-        return cls(trace().builder.inttoptr(address.value, ADDRESS), DOUBLE if kind == "f" else WHOLE)
-
-
-def word_at(address: "Whole", place: int, kind: type) -> Any:
-    """Emit a word of what lies at an address and stays as it is while the program runs."""
-    builder = trace().builder
-    first = builder.inttoptr(address.value, kind.item.as_pointer())  # type: ignore[attr-defined]
-    loaded = builder.load(builder.gep(first, [WHOLE(place)]), align=8)
-    loaded.set_metadata("invariant.load", trace().module.add_metadata([]))
-    return kind(loaded)
-
-
-def call_at(code: Any, parameters: Any, arrays: tuple, integer: Any) -> None:
-    """Emit the call of the machine code at an address with that of parameters, those of arrays, and an integer."""
-    builder = trace().builder
-    given = [builder.inttoptr(as_kind(parameters, Whole), ADDRESS)]
-    given += [builder.bitcast(array.address(), ADDRESS) for array in arrays]
-    kind = ir.FunctionType(ir.VoidType(), [ADDRESS] * len(given) + [WHOLE])
-    builder.call(builder.inttoptr(as_kind(code, Whole), kind.as_pointer()), [*given, as_kind(integer, Whole)])
-
-
-class View:
-    """An array in memory, or a part of one: the values lie `strides` (in numbers of eight bytes) apart.
-
-    width : how many values lie side by side at each place, WIDTH apart from those of the next place.
-    """
-
-    __slots__ = ("base", "item", "offset", "shape", "strides", "width")
-
-    def __init__(self, base: Any, item: Any, shape: tuple, strides: tuple[int, ...], width: int = 1, offset: Any = 0):
-        self.base, self.item, self.shape, self.strides = base, item, shape, strides
-        self.width, self.offset = width, offset
-
-    @property
-    def size(self) -> Any:
-        """Return the number of values."""
-        return _product(self.shape)
-
-    def reshape(self, *shape: int) -> "View":
-        """Return the same values, which lie without gaps, as an array of another shape."""
-        steps = [self.strides[-1]]
-        for count in reversed(shape[1:]):
-            steps.append(steps[-1] * count)
-        return View(self.base, self.item, shape, tuple(reversed(steps)), self.width, self.offset)
-
-    def _part(self, index: Any) -> "View":
-        given = index if isinstance(index, tuple) else (index,)
-        offset, shape, strides = self.offset, [], []
-        for axis, place in enumerate(given):
-            if isinstance(place, slice):
-                first = 0 if place.start is None else place.start
-                last = self.shape[axis] if place.stop is None else place.stop
-                offset = _moved(offset, first, self.strides[axis])
-                shape.append(last - first if not (is_symbol(last) or is_symbol(first)) else minus(last, first))
-                strides.append(self.strides[axis])
-                continue
-            if not is_symbol(place):
-                place = int(place)
-                if place < 0:
-                    place = self.shape[axis] + place
-            offset = _moved(offset, place, self.strides[axis])
-        count = len(given)
-        return View(
-            self.base,
-            self.item,
-            (*shape, *self.shape[count:]),
-            (*strides, *self.strides[count:]),
-            self.width,
-            offset,
-        )
-
-    def address(self) -> Any:
-        """Emit the address of its first value."""
-        builder = trace().builder
-        first = builder.bitcast(self.base, self.item.as_pointer())
-        place = self.offset.value if is_symbol(self.offset) else WHOLE(self.offset)
-        at = builder.gep(first, [place])
-        return at if self.width == 1 else builder.bitcast(at, form(self.item, self.width).as_pointer())
-
-    def __getitem__(self, index: Any) -> Any:
-        part = self._part(index)
-        if part.shape:
-            return part
-        if is_symbol(part.offset) and part.offset.width > 1:
-            return part._each_lane()
-        value = trace().builder.load(part.address(), align=8 * self.width)
-        return (Number if self.item is DOUBLE else Whole)(value, self.width)
-
-    def _each_lane(self) -> Any:
-        """Emit the values at places that differ from lane to lane."""
-        builder, offset, lanes = trace().builder, self.offset, trace().lanes()
-        if lanes is not None:  # what the others would look up may be anywhere
-            offset = selected(lanes, offset, 0)
-        found = ir.Constant(form(self.item, offset.width), ir.Undefined)
-        for lane in range(offset.width):
-            place = Whole(builder.extract_element(offset.value, WHOLE(lane)))
-            beside = lane if self.width > 1 else 0
-            one = View(self.base, self.item, (), (), 1, plus(place, beside) if beside else place)
-            found = builder.insert_element(found, one[()].value, WHOLE(lane))
-        return (Number if self.item is DOUBLE else Whole)(found, offset.width)
-
-    def __setitem__(self, index: Any, x: Any) -> None:
-        part = self._part(index)
-        if part.shape:
-            raise NotTraceable("fills a part of an array at once")
-        kind, lanes = Number if self.item is DOUBLE else Whole, trace().lanes()
-        if lanes is not None:
-            if self.width == 1:
-                raise NotTraceable("puts a number of several lanes into one place")
-            x = selected(lanes, x, part[()])
-        trace().builder.store(as_kind(x, kind, self.width), part.address(), align=8 * self.width)
-
-
-def viewed(array: Any, shape: tuple, apart: int = 1, width: int = 1) -> View:
-    """Return a bare pointer as an array of a shape, whose values lie so many numbers apart."""
-    steps: list[Any] = [apart]
-    for count in reversed(shape[1:]):
-        steps.append(_multiplied(steps[-1], count))
-    return View(array.base, array.item, tuple(shape), tuple(reversed(steps)), width)
-
-
-def _multiplied(a: Any, b: Any) -> Any:
-    return times(a, b) if is_symbol(a) or is_symbol(b) else a * b
-
-
-def _product(shape: tuple) -> Any:
-    return functools.reduce(_multiplied, shape, 1)
-
-
-def _moved(offset: Any, place: Any, stride: Any) -> Any:
-    if not is_symbol(place) and place == 0:
-        return offset
-    step = place if not is_symbol(stride) and stride == 1 else _multiplied(place, stride)
-    if not is_symbol(offset) and offset == 0:
-        return step
-    return plus(offset, step) if is_symbol(offset) or is_symbol(step) else offset + step
-
-
-def table_of(array: np.ndarray) -> View:
-    """Return the constant that an array of numpy becomes."""
-    hand = trace()
-    if id(array) not in hand.tables:
-        flat = np.ascontiguousarray(array).ravel()
-        item = DOUBLE if array.dtype.kind == "f" else WHOLE
-        kind = ir.ArrayType(item, flat.size)
-        name = f"table.{len(hand.tables)}"
-        known = ir.GlobalVariable(hand.module, kind, name)
-        known.initializer = ir.Constant(kind, [item(x) for x in flat.tolist()])
-        known.global_constant, known.linkage = True, "internal"
-        hand.tables[id(array)] = known
-        hand.held.append(array)
-    steps = tuple(int(math.prod(array.shape[axis + 1 :])) for axis in range(array.ndim))
-    item = DOUBLE if array.dtype.kind == "f" else WHOLE
-    return View(hand.tables[id(array)], item, array.shape, steps)
-
-
-def gathered(view: View, index: tuple) -> Number:
-    """Emit the values of an array at places that differ from lane to lane."""
-    width, lanes = width_of(*index), trace().lanes()
-    if width == 1:
-        return view[index]
-    if lanes is not None:  # what the others would look up may be anywhere
-        index = tuple(selected(lanes, x, 0) if is_symbol(x) else x for x in index)
-    builder = trace().builder
-    joined = ir.Constant(form(view.item, width), ir.Undefined)
-    for lane in range(width):
-        place = tuple(
-            Whole(builder.extract_element(x.value, WHOLE(lane))) if is_symbol(x) and x.width > 1 else x for x in index
-        )
-        joined = builder.insert_element(joined, view[place].value, WHOLE(lane))
-    return (Number if view.item is DOUBLE else Whole)(joined, width)
-
-
-def at_address(address: Number, place: Any) -> Number:
-    """Emit a number of what lies at an address that travels as a number."""
-    builder, width = trace().builder, width_of(address, place)
-
-    def one(address: Any, place: Any) -> Any:
-        first = builder.inttoptr(builder.fptoui(address, WHOLE), DOUBLE.as_pointer())
-        return builder.load(builder.gep(first, [place]), align=8)
-
-    if width == 1:
-        return Number(one(number(address).value, as_kind(place, Whole)))
-    lanes = trace().lanes()
-    if lanes is not None:  # what the others would look up may be anywhere
-        place = selected(lanes, place, 0)
-    addresses, places = as_kind(address, Number, width), as_kind(place, Whole, width)
-    joined = ir.Constant(form(DOUBLE, width), ir.Undefined)
-    for lane in range(width):
-        at = (builder.extract_element(x, WHOLE(lane)) for x in (addresses, places))
-        joined = builder.insert_element(joined, one(*at), WHOLE(lane))
-    return Number(joined, width)
-
-
-# ---------------------------------------------------------------------------------------------- what is made of symbols
-
-
-class Path(NamedTuple):
-    """A way through a body, which goes on at the end of a block."""
-
-    block: Any
-    value: Any
-
-
-def changed(x: Any, change: Callable) -> Any:
-    """Return nested tuples with what is in them changed."""
-    return rebuilt(x, iter([change(part) for part in leaves(x)]))
-
-
-def form_of(x: Any) -> Any:
-    """Return what a function of machine code for such a value depends on: all of it but what symbols stand for."""
-    if isinstance(x, tuple):
-        return (type(x), *map(form_of, x))
-    if hasattr(x, "pieces"):
-        return (type(x), getattr(x, "known", None), *map(form_of, x.pieces()))
-    if isinstance(x, Symbol):
-        return type(x), x.width
-    if isinstance(x, View):
-        known = x.base if isinstance(x.base, ir.GlobalVariable) else None
-        extents = tuple(map(form_of, (*x.shape, *x.strides, x.offset)))
-        return View, known, x.item, len(x.shape), extents, x.width
-    if isinstance(x, np.ndarray):
-        return np.ndarray, id(x)
-    if isinstance(x, float):
-        return float, x.hex()
-    if not isinstance(x, (int, str, type, types.FunctionType, np.generic, type(None))):
-        raise NotTraceable(f"hands over a {type(x).__name__}")
-    return type(x), x
-
-
-def passed(x: Any) -> list[Any]:
-    """Return what of a value is handed over to a function of machine code."""
-    found: list[Any] = []
-    for part in leaves(x):
-        if isinstance(part, Symbol):
-            found.append(part.value)
-        elif isinstance(part, View):
-            if not isinstance(part.base, ir.GlobalVariable):
-                found.append(part.base)
-            found += [count.value for count in (*part.shape, *part.strides, part.offset) if is_symbol(count)]
-    return found
-
-
-def received(x: Any, arguments: Iterator[Any]) -> Any:
-    """Return a value as a function of machine code sees it."""
-
-    def one(part: Any) -> Any:
-        if isinstance(part, Symbol):
-            return type(part)(next(arguments), part.width)
-        if isinstance(part, View):
-            base = part.base if isinstance(part.base, ir.GlobalVariable) else next(arguments)
-            shape, strides = (tuple(one(count) for count in counts) for counts in (part.shape, part.strides))
-            return View(base, part.item, shape, strides, part.width, one(part.offset))
-        return part
-
-    return changed(x, one)
-
-
-def leaves(x: Any) -> Iterator[Any]:
-    """Yield what is in nested tuples and numbers with slopes."""
-    if isinstance(x, tuple):
-        for part in x:
-            yield from leaves(part)
-    elif hasattr(x, "pieces"):
-        for part in x.pieces():
-            yield from leaves(part)
-    else:
-        yield x
-
-
-def rebuilt(x: Any, values: Iterator[Any]) -> Any:
-    """Return nested tuples with other values in them."""
-    if isinstance(x, tuple):
-        parts = [rebuilt(part, values) for part in x]
-        return type(x)(*parts) if hasattr(x, "_fields") else tuple(parts)
-    if hasattr(x, "pieces"):
-        made = [rebuilt(part, values) for part in x.pieces()]
-        return x.remade(made) if hasattr(x, "remade") else type(x)(*made)
-    return next(values)
-
-
-def alike(values: list[Any]) -> list[Any]:
-    """Return values with numbers that carry slopes wherever one of them does."""
-    first = values[0]
-    if all(isinstance(x, tuple) for x in values):
-        if any(len(x) != len(first) or type(x) is not type(first) for x in values):
-            raise NotTraceable("returns tuples of different forms")
-        columns = [alike(list(column)) for column in zip(*values, strict=True)]
-        rows: Any = zip(*columns, strict=True) if columns else [() for _ in values]
-        return [type(first)(*row) if hasattr(first, "_fields") else tuple(row) for row in rows]
-    slopes = [x for x in values if hasattr(x, "parts")]
-    if slopes and len(slopes) < len(values):
-        return [x if hasattr(x, "parts") else type(slopes[0])(x, 0.0) for x in values]
-    if slopes:
-        columns = [alike(list(column)) for column in zip(*(x.parts() for x in values), strict=True)]
-        return [type(x)(*row) for x, row in zip(values, zip(*columns, strict=True), strict=True)]
-    return values
-
-
-def joined(paths: list[Path]) -> Any:
-    """Emit the place where paths meet; return the value there."""
-    builder = trace().builder
-    if len(paths) == 1:
-        builder.position_at_end(paths[0].block)
-        return paths[0].value
-    end = trace().block()
-    values = alike([path.value for path in paths])
-    rows = [list(leaves(value)) for value in values]
-    if len({len(row) for row in rows}) != 1:
-        raise NotTraceable("gives different forms on different paths")
-    made = [_meeting([path.block for path in paths], list(column), end) for column in zip(*rows, strict=True)]
-    for path in paths:
-        builder.position_at_end(path.block)
-        builder.branch(end)
-    builder.position_at_end(end)
-    return rebuilt(values[0], iter(made))
-
-
-def _meeting(blocks: list[Any], column: list[Any], end: Any) -> Any:
-    """Return what values become in the block in which other blocks end."""
-    first, builder = column[0], trace().builder
-    if all(x is first for x in column):
-        return first
-    if any(isinstance(x, (View, np.ndarray)) for x in column):
-        return _view_of(blocks, [table_of(x) if isinstance(x, np.ndarray) else x for x in column], end)
-    if not all(isinstance(x, (Symbol, int, float, np.number, np.bool_)) for x in column):
-        if all(type(x) is type(first) and x == first for x in column):
-            return first
-        raise NotTraceable("gives different things on different paths")
-    if not any(map(is_symbol, column)) and all(
-        type(x) is type(first) and x == first and math.copysign(1.0, x) == math.copysign(1.0, first) for x in column
-    ):
-        return first
-    kind, width = kind_of(*column), width_of(*column)
-    emitted = []
-    for block, x in zip(blocks, column, strict=True):
-        builder.position_at_end(block)
-        emitted.append(as_kind(x, kind, width))
-    builder.position_at_end(end)
-    phi = builder.phi(form(kind.item, width))  # type: ignore[attr-defined]
-    for block, value in zip(blocks, emitted, strict=True):
-        phi.add_incoming(value, block)
-    return kind(phi, width)
-
-
-def _view_of(blocks: list[Any], column: list[Any], end: Any) -> View:
-    first, base = column[0], column[0].base
-    same = all(
-        isinstance(x, View) and (x.item, x.width, len(x.shape)) == (first.item, first.width, len(first.shape))
-        for x in column
-    )
-    if not same:
-        raise NotTraceable("gives different arrays on different paths")
-    if any(x.base is not base for x in column):
-        base = _address_of(blocks, [x.base for x in column], end)
-    extents = [
-        _meeting(blocks, list(each), end) for each in zip(*((*x.shape, *x.strides, x.offset) for x in column), strict=True)
-    ]
-    count = len(first.shape)
-    return View(base, first.item, tuple(extents[:count]), tuple(extents[count:-1]), first.width, extents[-1])
-
-
-def _address_of(blocks: list[Any], bases: list[Any], end: Any) -> Any:
-    """Return the address of one of several arrays in the block in which other blocks end."""
-    builder, addresses = trace().builder, []
-    for block, base in zip(blocks, bases, strict=True):
-        builder.position_at_end(block)
-        addresses.append(builder.bitcast(base, ADDRESS))
-    builder.position_at_end(end)
-    phi = builder.phi(ADDRESS)
-    for block, address in zip(blocks, addresses, strict=True):
-        phi.add_incoming(address, block)
-    return phi

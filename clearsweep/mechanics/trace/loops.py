@@ -1,0 +1,286 @@
+"""Loops: written out turn by turn where it is known how many there are, else one of blocks.
+
+Of a loop of blocks every variable that it changes needs a place that all turns share.  What kind of value that holds,
+a number, a whole one, in lanes or not, shows when its turn has been run; where it was taken for a narrower kind, the
+loop is taken out and emitted anew.
+"""
+
+import ast
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import symbols
+from .activation import LANES, RETURNED, Activation, Loop, Returns, contains, stored
+from .lanes import all_lanes, nothing, nowhere
+from .memory import View
+from .paths import Path, changed, leaves, rebuilt
+from .primitives import LOOPS
+from .statements import Statements
+from .symbols import NotTraceableError, Symbol, Whole, is_symbol, trace
+
+
+class Bounds(NamedTuple):
+    """What a loop counts by."""
+
+    start: Any  # None: it goes by a condition
+    stop: Any = None
+    step: int = 1
+    source: Any = None  # an array of which it takes the items
+
+
+class _Mark:
+    """A place in the code, and in an activation, to which one can go back."""
+
+    def __init__(self, at: Activation):
+        builder = trace().builder
+        self.at, self.names, self.mask = at, dict(at.names), at.mask
+        self.block, self.function = builder.block, builder.function
+        self.instructions, self.blocks = len(self.block.instructions), len(self.function.blocks)
+        self.paths = [(paths, len(paths)) for paths in (at.returns, *(x for loop in at.loops for x in loop))]
+        self.depth = len(at.loops)
+
+    def back(self) -> None:
+        """Take out all that was emitted since."""
+        builder = trace().builder
+        del self.function.blocks[self.blocks :]
+        del self.block.instructions[self.instructions :]
+        self.block.terminator = None
+        builder.position_at_end(self.block)
+        for paths, count in self.paths:
+            del paths[count:]
+        del self.at.loops[self.depth :]
+        self.at.names, self.at.mask = dict(self.names), self.mask
+
+
+class _Variable:
+    """A number that the turns of a loop share."""
+
+    def __init__(self, first: Any, kind: type, width: int):
+        self.kind, self.width = kind, width
+        self.first = symbols.as_kind(first, kind, width)
+        self.phi: Any = None
+
+    def begin(self, before: Any) -> Symbol:
+        """Emit its place; return what it holds in a turn."""
+        self.phi = trace().builder.phi(symbols.form(self.kind.item, self.width))  # type: ignore[attr-defined]
+        self.phi.add_incoming(self.first, before)
+        held: Symbol = self.kind(self.phi, self.width)
+        return held
+
+    def wider(self, last: Any) -> tuple[type, int] | None:
+        """Return the kind and width that it needs for what it is at the end of a turn; None if it holds that."""
+        needed = symbols.kind_of(self.kind(None), last), max(self.width, symbols.width_of(last))
+        return None if needed == (self.kind, self.width) else needed
+
+    def close(self, last: Any) -> None:
+        """Let the next turn begin with what it is at the end of one."""
+        value = symbols.as_kind(last, self.kind, self.width)
+        self.phi.add_incoming(value, trace().builder.block)
+
+
+class _Carried:
+    """The variables of an activation that a loop changes, by name; `kinds` : those found so far, by name and place."""
+
+    def __init__(self, at: Activation, names: list[str], kinds: dict[Any, Any]):
+        self.at, self.parts = at, {}
+        self.variables: dict[tuple[str, int], _Variable] = {}
+        for name in names:
+            if name in kinds:  # it stands for something else behind every turn: it has no value where one begins
+                del at.names[name]
+                continue
+            parts = list(leaves(at.names[name]))
+            if all(isinstance(x, (Symbol, int, float, np.number, np.bool_, View)) for x in parts):
+                self.parts[name] = parts
+        for name, parts in self.parts.items():
+            for place, x in enumerate(parts):
+                if not isinstance(x, View):
+                    kind = kinds.get((name, place)) or (symbols.kind_of(x), symbols.width_of(x))
+                    self.variables[name, place] = _Variable(x, *kind)
+
+    def begin(self, before: Any) -> None:
+        """Emit the places of all of them; let the activation see what they hold."""
+        for name, parts in self.parts.items():
+            held = [
+                x if isinstance(x, View) else self.variables[name, place].begin(before) for place, x in enumerate(parts)
+            ]
+            self.at.names[name] = rebuilt(self.at.names[name], iter(held))
+
+    def close(self) -> dict[Any, Any]:
+        """Let the next turn begin with what they are; return the kinds of those that cannot hold it."""
+        wider: dict[Any, Any] = {}
+        last: dict[tuple[str, int], Any] = {}
+        for name, parts in self.parts.items():
+            rows = list(leaves(self.at.names.get(name)))
+            if name not in self.at.names or len(rows) != len(parts) or not _same_arrays(rows, parts):
+                wider[name] = None
+                continue
+            last |= {(name, place): x for place, x in enumerate(rows) if not isinstance(x, View)}
+        wider |= {key: kind for key, x in last.items() if (kind := self.variables[key].wider(x))}
+        if not wider:
+            for key, x in last.items():
+                self.variables[key].close(x)
+        return wider
+
+
+def _same_arrays(rows: list[Any], others: list[Any]) -> bool:
+    return all(x is y for x, y in zip(rows, others, strict=True) if isinstance(x, View) or isinstance(y, View))
+
+
+class Loops(Statements):
+    """Runs the loops of one activation."""
+
+    def do_For(self, node: Any) -> bool:  # noqa: N802 - named by the syntax
+        """Run a loop over what is known, over whole numbers, or over the items of an array."""
+        if node.orelse:
+            raise NotTraceableError("has an else behind a loop")
+        known = node.iter
+        if isinstance(known, ast.Call) and isinstance(known.func, ast.Name) and self.at.look_up(known.func.id) in LOOPS:
+            ends = [self.value(item) for item in known.args]
+            if any(map(is_symbol, ends)):
+                return self.loop(node, self.bounds(ends))
+            turns: Any = range(*[int(x) for x in ends])
+            unused = isinstance(node.target, ast.Name) and node.target.id == "_"
+            if len(turns) > 1 and (unused or self.at.look_up(known.func.id) is not range):
+                return self.loop(node, Bounds(turns.start, turns.stop, turns.step))
+        else:
+            turns = self.value(known)
+            if isinstance(turns, View):
+                return self.loop(node, Bounds(0, turns.shape[0], source=turns))
+            turns = turns.tolist() if isinstance(turns, np.ndarray) else turns
+        return self.written_out(node, list(turns))
+
+    def bounds(self, ends: list[Any]) -> Bounds:
+        """Return the Bounds of a range."""
+        start, stop, step = (0, ends[0], 1) if len(ends) == 1 else (*ends, 1)[:3]
+        if is_symbol(step):
+            raise NotTraceableError("counts by steps that are not known")
+        return Bounds(start, stop, int(step))
+
+    def do_While(self, node: Any) -> bool:  # noqa: N802
+        """Run a loop for as long as a condition holds."""
+        return self.loop(node, Bounds(None))
+
+    # ------------------------------------------------------------------------------------------ turns
+
+    def written_out(self, node: Any, turns: list[Any]) -> bool:
+        """Run every turn of a loop."""
+        inside = Loop([], [])
+        name = self.begin_loop(node)
+        for item in turns:
+            self.assign(node.target, item)
+            inside.goes_on.clear()
+            if self.turn(node, inside):
+                return self.meet([Path(path.block, _without(path.value, name)) for path in inside.breaks])
+        self.at.names.pop(name, None)
+        if inside.breaks:
+            return self.meet([*inside.breaks, Path(trace().builder.block, self.at.names)])
+        return False
+
+    def begin_loop(self, node: Any) -> str:
+        """Let lanes leave a loop one by one, where it may be left early; return the name of what says which go on."""
+        name = f"{LANES}of loop {len(self.at.loops) + 1}"
+        if trace().width > 1 and (isinstance(node, ast.While) or contains(node, ast.Break)):
+            self.at.names[name] = all_lanes(trace().width)
+        return name
+
+    def turn(self, node: Any, inside: Loop) -> bool:
+        """Run a turn of a loop; return whether none goes on behind it."""
+        self.at.loops.append(inside)
+        name = f"{LANES}of turn {len(self.at.loops)}"
+        if trace().width > 1 and contains(node, ast.Continue):
+            self.at.names[name] = all_lanes(trace().width)
+        ended = self.block(node.body)
+        self.at.loops.pop()
+        paths = list(inside.goes_on)
+        if not ended or any(x.startswith(LANES) for x in self.at.names):
+            paths.append(Path(trace().builder.block, self.at.names))
+        if self.meet(paths):
+            return True
+        self.at.names.pop(name, None)
+        return False
+
+    # ------------------------------------------------------------------------------------------ loops of blocks
+
+    def loop(self, node: Any, bounds: Bounds) -> bool:
+        """Emit a loop of blocks; return whether nothing goes on behind it."""
+        name, begin = self.begin_loop(node), _Mark(self.at)
+        try:
+            ended = self.with_variables(node, bounds)
+        except Returns as found:
+            if begin.depth:
+                raise  # the outermost loop is the one to begin anew
+            begin.back()
+            self.at.names[RETURNED] = changed(found.value, nothing)
+            self.at.names.setdefault(LANES, all_lanes(trace().width))
+            ended = self.with_variables(node, bounds)
+        if not ended:
+            self.at.names.pop(name, None)
+        return ended
+
+    def with_variables(self, node: Any, bounds: Bounds) -> bool:
+        """Emit a loop with variables of the kinds that it needs."""
+        lanes = [name for name in self.at.names if name.startswith(LANES) or name == RETURNED]
+        names = [*(name for name in stored(node) if name in self.at.names), *lanes]
+        begin, kinds = _Mark(self.at), dict[Any, Any]()
+        while True:
+            left: list[Path] = []
+            wider = self.of_kinds(node, bounds, _Carried(self.at, names, kinds), left)
+            if not wider:
+                return self.meet(left)
+            kinds |= wider
+            begin.back()
+
+    def of_kinds(self, node: Any, bounds: Bounds, carried: _Carried, left: list[Path]) -> dict[Any, Any]:
+        """Emit a loop with these variables, and enter how it is left; return the kinds of those that do not do."""
+        builder, hand = trace().builder, trace()
+        before, header = builder.block, hand.block()
+        counter = _Variable(bounds.start, Whole, 1) if bounds.start is not None else None
+        builder.branch(header)
+        builder.position_at_end(header)
+        place = counter.begin(before) if counter else None
+        carried.begin(before)
+        self.enter_turn(self.goes_on(node, bounds, place), left)
+        if place is not None:
+            self.assign(node.target, place if bounds.source is None else bounds.source[place])
+        inside = Loop([], [])
+        if not self.turn(node, inside):
+            wider = carried.close()
+            if wider:
+                return wider
+            if counter:
+                counter.close(symbols.plus(place, bounds.step))
+            builder.branch(header)
+        left += inside.breaks
+        return {}
+
+    def goes_on(self, node: Any, bounds: Bounds, place: Any) -> Any:
+        """Return whether a loop has a further turn, in any lane."""
+        if place is not None:
+            condition = symbols.compared("<" if bounds.step > 0 else ">", place, bounds.stop)
+        else:
+            condition = self.answer(node.test)
+        name = f"{LANES}of loop {len(self.at.loops) + 1}"
+        if is_symbol(condition) and condition.width > 1:
+            self.at.names[name] = symbols.both(self.at.names[name], condition)
+            condition = True
+        if name in self.at.names:
+            condition = symbols.both(condition, symbols.opposite(nowhere(self.at.lanes_in_all())))
+        return condition
+
+    def enter_turn(self, condition: Any, left: list[Path]) -> None:
+        """Go on in a turn where there is a further one."""
+        builder, body = trace().builder, trace().block()
+        if is_symbol(condition):
+            out = trace().block()
+            builder.cbranch(condition.value, body, out)
+            left.append(Path(out, dict(self.at.names)))
+        elif condition:
+            builder.branch(body)
+        else:
+            raise NotTraceableError("has a loop without turns")
+        builder.position_at_end(body)
+
+
+def _without(names: dict[str, Any], name: str) -> dict[str, Any]:
+    return {key: value for key, value in names.items() if key != name}

@@ -1,0 +1,180 @@
+"""Statements of a body on symbols, but for loops."""
+
+import ast
+from typing import Any
+
+from . import symbols
+from .activation import LANES, RETURNED, Returns
+from .expressions import Expressions
+from .lanes import all_lanes, blended, nothing, nowhere
+from .paths import Path, alike, changed, leaves, meeting, rebuilt
+from .symbols import NotTraceableError, Truth, is_symbol, trace
+
+
+class Statements(Expressions):
+    """Runs the statements of one activation."""
+
+    def block(self, statements: list[Any]) -> bool:
+        """Run statements; return whether no path goes on behind them."""
+        for statement in statements:
+            self.at.node = statement
+            if getattr(self, f"do_{type(statement).__name__}", self.do_what)(statement):
+                return True
+        return False
+
+    def do_what(self, node: Any) -> bool:
+        """Refuse a statement."""
+        raise NotTraceableError(f"has a statement that is not known ({type(node).__name__})")
+
+    def do_Expr(self, node: Any) -> bool:  # noqa: N802 - named by the syntax, as all that follow
+        """Run an expression for what it does."""
+        if not isinstance(node.value, ast.Constant):
+            self.value(node.value)
+        return False
+
+    def do_Pass(self, node: Any) -> bool:  # noqa: N802
+        """Do nothing."""
+        return False
+
+    def do_Assert(self, node: Any) -> bool:  # noqa: N802
+        """Do nothing."""
+        return False
+
+    def do_Return(self, node: Any) -> bool:  # noqa: N802
+        """End this path of the function."""
+        value = self.value(node.value) if node.value else None
+        lanes = self.at.lanes()
+        if lanes is None or (self.at.mask is None and LANES not in self.at.names and not self.at.loops):
+            self.leave(value)
+        elif self.at.loops and RETURNED not in self.at.names:
+            raise Returns(value)
+        else:
+            self.keep(RETURNED, value, lanes)
+            self.stop(LANES, lanes)
+        return True
+
+    def leave(self, value: Any) -> None:
+        """End this path of the function for all lanes; those that have ended before keep what they returned."""
+        if RETURNED in self.at.names:
+            value = blended(self.at.names[LANES], value, self.at.names[RETURNED])
+        self.at.returns.append(Path(trace().builder.block, value))
+
+    def stop(self, name: str, lanes: Any) -> None:
+        """Let some lanes take no further part."""
+        going = self.at.names.get(name, True)
+        self.at.names[name] = symbols.both(going, symbols.opposite(lanes))
+
+    def do_Assign(self, node: Any) -> bool:  # noqa: N802
+        """Give names, items or places in arrays a value."""
+        value = self.value(node.value)
+        for target in node.targets:
+            self.assign(target, value)
+        return False
+
+    def do_AnnAssign(self, node: Any) -> bool:  # noqa: N802
+        """Do the same where the name has a type."""
+        if node.value:
+            self.assign(node.target, self.value(node.value))
+        return False
+
+    def do_AugAssign(self, node: Any) -> bool:  # noqa: N802
+        """Change a value in its place."""
+        target = node.target
+        if isinstance(target, ast.Name):
+            self.assign(target, self.binary(node.op, self.at.look_up(target.id), self.value(node.value)))
+            return False
+        holder, index = self.value(target.value), self.index(target.slice)
+        old = self.item(holder, index)
+        holder[index] = self.binary(node.op, old, self.value(node.value))
+        return False
+
+    def do_If(self, node: Any) -> bool:  # noqa: N802
+        """Take a side, or both where it is not known which."""
+        condition = self.answer(node.test)
+        if not is_symbol(condition):
+            return self.block(node.body if condition else node.orelse)
+        if condition.width > 1:
+            return self.in_some(condition, node)
+        builder, hand, before = trace().builder, trace(), self.at.names
+        sides = (hand.block(), node.body), (hand.block(), node.orelse)
+        builder.cbranch(condition.value, sides[0][0], sides[1][0])
+        paths = []
+        for begin, statements in sides:
+            builder.position_at_end(begin)
+            self.at.names = dict(before)
+            if not self.block(statements):
+                paths.append(Path(builder.block, self.at.names))
+        return self.meet(paths)
+
+    def in_some(self, condition: Truth, node: Any) -> bool:
+        """Run each side of a decision in the lanes that want it, if one does; return whether none goes on."""
+        builder, hand, outer = trace().builder, trace(), self.at.mask
+        ended = []
+        for wanted, statements in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
+            if not statements:
+                ended.append(False)
+                continue
+            self.at.mask = wanted if outer is None else symbols.both(outer, wanted)
+            begin, skip = hand.block(), hand.block()
+            before = dict(self.at.names)
+            builder.cbranch(nowhere(self.at.lanes_in_all()).value, skip, begin)
+            builder.position_at_end(begin)
+            ended.append(self.block(statements))
+            inside = self.at.names
+            for name, value in inside.items():  # what is new has no meaning where no lane wants it
+                if name not in before:
+                    before[name] = all_lanes(hand.width) if name.startswith(LANES) else changed(value, nothing)
+            self.meet([Path(builder.block, inside), Path(skip, before)])
+            self.at.mask = outer
+        return all(ended)
+
+    def meet(self, paths: list[Path]) -> bool:
+        """Go on where paths meet, with the variables that they have in common; return whether there are none."""
+        if not paths:
+            return True
+        if len(paths) == 1:
+            trace().builder.position_at_end(paths[0].block)
+            self.at.names = paths[0].value
+            return False
+        known = [name for name in paths[0].value if all(name in path.value for path in paths)]
+        builder, end = trace().builder, trace().block()
+        met: dict[str, Any] = {}
+        for name in known:
+            column = [path.value[name] for path in paths]
+            if all(x is column[0] for x in column):
+                met[name] = column[0]
+                continue
+            try:
+                column = alike(column)
+                rows = [list(leaves(x)) for x in column]
+                if len({len(row) for row in rows}) != 1:
+                    continue
+                blocks = [path.block for path in paths]
+                made = [meeting(blocks, list(items), end) for items in zip(*rows, strict=True)]
+            except NotTraceableError:
+                continue  # a name that stands for different things has no value from here on
+            met[name] = rebuilt(column[0], iter(made))
+        for path in paths:
+            builder.position_at_end(path.block)
+            builder.branch(end)
+        builder.position_at_end(end)
+        self.at.names = met
+        return False
+
+    def do_Break(self, node: Any) -> bool:  # noqa: N802
+        """Leave a loop."""
+        lanes = self.at.lanes()
+        if lanes is not None:
+            self.stop(f"{LANES}of loop {len(self.at.loops)}", lanes)
+            return True
+        self.at.loops[-1].breaks.append(Path(trace().builder.block, dict(self.at.names)))
+        return True
+
+    def do_Continue(self, node: Any) -> bool:  # noqa: N802
+        """Leave a turn of a loop."""
+        lanes = self.at.lanes()
+        if lanes is not None:
+            self.stop(f"{LANES}of turn {len(self.at.loops)}", lanes)
+            return True
+        self.at.loops[-1].goes_on.append(Path(trace().builder.block, dict(self.at.names)))
+        return True

@@ -1,0 +1,43 @@
+"""Builds the machine code of the integration loop, which is the same for all cases, into the package.
+
+`python -m clearsweep.simulation.prebuild [LEVEL ...]`: for these levels of processors (x86-64-v4, x86-64-v3), else for
+that of this machine.  A wheel that is built afterwards holds it, and no user waits for it.
+"""
+
+import sys
+import time
+
+from ..grid import load
+from ..mechanics.trace import objects
+from . import catalogue
+from .trajectory import compile_loop
+
+PAIR = {  # any case will do
+    "mechanism": {"type": "impact-pair", "masses": ["1 kg", "1 kg"], "speed": "1 m/s"},
+    "joints": {
+        "pair": {
+            "bearing_radius": "10 mm",
+            "clearance": "0.1 mm",
+            "contact": {"law": "hertz", "stiffness": 1e10},
+        }
+    },
+    "simulate": {"impacts": 1},
+}
+
+
+def main(levels: list[str]) -> int:
+    """Build the loop for levels of processors and say so; return the exit code."""
+    case = load(PAIR, catalogue()).case(0)
+    for level in levels or [objects.level()]:
+        if level not in objects.LEVELS and level != objects.level():
+            print(f"{level}: no level; known: {', '.join(objects.LEVELS)}", file=sys.stderr)
+            return 2
+        begin = time.perf_counter()
+        with objects.shipped_for(level) as place:
+            compile_loop(case)
+        print(f"integration loop for {level} in {place}, {time.perf_counter() - begin:.1f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
