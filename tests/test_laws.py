@@ -374,7 +374,7 @@ def code_of(**contact):
     """Return the compiled code of the right-hand side of a slider-crank with this contact, as text."""
     case = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})
     made = clearsweep.load_case(case)
-    return str(objects.optimised(objects.traced(attempt.attempt_entry, made.value, attempt.ARRAYS)))
+    return str(objects.traced(attempt.attempt_entry, made.value, attempt.ARRAYS))
 
 
 @pytest.mark.heavy
@@ -383,9 +383,9 @@ def test_a_scene_compiles_the_laws_it_uses_and_no_other():
     material = {"young": 207e9, "poisson": 0.3}
     johnson = code_of(law="hertz", elastic="johnson", material=material)
     liu = code_of(law="hertz", elastic="liu", material=material)
-    assert "@log(" in johnson
-    assert "@log(" not in liu
-    assert "@log(" not in code_of(law="hertz", stiffness=6.61e10)
+    assert '@"log' in johnson
+    assert '@"log' not in liu
+    assert '@"log' not in code_of(law="hertz", stiffness=6.61e10)
 
 
 @pytest.mark.slow

@@ -8,13 +8,14 @@ each in the lanes that want it, and a loop runs until all lanes have left it.
 
 import functools
 import math
+from types import FunctionType
 from typing import Any
 
-from . import symbols
-from .calls import RUNNERS
+from . import functions, operations, symbols
+from .calls import RUNNERS, call
 from .loops import Loops
-from .primitives import for_symbols
-from .symbols import Number, Whole, trace
+from .primitives import INSIDE, ON_ITS_OWN, PRIMITIVES, for_symbols, traceable
+from .symbols import NotTraceableError, Whole, is_symbol
 
 RUNNERS.append(Loops)
 
@@ -37,39 +38,32 @@ for_symbols(math.floor, lambda x: symbols.as_whole(symbols.floor_number(x)))
 for_symbols(math.isfinite, lambda x: symbols.compared("<", symbols.intrinsic("fabs", x), math.inf))
 
 
-def _of_the_library(name: str, *given: Any) -> Number:
-    """Emit the library's function, lane by lane."""
-    hand, width = trace(), symbols.width_of(*given)
-    kind = symbols.ir.FunctionType(symbols.DOUBLE, [symbols.DOUBLE] * len(given))
-    function = hand.module.globals.get(name) or symbols.ir.Function(hand.module, kind, name)
-    values = [symbols.as_kind(x, Number, width) for x in given]
-    if width == 1:
-        return Number(hand.builder.call(function, values))
-    found: Any = symbols.ir.Constant(symbols.form(symbols.DOUBLE, width), symbols.ir.Undefined)
-    for lane in range(width):
-        place = symbols.WHOLE(lane)
-        one = hand.builder.call(function, [hand.builder.extract_element(x, place) for x in values])
-        found = hand.builder.insert_element(found, one, place)
-    return Number(found, width)
+def _where(condition: Any, a: Any, b: Any) -> Any:
+    if not is_symbol(condition):
+        return a if condition else b
+    return symbols.selected(condition, a, b)
 
 
-for _function in [
-    "sin",
-    "cos",
-    "tan",
-    "tanh",
-    "exp",
-    "expm1",
-    "log",
-    "log1p",
-    "log2",
-    "atan",
-    "atan2",
-    "cosh",
-    "sinh",
-    "asin",
-    "acos",
-    "hypot",
-]:
-    for_symbols(getattr(math, _function), functools.partial(_of_the_library, _function))
-for_symbols(pow, functools.partial(_of_the_library, "pow"))
+PRIMITIVES[operations.where] = _where
+for_symbols(operations.fma, symbols.fma)
+for_symbols(operations.copysign, lambda a, b: symbols.intrinsic("copysign", a, b))
+for_symbols(operations.bits_of, symbols.bits_of)
+for_symbols(operations.number_of, symbols.number_of)
+
+#: Those of Python's that are emitted as the bodies of `functions`: bits do not depend on the system's library.
+OURS = ("atan", "atan2", "cos", "cosh", "exp", "expm1", "log", "log1p", "log2", "sin", "sinh", "tanh")
+for _name, _body in vars(functions).items():
+    if isinstance(_body, FunctionType) and _body.__module__ == functions.__name__:
+        traceable(_body, ON_ITS_OWN if _name in (*OURS, "pow") else INSIDE)
+for _name in OURS:
+    for_symbols(getattr(math, _name), functools.partial(call, getattr(functions, _name)))
+for_symbols(pow, functools.partial(call, functions.pow))
+
+
+def _refused(name: str, *given: Any) -> Any:
+    raise NotTraceableError(f"calls math.{name}, for which there is no body of ours")
+
+
+for _name, _function in vars(math).items():
+    if callable(_function) and _function not in PRIMITIVES and not _name.startswith("_"):
+        for_symbols(_function, functools.partial(_refused, _name))
