@@ -61,6 +61,7 @@ else
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.ensemble $(WRITE) ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.efficiency $(WRITE) ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) tests/bench/laws.py $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) tests/bench/cold.py $(WRITE) ;; esac
 endif
 
 # ARGS: --made-up N,N, --real N,N, --write (N: 10000, 100000 or 1000000; results/speed.md)
@@ -69,7 +70,7 @@ scale: $(READY)
 
 $(BENCH)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(BENCH)
-	$(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --editable .
+	$(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --editable . numba
 	touch $@
 
 # what is made of the code is made anew, then the site of all pages; any warning is an error
