@@ -3,7 +3,7 @@
 A *family* is a function with one body per type of its first argument.  A scene is a NamedTuple of NamedTuples of
 floats: its types select the bodies and so decide what is compiled, its values are the parameters.  The integrator does
 not depend on the scene's type: it is handed the address of an *entry*, the compiled code of one scene type, and the
-address of the scene's parameters.  A further law therefore compiles its own terms alone, in about a second.
+address of the scene's parameters.  A further law therefore compiles its own scene alone, in half a second.
 """
 
 import contextlib
@@ -23,12 +23,12 @@ from .plain import is_plain
 
 
 def kernel(function):
-    """Return `function` unchanged, but callable from compiled code; from Python it runs as Python."""
+    """Return `function`, marked to become a function of machine code; from Python it runs as Python."""
     return traceable(function, ON_ITS_OWN)
 
 
 def inlined(function):
-    """Return `function` like `kernel`, merged into its one or two callers: scenes and loads are costly to hand over."""
+    """Return `function` like `kernel`, but as a part of its callers: scenes and loads are costly to hand over."""
     return traceable(function)
 
 

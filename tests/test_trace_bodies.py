@@ -1,0 +1,178 @@
+"""Statements and expressions of bodies do on symbols what Python does, one by one and in lanes that differ."""
+
+import math
+
+import numpy as np
+import pytest
+from traced_states import aligned
+
+from clearsweep.mechanics.compiled.choosing import either, looked_up, turns, where
+from clearsweep.mechanics.compiled.dual import Dual, slope
+from clearsweep.mechanics.compiled.family import WIDTH, inlined, kernel
+from clearsweep.mechanics.trace import calls, objects
+from clearsweep.mechanics.trace.memory import View
+from clearsweep.mechanics.trace.symbols import DOUBLE, NotTraceableError
+
+TABLE = np.array([[float(i * i), float(-i)] for i in range(8)])
+
+
+@kernel
+def returns_early(x, y):
+    if x > 1.0:
+        if y > x:
+            return x * y
+        x = x - 1.0
+    elif y < 0.0:
+        return -y
+    z = x + y
+    if z == 0.0:
+        return 7.0
+    return z
+
+
+@kernel
+def newton(x, y):
+    """Root of x by Newton's method, each lane for as long as it needs."""
+    a, root = abs(x) + 0.1, 1.0 + abs(y)
+    for _ in range(40):
+        better = 0.5 * (root + a / root)
+        if abs(better - root) < 1e-14 * root:
+            break
+        root = better
+    return root
+
+
+@kernel
+def leaves_from_within(x, y):
+    total = 0.0
+    for i in turns(9):
+        if x > 1.5 and i > 4:
+            return total + 100.0
+        if y < -1.0:
+            continue
+        total += x * (i + 1.0)
+        if total > 12.0:
+            break
+    return total + y
+
+
+@kernel
+def counts(x, y):
+    steps, z = 0, abs(x)
+    while z > 0.1:
+        z = z * 0.7 if y > 0.0 else z * 0.5
+        steps += 1
+    return steps + 1.0 * (steps % 3) + 10.0 * (steps // 3)
+
+
+@kernel
+def written_out(x, y):
+    best, place = -math.inf, -1
+    for i in range(4):
+        value = x * i - y * i * i
+        if value > best:
+            best, place = value, i
+    return best + 100.0 * place
+
+
+@kernel
+def tables_and_choices(x, y):
+    row = int(min(max(abs(x) * 2.0, 0.0), 7.0))
+    found = looked_up(TABLE, row, 0) if y > 0.0 else looked_up(TABLE, 7 - row, 1)
+    return where(x < 0.0, found, -found) + (1.0 if 0.0 < x <= 1.0 or not y > -1.0 else 0.0)
+
+
+@inlined
+def _small(x, y):
+    return x * x + y
+
+
+@inlined
+def _large(x, y):
+    return math.sqrt(x) + y
+
+
+_by_size = either(_small, _large)
+
+
+@kernel
+def chooses(x, y):
+    first, second = _pair(x, y)
+    return _by_size(x < 1.0, (x, y)) + first * second
+
+
+@kernel
+def _pair(x, y):
+    return (x, y) if x < y else (y, 1.0)
+
+
+@kernel
+def differentiated(x, y):
+    z = Dual(x, 1.0)
+    z = z * z if y > 0.0 else z + 3.0
+    return slope(abs(z) ** 3 / (2.0 + z * z))
+
+
+BODIES = (
+    returns_early,
+    newton,
+    leaves_from_within,
+    counts,
+    written_out,
+    tables_and_choices,
+    chooses,
+    differentiated,
+)
+DRAWN = np.random.default_rng(3)
+CORNERS = np.array([0.0, 1.0, -1.0, 1.5, 2.0, -2.0, 0.5, 3.0])
+INPUTS = [
+    np.concatenate([CORNERS, DRAWN.uniform(-3.0, 3.0, 56)]),
+    np.concatenate([-CORNERS, DRAWN.uniform(-3.0, 3.0, 56)]),
+]
+
+
+def machine(body, width):
+    """Return a function of arrays of WIDTH numbers each: what machine code for so many at a time makes of them."""
+
+    def entry(given, out, _):
+        x, y = (View(given.base, DOUBLE, (2,), (WIDTH,), width)[i] for i in range(2))
+        View(out.base, DOUBLE, (1,), (WIDTH,), width)[0] = calls.call(body, x, y)
+
+    code = objects.loaded(objects.object_of(objects._module(entry, "f", width)))
+
+    def run(x, y):
+        given, out = aligned(np.array([x, y])), aligned(np.zeros(WIDTH))
+        for lane in range(0, WIDTH, width):
+            objects.function_at(code.address, 1)(given.ctypes.data + 8 * lane, out.ctypes.data + 8 * lane, 0)
+        return out.copy()
+
+    return run
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda body: body.__name__)
+def test_a_body_does_on_symbols_what_it_does_in_python(body):
+    one, eight = machine(body, 1), machine(body, WIDTH)
+    for x, y in zip(*(values.reshape(-1, WIDTH) for values in INPUTS), strict=True):
+        expected = [body(*pair) for pair in zip(x.tolist(), y.tolist(), strict=True)]
+        assert one(x, y) == pytest.approx(expected, rel=1e-13, abs=1e-13)
+        assert np.array_equal(one(x, y), eight(x, y))
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda body: body.__name__)
+def test_a_lane_does_not_depend_on_those_beside_it(body):
+    eight = machine(body, WIDTH)
+    x, y = (values[:WIDTH].copy() for values in INPUTS)
+    before = eight(x, y)
+    x[1:], y[1:] = -2.5, 2.5
+    assert eight(x, y)[0] == before[0]
+
+
+def test_what_cannot_be_traced_is_refused_with_file_line_and_statement():
+    @kernel
+    def odd(x, y):
+        return math.gamma(x) + y
+
+    with pytest.raises(
+        NotTraceableError, match=r"test_trace_bodies\.py:\d+: odd cannot be traced: it calls math\.gamma"
+    ):
+        machine(odd, 1)
