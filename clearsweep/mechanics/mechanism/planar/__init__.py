@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,8 +55,34 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
     proximal one where the motion begins, at rest relative to each other.  Raises ClosureError, MobilityError.
     """
-    known = ideal_of(machine)
-    value = _value(machine, joints)
+    known, names = ideal_of(machine), frozenset(joints)
+    if names not in known.opened:
+        known.opened[names] = _opened(machine, names)
+    opened = known.opened[names]
+    start = _start(machine, opened.state, offsets)
+    if opened.light is None:
+        opened = known.opened[names] = opened._replace(light=_light(machine, opened.value, start))
+    if opened.light:
+        raise MobilityError(
+            f"with these joints open, something moves that has no mass or moment of inertia: {', '.join(opened.light)}"
+        )
+    return Built(opened.value, start, opened.lengths, known.closure.size, known.rate())
+
+
+class _Opened(NamedTuple):
+    """What a machine with some of its joints open is, whatever their clearances and laws: cases of a sweep share it."""
+
+    value: Planar
+    state: list[Coordinate]
+    lengths: np.ndarray  # m, as of Built
+    light: list[str] | None = (
+        None  # bodies without mass or inertia, where something moves that has none; None: not known
+    )
+
+
+def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
+    """Return the compiled form of a machine with open joints of these names, and its coordinates."""
+    known, value = ideal_of(machine), _value(machine, names)
     tree = anatomy(kinds_of(value))
     everything = [known.course_of(item) for item in tree.hang.coordinates]
     value = value._replace(turn=course([known.aimed(known.turn)], machine.drive.start_angle))
@@ -63,14 +90,11 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     columns = [known.aimed(known.turn), *(everything[i] for i in bound)]
     value = value._replace(bound=tuple(map(numbered, bound)), turn=course([*columns], machine.drive.start_angle))
     state = anatomy(kinds_of(value)).state
-    start = _start(machine, state, offsets)
-    lengths = np.array([_length(machine, item) for item in state])
-    _check_masses(machine, value, start)
-    return Built(value, start, lengths, known.closure.size, known.rate())
+    return _Opened(value, state, np.array([_length(machine, item) for item in state]))
 
 
-def _check_masses(machine: Machine, value: Planar, start: np.ndarray) -> None:
-    """Raise MobilityError where something moves that has no mass."""
+def _light(machine: Machine, value: Planar, start: np.ndarray) -> list[str]:
+    """Return bodies without mass or moment of inertia, where something moves that has none; else an empty list."""
     none = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in value.joints if isinstance(joint.site, Open))
     try:
         with np.errstate(all="ignore"):
@@ -78,11 +102,10 @@ def _check_masses(machine: Machine, value: Planar, start: np.ndarray) -> None:
         sound = bool(np.all(np.isfinite([*found.accelerations, found.torque])))
     except ZeroDivisionError:
         sound = False
-    if not sound:
-        light = [name for name in _moving(machine) if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)]
-        raise MobilityError(
-            f"with these joints open, something moves that has no mass or moment of inertia: {', '.join(light)}"
-        )
+    if sound:
+        return []
+    moving = _moving(machine)
+    return [name for name in moving if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)] or moving
 
 
 def _start(machine: Machine, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
@@ -113,12 +136,12 @@ def stops(machine: Machine) -> list[float]:
     return sorted(time for time in found if time > 0.0)
 
 
-def _value(machine: Machine, joints: Mapping) -> Planar:
-    """Return the compiled form, nothing being bound."""
+def _value(machine: Machine, opened: frozenset[str]) -> Planar:
+    """Return the compiled form with open joints of these names, nothing being bound."""
     numbers = {name: numbered(i) for i, name in enumerate([GROUND, *_moving(machine)])}
     placed = []
     for joint in machine.joints:
-        site = Open() if joint.name in joints else Ideal()
+        site = Open() if joint.name in opened else Ideal()
         ends = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_point(machine, joint.proximal), _point(machine, joint.distal))
         if isinstance(joint, Guide):

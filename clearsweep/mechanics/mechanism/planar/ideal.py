@@ -4,6 +4,7 @@ import functools
 import math
 import pickle
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,7 @@ class Ideal:
         masses = masses_of(machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
+        self.opened: dict[frozenset[str], Any] = {}  # what `build` found of it with joints of these names open
         self._course: tuple | None = None
 
     def at(self, angles: np.ndarray) -> Turn:
