@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearsweep.mechanics import attempt, rates
-from clearsweep.mechanics.compiled.family import WIDTH, numbers_of
+from clearsweep.mechanics.compiled.family import WIDTH, form_number, numbers_of
 from clearsweep.mechanics.joint.places import observed_columns
 from clearsweep.mechanics.observe.along import step_width
 from clearsweep.mechanics.solver.dop853 import ROWS
@@ -62,7 +62,17 @@ def aligned(array):
 
 
 def code_of(scene, width):
-    """Return the machine code of a step of so many cases."""
+    """Return the machine code of a step of so many cases; that of a kind of scene is made once."""
+    key = form_number(scene.value), width
+    if key not in _CODE:
+        _CODE[key] = _made(scene, width)
+    return _CODE[key]
+
+
+_CODE = {}
+
+
+def _made(scene, width):
     made = objects.traced(attempt.attempt_entry, scene.value, attempt.ARRAYS, width=width, spread=True)
     return objects.loaded(objects.object_of(made))
 
