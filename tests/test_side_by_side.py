@@ -1,11 +1,13 @@
 """Cases that are integrated side by side: each comes to what it comes to alone, whatever goes beside it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import simulation
+from clearsweep import grid, simulation
 from clearsweep.mechanics.compiled.family import NO_ENTRY, empty_entries
 from clearsweep.mechanics.compiled.kept import Form, Kept
 from clearsweep.mechanics.observe.histogram import BINS
@@ -361,3 +363,10 @@ def test_what_can_go_side_by_side_comes_to_the_same(changes, together):
 )
 def test_any_opening_comes_to_the_same(joints, together):
     assert all(map(same, *alone_and_together(cases(*joints))))
+
+
+@pytest.mark.parametrize("name", ["lubricated", "worn_slider_crank", "probabilistic", "four_bar"])
+def test_lanes_without_a_case_do_no_harm(name, together):
+    """Tables are read at addresses that are among the parameters, in every lane."""
+    found = grid.load(Path(__file__).parents[1] / "configs" / f"{name}.yaml", simulation.catalogue())
+    assert all(map(same, *alone_and_together([found.case(i) for i in range(3)])))

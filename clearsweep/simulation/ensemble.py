@@ -87,6 +87,9 @@ class _Room:
     def __init__(self, scene: Scene):
         board = board_of(scene)
         self.lanes = [lane_of(board, place) for place in range(WIDTH)]
+        self.first = scene  # in a lane without a case its parameters stand, among them addresses that are read
+        for lane in self.lanes:
+            lane["parameters"][:] = flatten(scene.value)
         self.arrays = shared(self.lanes[0])
         self.runs: dict[int, Run] = {}  # by lane
         self.addresses, self.status = np.zeros(WIDTH, dtype=np.int64), np.zeros(WIDTH, dtype=np.int64)  # likewise

@@ -343,10 +343,17 @@ def extreme(sign: str) -> Any:
 
 
 def as_whole(x: Any) -> Any:
-    """Emit a number without its digits behind the point as a whole number."""
+    """Emit a number without its digits behind the point as a whole number; what is not a number gives 0.
+
+    So a trial step that comes to nothing looks up something in a table, not beside it.
+    """
     if not isinstance(x, Number):
         return x
-    return Whole(trace().builder.fptosi(x.value, form(WHOLE, x.width)), x.width)
+    kinds = form(WHOLE, x.width), form(DOUBLE, x.width)
+    name = "llvm.fptosi.sat.i64.f64" if x.width == 1 else f"llvm.fptosi.sat.v{x.width}i64.v{x.width}f64"
+    module = trace().module
+    function = module.globals.get(name) or ir.Function(module, ir.FunctionType(kinds[0], [kinds[1]]), name)
+    return Whole(trace().builder.call(function, [x.value]), x.width)
 
 
 def floor_number(x: Any) -> Number:
