@@ -92,6 +92,7 @@ class _Room:
             lane["parameters"][:] = flatten(scene.value)
         self.arrays = shared(self.lanes[0])
         self.runs: dict[int, Run] = {}  # by lane
+        self.former: dict[int, Run | None] = {}  # likewise, the one before
         self.addresses, self.status = np.zeros(WIDTH, dtype=np.int64), np.zeros(WIDTH, dtype=np.int64)  # likewise
         self.known: tuple[int, ...] = ()  # of which lanes and by which code the lot is that is kept
         self.kept: Kept
@@ -108,7 +109,7 @@ class _Room:
 
     def run(self, lane: int, case: Prepared) -> Run:
         """Return the run in a lane, at the start of a case: the one that is there where it can be used."""
-        run = self.runs.pop(lane, None)  # one that goes wrong is gone
+        run = self.former[lane] = self.runs.pop(lane, None)  # gone if it goes wrong; its numbers stay
         if run and run.form == case.start.form:
             run.begin(case.start)
         else:
