@@ -126,7 +126,7 @@ class Run(OfFrame):
             "t": t,
             "crank_angle": angle,
             "crank/torque": 0.02 * load * np.sin(angle),
-            "slider/x": CRANK * np.cos(angle) + s + 0.5 * x,
+            **dict.fromkeys(("slider/place", "slider/x"), CRANK * np.cos(angle) + s + 0.5 * x),
             "slider/a": acceleration * (1 + 3e4 * np.maximum(depth, 0)),
             "pair/x": 5e-4 * np.sin(t * 300),
             "pair/v": 0.15 * np.cos(t * 300),

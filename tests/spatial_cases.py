@@ -2,6 +2,9 @@
 
 import copy
 
+from clearsweep.mechanics.mechanism.planar.anatomy import kinds_of
+from clearsweep.mechanics.mechanism.spatial.anatomy import Anatomy
+
 ROD = {"length": 0.12, "mass": 0.21, "inertia": [2e-5, 2.5e-4, 2.5e-4], "center": [0.06, 0.0, 0.0]}
 CONTACT = {
     "law": "lankarani-nikravesh",
@@ -55,3 +58,9 @@ def planar(joint="crank-rod", **keys):
     del mechanism["spatial"], mechanism["ideal"], mechanism["gravity"]
     mechanism["rod"] |= {"inertia": ROD["inertia"][2], "center": ROD["center"][0]}
     return grid
+
+
+def limb(scene, form):
+    """Return the number of the body that hangs by this form of joint, and the place of its first coordinate."""
+    parts = Anatomy(kinds_of(scene.value.mechanism)).parts
+    return next((k, part.coordinate) for k, part in enumerate(parts) if part.form is form)

@@ -1,4 +1,4 @@
-"""The equations of motion of docs/model.md, put together from virtual powers, give the accelerations of the code."""
+"""A slider-crank moves as virtual powers say, put together in coordinates of its own."""
 
 import itertools
 from typing import NamedTuple
@@ -6,15 +6,53 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from clearsweep.contracts.machine import Aim, At, Body, Constant, Guide, Machine, Pin
 from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.dry import Gap, Joint, joint_load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.loss.hysteresis import Lossless
-from clearsweep.mechanics.mechanism.contract import Ideal, Open, accelerate, gaps, place
-from clearsweep.mechanics.mechanism.slider_crank.pose import Links, SliderCrank
+from clearsweep.mechanics.mechanism import planar
+from clearsweep.mechanics.mechanism.contract import accelerate, describe, gap_accelerations, gaps, place
+
+
+class Links(NamedTuple):
+    """What the slider-crank is."""
+
+    crank_length: float  # m
+    crank_center: float  # m, of the centre of mass, from the ground
+    crank_mass: float  # kg
+    crank_inertia: float  # kg m^2
+    rod_length: float
+    rod_center: float  # m, from the crank
+    rod_mass: float
+    rod_inertia: float
+    slider_mass: float
+    gravity: float  # m/s^2, along -y
+    speed: float  # rad/s
+
 
 LINKS = Links(0.05, 0.02, 0.3, 1e-4, 0.12, 0.07, 0.21, 2.5e-4, 0.14, 9.81, 300.0)
+MACHINE = Machine(
+    {
+        "ground": Body(0.0, 0.0, (0.0, 0.0), {"pivot": (0.0, 0.0)}),
+        "crank": Body(
+            LINKS.crank_mass, LINKS.crank_inertia, (LINKS.crank_center, 0.0), {"a": (0.0, 0.0), "b": (0.05, 0.0)}
+        ),
+        "rod": Body(LINKS.rod_mass, LINKS.rod_inertia, (LINKS.rod_center, 0.0), {"b": (0.0, 0.0), "c": (0.12, 0.0)}),
+        "slider": Body(LINKS.slider_mass, 0.0, (0.0, 0.0), {"c": (0.0, 0.0)}),
+    },
+    (
+        Pin("ground-crank", At("ground", "pivot"), At("crank", "a")),
+        Pin("crank-rod", At("crank", "b"), At("rod", "b")),
+        Pin("rod-slider", At("rod", "c"), At("slider", "c")),
+        Guide("slider-ground", At("ground", "pivot"), At("slider", "c"), 0.0),
+    ),
+    "ground-crank",
+    Constant(LINKS.speed),
+    LINKS.gravity,
+    Aim("slider", "c", 0.0),
+)
 
 
 class Load(NamedTuple):
@@ -64,7 +102,7 @@ def slopes(opening, q, theta):
 
 
 def expected(opening, q, v, theta, loads):
-    """Return accelerations and drive torque by the principle of virtual power."""
+    """Return accelerations, drive torque and the accelerations of all positions by the principle of virtual power."""
     n, speed = len(q), LINKS.speed
     motion = np.append(v, speed)
     jacobian = slopes(opening, q, theta)
@@ -89,106 +127,51 @@ def expected(opening, q, v, theta, loads):
             if place_ is not None:
                 right[place_] += moment
     accelerations = np.linalg.solve(mass[:n, :n], right[:n])
-    return accelerations, mass[n, :n] @ accelerations - right[n]
+    moved = jacobian[:, :, :n] @ accelerations + bias
+    return accelerations, mass[n, :n] @ accelerations - right[n], moved
 
 
-def sides(opening, state, motion, loads):
-    """Return left and right sides of the page's equations of an opening, with these accelerations, as two arrays."""
-    q, v, theta = state
-    l1, s1, m1 = LINKS.crank_length, LINKS.crank_center, LINKS.crank_mass
-    l2, s2, m2, j2 = LINKS.rod_length, LINKS.rod_center, LINKS.rod_mass, LINKS.rod_inertia
-    m3, gravity, speed = LINKS.slider_mass, LINKS.gravity, LINKS.speed
-    u1, n1 = np.array([np.cos(theta), np.sin(theta)]), np.array([-np.sin(theta), np.cos(theta)])
-    u2, n2 = np.array([np.cos(q[0]), np.sin(q[0])]), np.array([-np.sin(q[0]), np.cos(q[0])])
-    h, k, g, rate = l2 - s2, l1 - s1, np.array([0.0, -gravity]), v[0]
-    alpha, x2, *rest = motion.accelerations
-    first, second = np.array(rest[:2]), np.array(rest[2:4])
-    on = {joint: np.array([load.fx, load.fy]) for joint, load in zip(opening, loads, strict=True)}
-    by = dict(zip(opening, loads, strict=True))
-    left, right = [], []
-
-    def equation(one, other):
-        left.extend(np.atleast_1d(one))
-        right.extend(np.atleast_1d(other))
-
-    if opening in (("B",), ("A", "B"), ("A",)):
-        hung = m1 if opening == ("A",) else 0.0
-        force = on["A"] - m1 * k * speed**2 * u1 + m1 * g if hung else on["B"]
-        moment = 0.0 if hung else by["B"].moment_distal
-        swing = m2 * h + hung * l2
-        equation(
-            (j2 + m2 * h**2 + hung * l2**2) * alpha + swing * u2[1] * x2,
-            moment - l2 * n2 @ force + m2 * h * gravity * u2[0],
-        )
-        equation(swing * u2[1] * alpha + (m2 + m3 + hung) * x2, force[0] - swing * rate**2 * u2[0])
-        pin = np.array([x2, 0.0]) - l2 * (alpha * n2 - rate**2 * u2)  # of the rod's end b
-        on_rod = force - hung * pin if hung else on["B"]
-    else:
-        equation(m3 * x2, on["C"][0])
-        if "B" in opening:
-            equation(m2 * first, on["B"] - on["C"] + m2 * g)
-            moment = by["B"].moment_distal + by["C"].moment_proximal
-            equation(j2 * alpha, moment - s2 * n2 @ on["B"] - h * n2 @ on["C"])
-            on_rod = on["B"]
-        else:
-            pin = (first if "A" in opening else 0.0) - l1 * speed**2 * u1
-            moment = by["C"].moment_proximal - l2 * n2 @ on["C"]
-            equation((j2 + m2 * s2**2) * alpha + m2 * s2 * n2 @ pin, moment - m2 * s2 * gravity * u2[0])
-            on_rod = m2 * (pin + s2 * (alpha * n2 - rate**2 * u2) - g) + on["C"]
-            if "A" in opening:
-                turning = m2 * s2 * (alpha * n2 - rate**2 * u2) + m1 * k * speed**2 * u1
-                equation((m1 + m2) * pin + turning, on["A"] - on["C"] + (m1 + m2) * g)
-    if "A" in opening and "B" in opening:
-        pivot = second if "C" in opening else first
-        equation(m1 * (pivot - s1 * speed**2 * u1), on["A"] - on["B"] + m1 * g)
-    on_crank = (by["A"].moment_distal if "A" in opening else 0.0) + (by["B"].moment_proximal if "B" in opening else 0.0)
-    fixed = l1 * n1 @ on_rod + m1 * s1 * gravity * u1[0] - on_crank
-    equation(motion.torque, s1 * n1 @ on["A"] + k * n1 @ on_rod - on_crank if "A" in opening else fixed)
-    return np.array(left, float), np.array(right, float)
+def seen(mechanism, y, opening, motion):
+    """Return coordinates and rates as `positions` has them, from what a machine says of its bodies."""
+    out = np.empty(24)
+    describe(mechanism, y, place(mechanism, y), motion, out)
+    crank, rod, slider = out[6:12], out[12:18], out[18:24]
+    l1, turned = LINKS.crank_center, (np.cos(crank[4]), np.sin(crank[4]))
+    pivot = crank[:2] - l1 * np.array(turned)
+    swept = crank[2:4] - l1 * crank[5] * np.array([-turned[1], turned[0]])
+    q, v = [rod[4], slider[0]], [rod[5], slider[2]]
+    if opening in (("B", "C"), ("A", "B", "C")):
+        q, v = [*q, *rod[:2]], [*v, *rod[2:4]]
+    if "A" in opening and len(opening) > 1:
+        q, v = [*q, *pivot], [*v, *swept]
+    return np.array(q), np.array(v), crank[4]
 
 
 @pytest.mark.parametrize("opening", OPENINGS, ids="".join)
-def test_the_code_accelerates_as_the_page_says(opening):
+def test_a_slider_crank_moves_as_virtual_powers_say(opening):
     chance = np.random.default_rng(7)
-    sites = tuple(Open() if joint in opening else Ideal() for joint in "ABC")
-    mechanism = SliderCrank(LINKS, sites)
-    n = 2 * len(opening)
+    names = dict(zip("ABC", ("ground-crank", "crank-rod", "rod-slider"), strict=True))
+    opened = dict.fromkeys(names[joint] for joint in opening)
     for _ in range(5):
-        q = np.concatenate([chance.uniform(-0.5, 0.5, 1), [0.15], chance.uniform(-0.1, 0.1, n - 2)])
-        v = chance.uniform(-1.0, 1.0, n) * np.append(100.0, np.full(n - 1, 10.0))
-        time = chance.uniform(0.0, 0.02)
+        built = planar.build(MACHINE, opened, {name: 1e-4 * chance.normal(size=2) for name in opened})
+        mechanism, y, n = built.value, built.start.copy(), 2 * len(opening)
+        y[:n] += 0.02 * chance.normal(size=n)
+        y[n : 2 * n] += chance.normal(size=n) * 10.0
+        y[-1] = chance.uniform(0.0, 0.02)
         numbers = chance.uniform(-1.0, 1.0, (len(opening), 4)) * [1000.0, 1000.0, 5.0, 5.0]
         loads = tuple(Load(*row) for row in numbers)
-        y = np.concatenate([q, v, [time]])
-        motion = accelerate(mechanism, place(mechanism, y), loads)
-        accelerations, torque = expected(opening, q, v, LINKS.speed * time, loads)
-        np.testing.assert_allclose(
-            motion.accelerations[:n], accelerations, rtol=1e-7, atol=1e-7 * abs(accelerations).max()
-        )
+        pose = place(mechanism, y)
+        motion = accelerate(mechanism, pose, loads)
+        q, v, theta = seen(mechanism, y, opening, motion)
+        accelerations, torque, moved = expected(opening, q, v, theta, loads)
+        assert motion.output == pytest.approx(accelerations[1], rel=1e-7, abs=1e-7 * abs(accelerations).max())
         assert motion.torque == pytest.approx(torque, rel=1e-6, abs=1e-6)
-        left, right = sides(opening, (q, v, LINKS.speed * time), motion, loads)
-        assert len(left) == n + 1
-        np.testing.assert_allclose(left, right, rtol=1e-9, atol=1e-9 * abs(left).max())
-
-
-@pytest.mark.parametrize("opening", OPENINGS, ids="".join)
-def test_the_gaps_are_those_of_the_page(opening):
-    sites = tuple(Open() if joint in opening else Ideal() for joint in "ABC")
-    mechanism = SliderCrank(LINKS, sites)
-    n = 2 * len(opening)
-    q, v = np.linspace(0.1, 0.2, n), np.linspace(-3.0, 3.0, n)
-    y = np.concatenate([q, v, [1e-3]])
-    theta = LINKS.speed * 1e-3
-    rates = slopes(opening, q, theta) @ np.append(v, LINKS.speed)
-    relative = gaps(mechanism, place(mechanism, y))
-    for joint in "ABC":
-        row = 3 + "ABC".index(joint)
-        where, rate = positions(opening, q, theta)[row], rates[row]
-        if joint in opening:
-            gap = relative[opening.index(joint)]
-            np.testing.assert_allclose([gap.x, gap.y, gap.vx, gap.vy], [*where, *rate], rtol=1e-11, atol=1e-11)
-        else:
-            np.testing.assert_allclose(where, 0.0, atol=1e-15)
+        rows = [3 + "ABC".index(joint) for joint in opening]
+        found = np.array([item[:2] for item in gap_accelerations(mechanism, y, motion)])
+        assert found == pytest.approx(moved[rows], rel=1e-6, abs=1e-7 * abs(moved).max())
+        where, rates = positions(opening, q, theta), slopes(opening, q, theta) @ np.append(v, LINKS.speed)
+        for row, gap in zip(rows, gaps(mechanism, pose), strict=True):
+            assert [gap.x, gap.y, gap.vx, gap.vy] == pytest.approx([*where[row], *rates[row]], rel=1e-11, abs=1e-11)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

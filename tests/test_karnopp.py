@@ -7,14 +7,11 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics.compiled.direction import direction
-from clearsweep.mechanics.compiled.dual import Dual, turned
 from clearsweep.mechanics.joint.contract import Present, every_latched
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.joint.sticking import slip_rates, surfaces_of, with_sticking_forces
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
-from clearsweep.mechanics.mechanism.slider_crank import pose as pose_of_slider_crank
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integrated
 
@@ -42,16 +39,6 @@ def moving(*joints, seed=1, **changes):
     return made.value, y, np.full(len(joints), STUCK)
 
 
-@pytest.fixture
-def plain(monkeypatch):
-    """Let Python itself run kernels on Duals, though it has the compiler's functions of mathematics."""
-
-    def either(angle):
-        return turned(angle) if isinstance(angle, Dual) else direction(angle)
-
-    monkeypatch.setattr(pose_of_slider_crank, "direction", either)
-
-
 def looked_at(scene, y, state):
     """Return pose, Gaps, Loads before anything is held."""
     pose, first = place(scene.mechanism, y), 2 * len(scene.coordinates) + 1
@@ -63,7 +50,6 @@ def looked_at(scene, y, state):
 # ---------------------------------------------------------------------------------------------- the force that holds
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     scene, y, state = moving(*joints, drive__speed="300 rpm")
@@ -90,7 +76,6 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     np.testing.assert_allclose(rates, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_surfaces_that_stick_let_no_sliding_grow(joints):
     strong = KARNOPP | {"static_coefficient": 1e3}
@@ -105,17 +90,14 @@ def test_surfaces_that_stick_let_no_sliding_grow(joints):
         assert abs(still[j].contacts[0].tangential) < 1e3 * still[j].contacts[0].normal
 
 
-@pytest.mark.usefixtures("plain")
 def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
+    bearing = 0
     for seed in range(20):
         scene, y, state = moving(*JOINTS, seed=seed, friction=KARNOPP | {"static_coefficient": 0.12})
         state[seed % 3] = PRESSED
         pose, relative, loads = looked_at(scene, y, state)
-        still, surfaces, bearing = (
-            with_sticking_forces(scene, y, pose, relative, loads, state),
-            surfaces_of(scene.joints, relative),
-            0,
-        )
+        still = with_sticking_forces(scene, y, pose, relative, loads, state)
+        surfaces = surfaces_of(scene.joints, relative)
         for j in range(3):
             if state[j] == PRESSED:
                 assert still[j].contacts[0].tangential == loads[j].contacts[0].tangential

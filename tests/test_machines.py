@@ -12,6 +12,7 @@ from clearsweep.contracts.machine import Course, Motor, Push, Spring, Tabled
 from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.mechanism.loads import keys
+from clearsweep.mechanics.mechanism.planar.form import Planar
 from clearsweep.report import mechanism as pictures
 from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
 from clearsweep.simulation.turning import followed
@@ -256,11 +257,9 @@ def test_new_keys_are_no_part_of_a_case_that_does_not_use_them():
     assert "time_limit" not in written["simulate"]
 
 
-def test_only_what_is_general_is_built_as_a_planar_machine():
-    plain = mechanism_of(grid.load(SLIDER_CRANK, CATALOGUE).case(0))
-    offset = mechanism_of(grid.load(changed(SLIDER_CRANK, mechanism__slider__offset="5 mm"), CATALOGUE).case(0))
-    assert plain.build is not None
-    assert offset.build is None
+@pytest.mark.parametrize("changes", [{}, {"mechanism__slider__offset": "5 mm"}, {"drive__start_angle": "30 deg"}])
+def test_every_slider_crank_of_the_plane_is_a_planar_machine(changes):
+    assert isinstance(simulation.load_case(changed(SLIDER_CRANK, **changes)).value.mechanism, Planar)
 
 
 def test_loads_and_drives_come_to_a_machine_in_its_own_words():

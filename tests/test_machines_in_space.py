@@ -13,7 +13,8 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.attitude import in_fixed
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.spatial import SpatialLoad
-from clearsweep.mechanics.mechanism.contract import accelerate, body_angles, describe, energy, gaps, output_error, place
+from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, output_error, place
+from clearsweep.mechanics.mechanism.planar.anatomy import kinds_of
 
 GRAVITY = [1.0, -9.81, 3.0]
 SKEW = {"tilt": [0.004, 0.002], "offset": [1e-5, 2e-5, 3e-5]}
@@ -112,40 +113,20 @@ def loads(count, seed=5):
         (("crank-rod",), "cylindrical"),
     ],
 )
-def test_a_slider_crank_of_bodies_and_joints_has_the_equations_of_the_slider_crank(opened, ideal):
+def test_a_slider_crank_of_bodies_and_joints_is_the_slider_crank(opened, ideal):
     case = spatial(*opened, ideal=ideal or "spherical", **SKEW)
     case["mechanism"]["gravity"] = GRAVITY
     known, found = clearsweep.load_case(case), clearsweep.load_case(slider_crank(*opened, ideal=ideal))
-    n = len(known.built.lengths)
-    order = list(range(n)) if opened[0] == "crank-rod" else [*range(1, n), 0]  # a rod on the crank stands first
-    places = [*order, *(n + i for i in order), 2 * n]
-    assert found.start[: 2 * n + 1] == pytest.approx(known.start[places], rel=1e-12, abs=1e-13)
-    state, seen = stirred(known, 2), None
-    poses = [place(scene.value.mechanism, y) for scene, y in ((known, state), (found, state[places]))]
-    (before, after), sides = poses, [known.value.mechanism, found.value.mechanism]
-    for a, b in zip(*(gaps(side, pose) for side, pose in zip(sides, poses, strict=True)), strict=True):
-        for here, there in zip(b[:5], a[:5], strict=True):
-            assert here == pytest.approx(there, rel=1e-12, abs=1e-13)
-    acting = loads(len(opened))
-    seen, expected = accelerate(sides[1], after, acting), accelerate(sides[0], before, acting)
-    size = np.abs(expected.accelerations).max()
-    assert seen.accelerations == pytest.approx(np.array(expected.accelerations)[order], rel=1e-12, abs=1e-12 * size)
-    assert (seen.output, seen.torque) == pytest.approx((expected.output, expected.torque), rel=1e-12)
-    assert energy(sides[1], after) == pytest.approx(energy(sides[0], before), rel=1e-13)
-    assert output_error(sides[1], after) == pytest.approx(output_error(sides[0], before), rel=1e-9)
-    assert np.ravel(body_angles(sides[1], state[places])) == pytest.approx(np.ravel(body_angles(sides[0], state)))
-    told = [np.zeros(60), np.zeros(60)]
-    counts = [
-        describe(side, y, pose, motion, out)
-        for side, y, pose, motion, out in zip(sides, (state, state[places]), poses, (expected, seen), told, strict=True)
+    one, other = found.value.mechanism, known.value.mechanism
+    assert kinds_of(one) == kinds_of(other)
+    assert (one.hangs, one.openings, one.aim, one.speed, one.gravity) == (
+        (other.hangs, other.openings, other.aim, other.speed, other.gravity)
+    )
+    still = Vector(1e-4, 1e-4, 1e-4)  # inertia of the slider, which does not turn
+    assert [part._replace(inertia=still) if part.mass == 0.14 else part for part in one.parts] == [
+        part._replace(inertia=still) if part.mass == 0.14 else part for part in other.parts
     ]
-    assert counts == [len(known.mechanism.channels) + 1, len(found.mechanism.channels) + 1]
-    channels = [
-        {channel.name: told[k][1 + i] for i, channel in enumerate(scene.mechanism.channels)}
-        for k, scene in enumerate((known, found))
-    ]
-    for name in channels[0].keys() & channels[1].keys():
-        assert channels[1][name] == pytest.approx(channels[0][name], rel=1e-12, abs=1e-12), name
+    assert found.start == pytest.approx(known.start, rel=1e-12, abs=1e-13)
 
 
 def moved_by(state, n, accelerations, h):

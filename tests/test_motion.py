@@ -8,9 +8,9 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from mechanism_cases import check_that_no_contact_passes_unseen, slider_crank
+from slider_crank_oracle import reactions, slider
 
 import clearsweep
-from clearsweep.mechanics.mechanism.slider_crank.ideal import reactions, slider
 
 pytestmark = pytest.mark.heavy
 

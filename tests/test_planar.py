@@ -1,7 +1,5 @@
 """Planar machines: their equations of motion against absolute coordinates, closed forms and virtual powers."""
 
-import dataclasses
-import itertools
 import math
 
 import numpy as np
@@ -21,6 +19,7 @@ from planar_machines import (
     v_twin,
     weight_and_loads,
 )
+from slider_crank_oracle import reactions, slider, torque
 
 from clearsweep.contracts.machine import (
     Aim,
@@ -42,7 +41,6 @@ from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.guide import Guide
 from clearsweep.mechanics.joint.loss.hysteresis import Lossless
 from clearsweep.mechanics.mechanism import contract, planar
-from clearsweep.mechanics.mechanism import slider_crank as built_in
 from clearsweep.mechanics.mechanism.planar.closure import ClosureError, MobilityError
 
 MACHINES = {
@@ -101,30 +99,6 @@ def test_loops_without_clearance_stay_closed_wherever_the_crank_is(name):
         y[-1] = turns * 2.0 * math.pi / machine.drive.speed
         q, _ = read(built, y)
         assert open_values(machine, opened, q) < 3e-16 * 2.0
-
-
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_a_slider_crank_in_these_words_has_the_equations_of_the_one_that_is_built_in(count):
-    bodies = {
-        "crank.length": 0.05, "crank.mass": 0.3, "crank.inertia": 1e-4, "crank.center": 0.025, "rod.length": 0.12,
-        "rod.mass": 0.21, "rod.inertia": 2.5e-4, "rod.center": 0.06, "slider.mass": 0.14, "gravity": 9.81,
-    }  # fmt: skip
-    rng = np.random.default_rng(RNG_SEED)
-    for opened in itertools.combinations(("ground-crank", "crank-rod", "rod-slider"), count):
-        offsets = {name: 1e-4 * rng.normal(size=2) for name in opened}
-        loads, found = some_loads(count, rng), []
-        for built in (
-            planar.build(slider_crank(), dict.fromkeys(opened), offsets),
-            built_in.build(bodies, 100.0, dict.fromkeys(opened), offsets),
-        ):
-            pose = contract.place(built.value, built.start)
-            relative = contract.gaps(built.value, pose)
-            motion = contract.accelerate(built.value, pose, loads)
-            masses = contract.impact_masses(built.value, pose, relative)
-            angles = contract.body_angles(built.value, built.start)
-            judged = (*contract.energy(built.value, pose), *contract.output_error(built.value, pose))
-            found.append(np.array([*np.ravel(relative), *motion[1:], *masses, *np.ravel(angles), *judged]))
-        assert found[0] == pytest.approx(found[1], rel=1e-12, abs=1e-13)
 
 
 # ---------------------------------------------------------------------------------------------- powers
@@ -216,13 +190,13 @@ def test_the_ideal_slider_crank_is_the_closed_form():
         "crank.length": 0.05, "crank.mass": 0.3, "crank.inertia": 1e-4, "crank.center": 0.025, "rod.length": 0.12,
         "rod.mass": 0.21, "rod.inertia": 2.5e-4, "rod.center": 0.06, "slider.mass": 0.14, "gravity": 9.81,
     }  # fmt: skip
-    found, expected = planar.ideal(slider_crank(), angles), built_in.ideal(bodies, 100.0, angles)
-    for mine, theirs in zip(found[:3], expected[:3], strict=True):
+    found, forces = planar.ideal(slider_crank(), angles), reactions(bodies, 100.0, angles)
+    for mine, theirs in zip(found[:3], slider(0.05, 0.12, angles, 100.0), strict=True):
         assert mine == pytest.approx(theirs, rel=1e-12, abs=1e-12 * np.max(np.abs(theirs)))
-    for name, force in expected.reactions.items():
+    for name, force in forces.items():
         assert found.reactions[name] == pytest.approx(force, rel=1e-11, abs=1e-11 * np.max(np.abs(force)))
-    most = np.max(np.abs(expected.torque))
-    assert found.torque == pytest.approx(expected.torque, rel=1e-11, abs=1e-11 * most)
+    expected = torque(bodies, forces["crank-rod"], angles)
+    assert found.torque == pytest.approx(expected, rel=1e-11, abs=1e-11 * np.max(np.abs(expected)))
 
 
 def test_the_ideal_torque_turns_nothing_in_a_turn_and_does_the_work_of_a_load():
@@ -380,32 +354,3 @@ def test_what_moves_without_mass_is_refused():
 
 
 CHANGES = {"simulate.tolerance": 1e-12, "save.orbits": "all"}
-
-
-@pytest.mark.slow
-def test_a_slider_crank_in_these_words_moves_as_the_one_that_is_built_in():
-    """Over half a revolution with 20 impacts: places and times of events to 1e-12 rad, m and s.
-
-    Rates at the end, within an impact that changes them by their own size in 50 us, to 1e-10 of the crank's.
-    """
-    from mechanism_cases import slider_crank as grid_of
-
-    import clearsweep
-    from clearsweep.simulation.run import integrated
-    from clearsweep.simulation.start import period
-
-    scene = clearsweep.load_case(grid_of("rod-slider", changes=CHANGES))
-    machine, opened = slider_crank(Constant(scene.built.rate), gravity=0.0), {"rod-slider": scene.value.joints[0]}
-    built = planar.build(machine, opened, {})
-    value = scene.value._replace(mechanism=built.value)
-    start = np.concatenate([built.start, scene.start[5:]])
-    runs = [
-        integrated(one, np.empty(0), 0.5 * period(scene))
-        for one in (scene, dataclasses.replace(scene, built=built, value=value, start=start))
-    ]
-    ends, logs = [run.work.end[:4] for run in runs], [run.events for run in runs]
-    assert len(logs[0]) >= 40
-    assert logs[0][:, 1:3] == pytest.approx(logs[1][:, 1:3])
-    assert logs[0][:, 0] == pytest.approx(logs[1][:, 0], rel=0.0, abs=1e-12)
-    assert ends[0][:2] == pytest.approx(ends[1][:2], rel=0.0, abs=1e-12)
-    assert ends[0][2:] == pytest.approx(ends[1][2:], rel=0.0, abs=1e-10 * scene.built.rate)

@@ -184,11 +184,11 @@ def test_a_mirrored_start_at_the_reversed_crank_gives_the_mirrored_motion():
     import dataclasses
 
     up, down = mirrored(1.0), mirrored(-1.0)
-    links = down.value.mechanism.links._replace(speed=-up.value.mechanism.links.speed)
+    drive = down.value.mechanism.drive._replace(speed=-up.value.mechanism.drive.speed)
     start = down.start.copy()
     start[2] = -start[2]  # the rod's rate
     down = dataclasses.replace(
-        down, start=start, value=down.value._replace(mechanism=down.value.mechanism._replace(links=links))
+        down, start=start, value=down.value._replace(mechanism=down.value.mechanism._replace(drive=drive))
     )
     times = np.linspace(0.0, 0.02, 201)
     one, other = (clearsweep.simulate(made, times=times) for made in (up, down))

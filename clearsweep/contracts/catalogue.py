@@ -198,9 +198,9 @@ class Mechanism(NamedTuple):
     build: Callable | None
     output: Output | None = None
     orders: tuple[Order, ...] = ()
-    ideal: Callable | None = None  # (bodies, drive, angles in rad) -> mechanics.mechanism.contract.IdealMotion
     outlined: Callable | None = None  # outline.Outline -> the mechanism with the keys and parts that this has
-    machine: Callable | None = None  # case.Case -> machine.Machine, of which it is built where `build` is None
+    #: case.Case -> machine.Machine of the plane: its ideal, and what it is built of where `build` is None
+    machine: Callable | None = None
     refusal: Callable | None = None  # (Mechanism, Case) -> path below `mechanism` and sentence, None: nothing is wrong
     free: bool = False  # its crank is free
     spatial: bool = False  # its bodies move in space

@@ -49,23 +49,14 @@ class Outline(NamedTuple):
     joints: tuple[JointOutline, ...] = ()  # of a `planar` mechanism
     turning: bool = False  # the output of a `planar` mechanism is an angle
     clearances: frozenset[str] = frozenset()  # joints with clearance
-    written: frozenset[str] = frozenset()  # keys that are there, of those that change the equations, see GENERAL
     spatial: bool = False  # its bodies move in space
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
-
-    @property
-    def general(self) -> bool:
-        """Return whether there is anything that a mechanism alone, at constant speed from angle zero, has not."""
-        return bool(self.drive != "speed" or self.loads or self.written)
 
     @property
     def free(self) -> bool:
         """Return whether the crank is free, its motion not prescribed."""
         return self.drive in ("torque", "motor")
 
-
-#: Keys that a slider-crank's own equations do not know: one of them, and it is built as any planar machine is.
-GENERAL = ("mechanism.slider.offset", "drive.start_angle", "joints.slider-ground")
 
 #: An outline of a mechanism in space, for lists of keys.
 IN_SPACE = Outline(

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..contracts.outline import GENERAL, BodyOutline, JointOutline, LoadOutline, Outline
+from ..contracts.outline import BodyOutline, JointOutline, LoadOutline, Outline
 from .document import WrittenValue
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
@@ -38,7 +38,7 @@ def is_open(path: str) -> bool:
 
 def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
     """Return the outline of a grid, of plain values in the shape of its file; `swept`: paths that are varied."""
-    paths = {*swept, *(path for path in GENERAL if _at(tree, path) is not None)}
+    paths = set(swept)
     mechanism, drive = _section(tree.get("mechanism")), _section(tree.get("drive"))
     bodies = _section(mechanism.get("bodies"))
     joints, output = _section(mechanism.get("joints")), _section(mechanism.get("output"))
@@ -53,7 +53,6 @@ def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
         joints=tuple(_joint(name, _section(content)) for name, content in _named(joints)),
         turning="point" not in output,
         clearances=frozenset(_section(tree.get("joints"))),
-        written=frozenset(path for path in GENERAL if path in paths),
         spatial=mechanism.get("spatial") is True,
         axial=frozenset(_flanged(_section(tree.get("joints")))) if mechanism.get("spatial") is True else frozenset(),
     )
@@ -92,14 +91,6 @@ def _named(section: Mapping[str, Any]) -> list[tuple[str, Any]]:
 
 def _section(value: Any) -> Mapping[str, Any]:
     return value if isinstance(value, Mapping) else {}
-
-
-def _at(tree: Mapping[str, Any], path: str) -> Any:
-    """Return what stands at a dotted path, None where nothing does."""
-    inside: Any = tree
-    for key in path.split("."):
-        inside = _section(inside).get(key)
-    return inside
 
 
 def _plain(written: WrittenValue) -> Any:

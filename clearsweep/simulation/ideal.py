@@ -31,24 +31,15 @@ def _outlined(outlined: Callable[[Outline], Mechanism], outline: Outline) -> Mec
 def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
     """Return a case's mechanism without clearance at angles (rad) of its drive; None where it has no ideal."""
     mechanism = mechanism_of(case)
-    if mechanism.machine and not mechanism.build:
-        return planar.ideal(mechanism.machine(case), angles)
-    if mechanism.ideal is None or case.drive is None:
-        return None
-    motion: IdealMotion = mechanism.ideal(case.mechanism.values, case.drive.speed, angles)
-    return motion
+    return planar.ideal(mechanism.machine(case), angles) if mechanism.machine else None
 
 
 def ideal_peaks(case: Case) -> Mapping[str, float]:
     """Return the largest reaction (N) of each joint of a case without clearance; none where it has no ideal."""
     mechanism = mechanism_of(case)
-    if mechanism.build or not mechanism.machine:
-        if mechanism.ideal is None or case.drive is None:
-            return {}
-        values = case.mechanism.values
-        return _peaks_of_a_turn(mechanism.ideal, tuple(values), tuple(values.values()), case.drive.speed)
-    machine = mechanism.machine(case)
-    stretch = _stretch(case)
+    if not mechanism.machine:
+        return {}
+    machine, stretch = mechanism.machine(case), _stretch(case)
     return _peaks(pickle.dumps(machine), stretch, _knots(case, stretch), planar.Alike(machine))
 
 
@@ -88,12 +79,6 @@ def _peaks(
 ) -> Mapping[str, float]:
     start = machine.value.drive.start_angle
     return peaks(lambda angles: planar.ideal(machine.value, start + angles), stretch, knots)
-
-
-@functools.lru_cache(maxsize=256)
-def _peaks_of_a_turn(ideal: Callable, keys: tuple, values: tuple, drive: float) -> Mapping[str, float]:
-    bodies = dict(zip(keys, values, strict=True))
-    return peaks(lambda angles: ideal(bodies, drive, angles), (0.0, 1.0))
 
 
 def peaks(

@@ -24,7 +24,7 @@ from ..mechanics.joint.wear.contract import Worn
 from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles
-from ..mechanics.mechanism.spatial.build import seats
+from ..mechanics.mechanism.spatial import seats
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
 

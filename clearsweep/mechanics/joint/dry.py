@@ -32,7 +32,7 @@ from .contract import (
 )
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
-from .places import after_law, as_it_is
+from .places import with_laws_as_they_are
 
 
 class Joint(NamedTuple):
@@ -82,19 +82,8 @@ def _clip_and_laws(joint):
 @load.member(Joint)
 def _load_at_the_root(joint, gap, place, present):
     root = present.y[present.roots + place.contact]
-    law = as_it_is(joint.law, present.y, present.latched, place)
-    friction = as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law))
-    remembering = Joint(
-        clearance=joint.clearance,
-        bearing_radius=joint.bearing_radius,
-        journal_radius=joint.journal_radius,
-        side=joint.side,
-        law=law,
-        elastic=joint.elastic,
-        friction=friction,
-        wear=joint.wear,
-    )
-    return joint_load(remembering, gap, present.mode[place.contact], root * abs(root), present.latched[place.contact])
+    now = with_laws_as_they_are(joint, place, present)
+    return joint_load(now, gap, present.mode[place.contact], root * abs(root), present.latched[place.contact])
 
 
 @kernel

@@ -9,7 +9,7 @@ from .dry import Joint
 from .loss.contract import awaits_mass, with_mass
 from .lubricated import Lubricated
 from .places import after_joint, after_number, as_it_is, first_place
-from .worn import WornJoint, WornOnBed, with_laws
+from .worn import WornJoint, WornOnBed
 
 
 @family
@@ -42,42 +42,11 @@ def _as_it_is(joint, mass, place, shared):
 
 
 @_tell.member(Joint)
-def _with_its_law(joint, mass, place, shared):
-    return Joint(
-        clearance=joint.clearance,
-        bearing_radius=joint.bearing_radius,
-        journal_radius=joint.journal_radius,
-        side=joint.side,
-        law=with_mass(joint.law, mass),
-        elastic=joint.elastic,
-        friction=joint.friction,
-        wear=joint.wear,
-    )
-
-
 @_tell.member(WornJoint)
 @_tell.member(WornOnBed)
-def _with_the_law_of_worn_surfaces(joint, mass, place, shared):
-    return with_laws(joint, with_mass(joint.law, mass), joint.friction)
-
-
 @_tell.member(Lubricated)
-def _with_its_dry_law(joint, mass, place, shared):
-    return Lubricated(
-        clearance=joint.clearance,
-        bearing_radius=joint.bearing_radius,
-        journal_radius=joint.journal_radius,
-        side=joint.side,
-        law=with_mass(joint.law, mass),
-        elastic=joint.elastic,
-        friction=joint.friction,
-        wear=joint.wear,
-        film=joint.film,
-        shear=joint.shear,
-        limit=joint.limit,
-        transition=joint.transition,
-        corners=joint.corners,
-    )
+def _with_its_law(joint, mass, place, shared):
+    return joint._replace(law=with_mass(joint.law, mass))
 
 
 @inlined

@@ -33,7 +33,7 @@ from .film.contract import FilmMotion, asperity_load, dry_share, film_couples, f
 from .film.corners import AFLOAT, NEAR, Corners
 from .film.transition import GreenwoodTripp, bears_from
 from .friction.contract import friction_force
-from .places import after_law, as_it_is
+from .places import with_laws_as_they_are
 
 
 class Film(NamedTuple):
@@ -50,22 +50,18 @@ class Film(NamedTuple):
     corners: Corners
 
 
-class Lubricated(NamedTuple):
-    """A film and the dry joint behind it, whose fields have the same names as there."""
-
-    clearance: float  # m, radial
-    bearing_radius: float  # m
-    journal_radius: float  # m
-    side: float  # +1: the journal sits on the distal body, -1: on the proximal one
-    law: tuple  # contact_force
-    elastic: tuple  # elastic_force
-    friction: tuple  # friction_force
-    wear: tuple  # wear_rate
-    film: tuple  # film_force
-    shear: tuple  # film_couples
-    limit: float  # eccentricity ratio up to which the film's formula holds
-    transition: tuple  # dry_share
-    corners: Corners
+Lubricated = NamedTuple(
+    "Lubricated",
+    [
+        *dry.Joint.__annotations__.items(),
+        ("film", tuple),  # film_force
+        ("shear", tuple),  # film_couples
+        ("limit", float),  # eccentricity ratio up to which the film's formula holds
+        ("transition", tuple),  # dry_share
+        ("corners", Corners),
+    ],
+)
+Lubricated.__doc__ = "A film and the dry joint behind it, whose fields come first."
 
 
 class FilmContact(NamedTuple):
@@ -324,16 +320,7 @@ def _load_of_both(joint, gap, place, present):
     if not touches(mode):
         return afloat
     root = present.y[present.roots + place.contact]
-    behind = dry.Joint(
-        clearance=joint.clearance,
-        bearing_radius=joint.bearing_radius,
-        journal_radius=joint.journal_radius,
-        side=joint.side,
-        law=as_it_is(joint.law, present.y, present.latched, place),
-        elastic=joint.elastic,
-        friction=as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law)),
-        wear=joint.wear,
-    )
+    behind = with_laws_as_they_are(joint, place, present)
     pressed = dry.joint_load(behind, gap, mode, root * abs(root), present.latched[place.contact])
     share = dry_share(joint.transition, film.depth)
     return with_dry(afloat, pressed, share)

@@ -4,7 +4,7 @@ How much room a joint takes follows from its type and is worked out where code i
 longer over it than over the forces.
 """
 
-from ..compiled.family import kernel, kinds, map_joints
+from ..compiled.family import inlined, kernel, kinds, map_joints
 from ..observe.observables import FILM_WIDTH, columns
 from .contract import Place, beside, contact_modes, guards, histories, integrated, parts
 
@@ -142,3 +142,11 @@ def as_it_is(law, y, latched, place):
     """Return the law, which has its Place, with its internal state."""
     numbers, first = where_internal(law, y, latched, place)
     return with_internal_state(law, numbers, first)
+
+
+@inlined
+def with_laws_as_they_are(joint, place, present):
+    """Return a joint of one contact, its law and its friction with their internal state at `present`."""
+    law = as_it_is(joint.law, present.y, present.latched, place)
+    friction = as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law))
+    return joint._replace(law=law, friction=friction)

@@ -19,43 +19,20 @@ from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
 from ..compiled.family import family, inlined
 from .contract import FREE, PRESSED, ContactModes, Load, Part, contact_modes, load, parts, power_lost, power_stored
-from .dry import Clip, normal_forces
+from .dry import Clip, Joint, normal_forces
 from .friction.contract import friction_force
 from .nearest import bodies_of, nearest, turned_gap, with_angles
-from .places import after_law, as_it_is
+from .places import with_laws_as_they_are
 from .wear.contract import contact_angle, local_clearance
 from .wear.shape import Shape, worn_at
 
+_FIELDS = [*Joint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
 
-class WornJoint(NamedTuple):
-    """A dry joint, and what is worn off its bodies; all force acts where they are deepest in each other."""
+WornJoint = NamedTuple("WornJoint", _FIELDS)
+WornJoint.__doc__ = "A dry joint, and what is worn off its bodies; all force acts where they are deepest in each other."
 
-    clearance: float  # m, radial, when new
-    bearing_radius: float  # m
-    journal_radius: float  # m
-    side: float  # +1: the journal sits on the distal body, -1: on the proximal one
-    law: tuple  # contact_force
-    elastic: tuple  # elastic_force
-    friction: tuple  # friction_force
-    wear: tuple  # wear_rate
-    bearing: Shape
-    journal: Shape
-
-
-class WornOnBed(NamedTuple):
-    """The same on springs, which press over the arc where the worn gap closes; see `worn_bed`."""
-
-    clearance: float  # m, radial, when new
-    bearing_radius: float  # m
-    journal_radius: float  # m
-    side: float  # +1: the journal sits on the distal body, -1: on the proximal one
-    law: tuple  # contact_force
-    elastic: tuple  # Foundation
-    friction: tuple  # friction_force
-    wear: tuple  # wear_rate
-    bearing: Shape
-    journal: Shape
-
+WornOnBed = NamedTuple("WornOnBed", _FIELDS)
+WornOnBed.__doc__ = "The same on springs, which press over the arc where the worn gap closes; see `worn_bed`."
 
 KINDS = (WornJoint, WornOnBed)
 
@@ -180,47 +157,8 @@ def _load_at_the_root(joint, gap, place, present):
     if mode == FREE:
         return apart(joint, gap)
     root = present.y[present.roots + place.contact]
-    law = as_it_is(joint.law, present.y, present.latched, place)
-    friction = as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law))
-    remembering = with_laws(joint, law, friction)
-    return worn_load(remembering, gap, mode, root * abs(root), present.latched[place.contact])
-
-
-@family
-def with_laws(joint, law, friction):
-    """Return a worn joint with other laws of the normal force and of friction."""
-
-
-@with_laws.member(WornJoint)
-def _at_a_point(joint, law, friction):
-    return WornJoint(
-        clearance=joint.clearance,
-        bearing_radius=joint.bearing_radius,
-        journal_radius=joint.journal_radius,
-        side=joint.side,
-        law=law,
-        elastic=joint.elastic,
-        friction=friction,
-        wear=joint.wear,
-        bearing=joint.bearing,
-        journal=joint.journal,
-    )
-
-
-@with_laws.member(WornOnBed)
-def _on_a_bed(joint, law, friction):
-    return WornOnBed(
-        clearance=joint.clearance,
-        bearing_radius=joint.bearing_radius,
-        journal_radius=joint.journal_radius,
-        side=joint.side,
-        law=law,
-        elastic=joint.elastic,
-        friction=friction,
-        wear=joint.wear,
-        bearing=joint.bearing,
-        journal=joint.journal,
-    )
+    now = with_laws_as_they_are(joint, place, present)
+    return worn_load(now, gap, mode, root * abs(root), present.latched[place.contact])
 
 
 # ---------------------------------------------------------------------------------------------- where it starts

@@ -11,7 +11,7 @@ from . import described, topology_in_space
 from .drives import drive_of
 from .loads import Places, loads_of
 from .named import joint_keys, joint_of, output_keys, pair_of
-from .spatial import FLAG
+from .spatial.described import FLAG
 
 _PLACE = tuple(Field(str(k), "m", f"{axis}, in the frame of the body", -math.inf) for k, axis in enumerate("xy"))
 _BODY = (

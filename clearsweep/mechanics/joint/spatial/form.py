@@ -76,28 +76,16 @@ class Through(NamedTuple):
     wear_rows: float  # bins of wear along the length
 
 
-class Flanged(NamedTuple):
-    """A spatial joint between flanges."""
-
-    clearance: float  # m, radial
-    side: float
-    bearing_radius: float  # m
-    journal_radius: float  # m
-    half_length: float  # m
-    half_journal: float  # m
-    offset: Vector  # m
-    axis: Vector  # unit vector
-    ends: tuple  # InBore
-    walls: tuple  # Ends or Spread
-    law: tuple
-    elastic: tuple
-    friction: tuple
-    wear: tuple
-    across: Vector
-    wear_rows: float
-    axial_clearance: float  # m, on each side
-    axial_law: tuple  # contact_force of a flange
-    axial_elastic: tuple
+Flanged = NamedTuple(
+    "Flanged",
+    [
+        *Through.__annotations__.items(),
+        ("axial_clearance", float),  # m, on each side
+        ("axial_law", tuple),  # contact_force of a flange
+        ("axial_elastic", tuple),
+    ],
+)
+Flanged.__doc__ = "A spatial joint between flanges."
 
 
 class SpatialGap(NamedTuple):

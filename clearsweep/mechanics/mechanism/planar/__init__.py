@@ -9,7 +9,8 @@ import numpy as np
 from ....contracts.catalogue import Channel
 from ....contracts.machine import GROUND, Aim, At, Course, Guide, Machine, Motor
 from ...joint.contract import Load
-from ..contract import Built, Ideal, Open
+from ..contract import Built, Open
+from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - enters the equations of motion
 from .anatomy import anatomy, kinds_of
 from .binding import bound_of
@@ -19,7 +20,7 @@ from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, direction_of, numbered, point_of
 from .hanging import ANGLE, Coordinate
-from .ideal import ideal, ideal_of, masses_of
+from .ideal import Ideal, ideal, ideal_of, masses_of
 from .loads import loads_of, stops_of
 
 __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
@@ -59,13 +60,12 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     if names not in known.opened:
         known.opened[names] = _opened(machine, names)
     opened = known.opened[names]
-    start = _start(machine, opened.state, offsets)
-    if opened.light is None:
-        opened = known.opened[names] = opened._replace(light=_light(machine, opened.value, start))
     if opened.light:
         raise MobilityError(
             f"with these joints open, something moves that has no mass or moment of inertia: {', '.join(opened.light)}"
         )
+    apart = any(map(any, offsets.values()))
+    start = _start(known, opened.state, offsets) if apart else opened.start
     return Built(opened.value, start, opened.lengths, known.closure.size, known.rate())
 
 
@@ -75,9 +75,8 @@ class _Opened(NamedTuple):
     value: Planar
     state: list[Coordinate]
     lengths: np.ndarray  # m, as of Built
-    light: list[str] | None = (
-        None  # bodies without mass or inertia, where something moves that has none; None: not known
-    )
+    start: np.ndarray  # as of Built, no pins being apart
+    light: list[str]  # bodies without mass or inertia, where something moves that has none
 
 
 def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
@@ -90,7 +89,9 @@ def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
     columns = [known.aimed(known.turn), *(everything[i] for i in bound)]
     value = value._replace(bound=tuple(map(numbered, bound)), turn=course([*columns], machine.drive.start_angle))
     state = anatomy(kinds_of(value)).state
-    return _Opened(value, state, np.array([_length(machine, item) for item in state]))
+    start = _start(known, state, {})
+    lengths = np.array([_length(machine, item) for item in state])
+    return _Opened(value, state, lengths, start, _light(machine, value, start))
 
 
 def _light(machine: Machine, value: Planar, start: np.ndarray) -> list[str]:
@@ -108,16 +109,15 @@ def _light(machine: Machine, value: Planar, start: np.ndarray) -> list[str]:
     return [name for name in moving if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)] or moving
 
 
-def _start(machine: Machine, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
+def _start(known: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
     """Return coordinates, their rates and time."""
-    angle, known = machine.drive.start_angle, ideal_of(machine)
+    machine, angle = known.machine, known.machine.drive.start_angle
     there = known.apart(offsets, angle)
     if not np.all(np.isfinite(there.q)):
         raise ClosureError("its joints cannot begin as far apart as asked for", _moving(machine)[0], angle)
     found = [known.read(item, there) for item in state]
-    places = [float(values[0][0]) for values in found]
     speed = crank_speed(machine)
-    rates = [speed * float(values[1][0]) for values in found]
+    places, rates = [float(place) for place, _ in found], [speed * float(slope) for _, slope in found]
     return np.array([*places, *rates, 0.0])
 
 
@@ -141,7 +141,7 @@ def _value(machine: Machine, opened: frozenset[str]) -> Planar:
     numbers = {name: numbered(i) for i, name in enumerate([GROUND, *_moving(machine)])}
     placed = []
     for joint in machine.joints:
-        site = Open() if joint.name in opened else Ideal()
+        site = Open() if joint.name in opened else Closed()
         ends = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_point(machine, joint.proximal), _point(machine, joint.distal))
         if isinstance(joint, Guide):

@@ -6,6 +6,7 @@ and the forces in the joints are the multipliers of the constraints (Haug 1989, 
 Dynamics", chapters 3 and 6).  Derivatives are by the crank's angle: speeds come in afterwards.
 """
 
+import copy
 import functools
 import math
 import pickle
@@ -14,14 +15,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, Guide, Machine
+from ....contracts.machine import GROUND, At, Guide, Machine
+from .turn import Turn, between
 
 STATIONS = 720  # of a turn, at which the machine is closed
 COARSE = 24  # of them, found one after the other; the others begin between these
 FINEST = 4**6  # parts into which the way from one to the next is divided
 FAR = 0.1  # rad, by which an angle may differ from the parabola through the last station
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
-CLOSED = 1e-13  # of the machine's size
+SQUARE = 1e-9  # of the machine's size, by which the last step of Newton's method moves
 ATTEMPTS = 40
 _SINGULAR = "it is in a singular position, in which it can move in more ways than one"
 
@@ -38,13 +40,17 @@ class MobilityError(ValueError):
     """The machine is not one that its drive moves in one way."""
 
 
-class Turn(NamedTuple):
-    """The machine without clearance at N angles of its crank; q : x, y (m) and angle (rad) of each body that moves."""
+class End(NamedTuple):
+    """A point of a body, each field a number or (N,)."""
 
-    angles: np.ndarray  # (N,) rad
-    q: np.ndarray  # (N, 3 bodies)
-    first: np.ndarray  # derivative by the crank's angle
-    second: np.ndarray
+    x: Any  # m
+    y: Any
+    dx: Any  # derivative by the crank's angle
+    dy: Any
+    ddx: Any  # what its second derivative has without those of the coordinates
+    ddy: Any
+    lever_x: Any  # derivative by the body's angle
+    lever_y: Any
 
 
 class Closure:
@@ -64,64 +70,80 @@ class Closure:
                 "the drive needs exactly 1"
             )
 
-    def end(self, at, q, first):
-        """Return place, its derivative and what its second derivative has without those of q, and its lever (N, 2)."""
-        body = self.machine.bodies[at.body]
-        local = np.subtract(body.points[at.point], body.center if at.body != GROUND else (0.0, 0.0))
+    def apart(self, offsets: Mapping) -> "Closure":
+        """Return the constraints with the distal points of some joints `offsets` (2,) m from the proximal ones."""
+        found = copy.copy(self)
+        found.offsets = offsets
+        return found
+
+    def end(self, at: At, q: np.ndarray, first: np.ndarray) -> End:
+        """Return a point of a body; q, first : (..., 3 bodies)."""
+        return self._end(at, _columns(q), _columns(first), _turned(_columns(q)))
+
+    def _end(self, at: At, q: list, first: list, turned: list) -> End:
+        x, y = self.machine.bodies[at.body].points[at.point]
         if at.body == GROUND:
-            zero = np.zeros((len(q), 2))
-            return zero + local, zero, zero, zero
-        i = 3 * self.index[at.body]
-        c, s = np.cos(q[:, i + 2]), np.sin(q[:, i + 2])
-        arm = np.stack([c * local[0] - s * local[1], s * local[0] + c * local[1]], -1)
-        rate = first[:, i + 2, None]
-        return q[:, i : i + 2] + arm, first[:, i : i + 2] + rate * _left(arm), -(rate**2) * arm, _left(arm)
+            return End(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        i, center = self.index[at.body], self.machine.bodies[at.body].center
+        x, y, (c, s), rate = x - center[0], y - center[1], turned[i], first[3 * i + 2]
+        arm_x, arm_y = c * x - s * y, s * x + c * y
+        return End(
+            q[3 * i] + arm_x,
+            q[3 * i + 1] + arm_y,
+            first[3 * i] - rate * arm_y,
+            first[3 * i + 1] + rate * arm_x,
+            -rate * rate * arm_x,
+            -rate * rate * arm_y,
+            -arm_y,
+            arm_x,
+        )
 
     def evaluate(self, q, angles, first=None):
-        """Return constraints (N, rows), their derivatives (N, rows, 3 bodies), and what the second derivative lacks."""
+        """Return constraints (..., rows), derivatives (..., rows, 3 bodies), and what the second derivative lacks.
+
+        q, first : (..., 3 bodies); angles : (...) rad.
+        """
         first = np.zeros_like(q) if first is None else first
-        count, row = len(q), 0
-        values, lacking = np.zeros((count, self.rows)), np.zeros((count, self.rows))
-        jacobian = np.zeros((count, self.rows, q.shape[1]))
-        for joint in self.machine.joints:
-            (p, dp, ddp, lever_p), (d, dd, ddd, lever_d) = (
-                self.end(at, q, first) for at in (joint.proximal, joint.distal)
-            )
-            ends = ((joint.proximal.body, -1.0, lever_p), (joint.distal.body, 1.0, lever_d))
+        columns, rates = _columns(q), _columns(first)
+        turned = _turned(columns)
+        values, lacking = (np.zeros((*q.shape[:-1], self.rows)) for _ in range(2))
+        jacobian = np.zeros((*q.shape[:-1], self.rows, q.shape[-1]))
+        for row, joint in zip(range(0, self.rows, 2), self.machine.joints, strict=False):
+            near, far = (self._end(at, columns, rates, turned) for at in (joint.proximal, joint.distal))
+            ends = [
+                (3 * self.index[at.body], sign, end)
+                for at, sign, end in ((joint.proximal, -1.0, near), (joint.distal, 1.0, far))
+                if at.body != GROUND
+            ]
+            gap_x, gap_y = far.x - near.x, far.y - near.y
+            bend_x, bend_y = far.ddx - near.ddx, far.ddy - near.ddy
             if isinstance(joint, Guide):
-                angle_p, rate = self._angle(joint.proximal.body, q), self._angle(joint.proximal.body, first)
-                along = np.stack([np.cos(angle_p + joint.axis), np.sin(angle_p + joint.axis)], -1)
-                normal, gap = _left(along), d - p
-                values[:, row] = self._angle(joint.distal.body, q) - angle_p
-                values[:, row + 1] = _dot(normal, gap)
-                lacking[:, row + 1] = (
-                    _dot(normal, ddd - ddp) - 2.0 * rate * _dot(along, dd - dp) - rate**2 * _dot(normal, gap)
-                )
-                for body, sign, lever in ends:
-                    if body == GROUND:
-                        continue
-                    i = 3 * self.index[body]
-                    jacobian[:, row, i + 2] = sign
-                    jacobian[:, row + 1, i : i + 2] = sign * normal
-                    jacobian[:, row + 1, i + 2] = sign * _dot(normal, lever)
-                    if body == joint.proximal.body:
-                        jacobian[:, row + 1, i + 2] -= _dot(along, gap)
+                angle, rate = (self.angle(joint.proximal.body, each) for each in (q, first))
+                c, s = np.cos(angle + joint.axis), np.sin(angle + joint.axis)
+                values[..., row] = self.angle(joint.distal.body, q) - angle
+                values[..., row + 1] = c * gap_y - s * gap_x
+                along = c * (far.dx - near.dx) + s * (far.dy - near.dy)
+                lacking[..., row + 1] = c * bend_y - s * bend_x - 2.0 * rate * along - rate**2 * (c * gap_y - s * gap_x)
+                for i, sign, end in ends:
+                    jacobian[..., row, i + 2] = sign
+                    jacobian[..., row + 1, i], jacobian[..., row + 1, i + 1] = -sign * s, sign * c
+                    jacobian[..., row + 1, i + 2] = sign * (c * end.lever_y - s * end.lever_x)
+                    if sign < 0.0:
+                        jacobian[..., row + 1, i + 2] -= c * gap_x + s * gap_y
             else:
-                values[:, row : row + 2] = d - p - np.asarray(self.offsets.get(joint.name, (0.0, 0.0)))
-                lacking[:, row : row + 2] = ddd - ddp
-                for body, sign, lever in ends:
-                    if body == GROUND:
-                        continue
-                    i = 3 * self.index[body]
-                    jacobian[:, row, i] = jacobian[:, row + 1, i + 1] = sign
-                    jacobian[:, row : row + 2, i + 2] = sign * lever
-            row += 2
-        values[:, row] = q[:, 3 * self.crank + 2] - angles
-        jacobian[:, row, 3 * self.crank + 2] = 1.0
+                x, y = self.offsets.get(joint.name, (0.0, 0.0))
+                values[..., row], values[..., row + 1] = gap_x - x, gap_y - y
+                lacking[..., row], lacking[..., row + 1] = bend_x, bend_y
+                for i, sign, end in ends:
+                    jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
+                    jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = sign * end.lever_x, sign * end.lever_y
+        values[..., -1] = q[..., 3 * self.crank + 2] - angles
+        jacobian[..., -1, 3 * self.crank + 2] = 1.0
         return values, jacobian, lacking
 
-    def _angle(self, body, q):
-        return np.zeros(len(q)) if body == GROUND else q[:, 3 * self.index[body] + 2]
+    def angle(self, body: str, q: np.ndarray) -> Any:
+        """Return the angle (rad) of a body, or its rate, (...)."""
+        return 0.0 if body == GROUND else q[..., 3 * self.index[body] + 2]
 
     # ------------------------------------------------------------------------------------------ positions
 
@@ -137,24 +159,23 @@ class Closure:
 
     def _weakest(self, q, angle) -> tuple[float, str]:
         """Return how far a machine is from being singular, and the body that moves most in the weakest way."""
-        _, jacobian, _ = self.evaluate(q[None], np.array([angle]))
-        _, values, ways = np.linalg.svd(self._scaled(jacobian[0]))
+        _, jacobian, _ = self.evaluate(q, angle)
+        _, values, ways = np.linalg.svd(self._scaled(jacobian))
         share = np.abs(ways[-1]).reshape(-1, 3).max(axis=1)
         return values[-1] / values[0], self.names[int(np.argmax(share))]
 
     def closed(self, q, angles) -> np.ndarray:
-        """Return where the constraints hold, from `q` (N, 3 bodies) near it; nan where that fails."""
+        """Return where the constraints hold, from `q` (..., 3 bodies) near it; nan where that fails."""
         q = q.copy()
         for _ in range(30):
             values, jacobian, _ = self.evaluate(q, angles)
             try:
                 step = np.linalg.solve(jacobian, values[..., None])[..., 0]
             except np.linalg.LinAlgError:
-                step = np.stack([np.linalg.lstsq(j, v, rcond=None)[0] for j, v in zip(jacobian, values, strict=True)])
+                step = (np.linalg.pinv(jacobian) @ values[..., None])[..., 0]
             q -= step
-            if np.max(np.abs(values)) <= 1e-15 * self.size or not np.all(np.isfinite(q)):
-                break
-            if np.max(np.abs(step)) < 1e-14 * min(self.size, 1.0):
+            # what a step of Newton's method leaves is as its square
+            if np.max(np.abs(step)) < SQUARE * min(self.size, 1.0) or not np.all(np.isfinite(q)):
                 break
         values, _, _ = self.evaluate(q, angles)
         return np.where(np.max(np.abs(values), axis=-1, keepdims=True) < 1e-11 * max(self.size, 1.0), q, math.nan)
@@ -162,8 +183,8 @@ class Closure:
     def derivatives(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
         """Return first and second derivatives of `q` by the crank's angle."""
         _, jacobian, _ = self.evaluate(q, angles)
-        right = np.zeros((len(q), self.rows, 1))
-        right[:, -1] = 1.0
+        right = np.zeros((*q.shape[:-1], self.rows, 1))
+        right[..., -1, :] = 1.0
         first = np.linalg.solve(jacobian, right)[..., 0]
         _, _, lacking = self.evaluate(q, angles, first)
         return first, np.linalg.solve(jacobian, -lacking[..., None])[..., 0]
@@ -222,23 +243,23 @@ class Closure:
                 raise MobilityError(f"body {hanging!r} hangs nowhere: no joints lead from it to the ground")
             ends = (joint.proximal, joint.distal)
             held, free = ends if joint.proximal.body in placed else ends[::-1]
-            rows, zero = q[None], np.zeros((1, q.size))
+            there, here = (self.end(at, q, np.zeros_like(q)) for at in (held, free))
             i = 3 * self.index[free.body]
-            q[i : i + 2] += (self.end(held, rows, zero)[0] - self.end(free, rows, zero)[0])[0]
+            q[i : i + 2] += there.x - here.x, there.y - here.y
             placed.add(free.body)
         return q
 
     def _relaxed(self, q, angle) -> np.ndarray:
         """Return the machine closed from a rough guess: Levenberg's and Marquardt's method; nan where it fails."""
-        angles, damping = np.array([angle]), 1e-3
-        values, jacobian, _ = self.evaluate(q[None], angles)
+        damping = 1e-3
+        values, jacobian, _ = self.evaluate(q, angle)
         cost = float(np.sum(values**2))
         for _ in range(200):
-            gradient = jacobian[0].T @ values[0]
-            square = jacobian[0].T @ jacobian[0]
+            gradient = jacobian.T @ values
+            square = jacobian.T @ jacobian
             scale = np.tile([1.0, 1.0, self.size**2], len(self.names))
             step = np.linalg.solve(square + damping * np.diag(scale), -gradient)
-            trial, derived, _ = self.evaluate((q + step)[None], angles)
+            trial, derived, _ = self.evaluate(q + step, angle)
             if np.sum(trial**2) < cost:
                 q, values, jacobian, cost = q + step, trial, derived, float(np.sum(trial**2))
                 damping = max(0.2 * damping, 1e-15)
@@ -248,14 +269,14 @@ class Closure:
                 break
         if cost > 1e-8 * self.size**2:
             return np.full_like(q, math.nan)
-        return self.closed(q[None], angles)[0]
+        return self.closed(q, angle)
 
     def _farthest(self, given, angle) -> str:
         """Return the body whose joint stays open where a machine does not close."""
         angles = given.copy()
         angles[self.crank] = angle
-        values, _, _ = self.evaluate(self._hung(angles)[None], np.array([angle]))
-        joint = self.machine.joints[int(np.argmax(np.abs(values[0, :-1]))) // 2]
+        values, _, _ = self.evaluate(self._hung(angles), angle)
+        joint = self.machine.joints[int(np.argmax(np.abs(values[:-1]))) // 2]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
     # ------------------------------------------------------------------------------------------ a turn
@@ -283,10 +304,10 @@ class Closure:
             here, angle, far = q, before, False
             for part in range(parts):
                 following = before + (after - before) * (part + 1) / parts
-                first, second = self.derivatives(here[None], np.array([angle]))
+                first, second = self.derivatives(here, angle)
                 step = following - angle
-                guess = here + first[0] * step + 0.5 * second[0] * step**2
-                there = self.closed(guess[None], np.array([following]))[0]
+                guess = here + first * step + 0.5 * second * step**2
+                there = self.closed(guess, following)
                 far = not np.all(np.isfinite(there)) or np.max(np.abs((there - guess)[2::3])) > FAR
                 if far:
                     break
@@ -339,24 +360,6 @@ class Alike:
         return 0
 
 
-def between(turn: Turn, angles: np.ndarray) -> Turn:
-    """Return a machine at angles (N,) of its crank as its Turn has it, by quintics between stations."""
-    step = 2.0 * math.pi / (len(turn.angles) - 1)
-    whole = np.floor((angles - turn.angles[0]) / (2.0 * math.pi))
-    along = (angles - turn.angles[0] - 2.0 * math.pi * whole) / step
-    k = np.minimum(along.astype(int), len(turn.angles) - 2)
-    t = (along - k)[:, None]
-    f0, d0, s0, f1, d1, s1 = (part[k + i] for i in (0, 1) for part in (turn.q, turn.first, turn.second))
-    d0, d1, s0, s1 = step * d0, step * d1, step * step * s0, step * step * s1
-    rise, tilt, bend = f1 - f0 - d0 - 0.5 * s0, d1 - d0 - s0, s1 - s0
-    a, b, c = 10 * rise - 4 * tilt + 0.5 * bend, -15 * rise + 7 * tilt - bend, 6 * rise - 3 * tilt + 0.5 * bend
-    winding = turn.q[-1] - turn.q[0]
-    winding[0::3] = winding[1::3] = 0.0
-    q = f0 + t * (d0 + t * (0.5 * s0 + t * (a + t * (b + t * c)))) + whole[:, None] * winding
-    first = (d0 + t * (s0 + t * (3 * a + t * (4 * b + t * 5 * c)))) / step
-    return Turn(angles, q, first, (s0 + t * (6 * a + t * (12 * b + t * 20 * c))) / step**2)
-
-
 def _driven(machine: Machine):
     return next(joint for joint in machine.joints if joint.name == machine.driven)
 
@@ -372,9 +375,13 @@ def extent(body) -> float:
     return float(np.max(np.hypot(*(points[:, None] - points[None]).T)))
 
 
-def _left(vector):
-    return np.stack([-vector[..., 1], vector[..., 0]], -1)
+def _columns(q: np.ndarray) -> list:
+    """Return the coordinates one by one: numbers of one position, which are quick, arrays (N,) of many."""
+    return q.tolist() if q.ndim == 1 else list(q.T)
 
 
-def _dot(a, b):
-    return np.sum(a * b, -1)
+def _turned(columns: list) -> list:
+    """Return cosine and sine of the angle of each body."""
+    many = isinstance(columns[0], np.ndarray)
+    cos, sin = (np.cos, np.sin) if many else (math.cos, math.sin)
+    return [(cos(angle), sin(angle)) for angle in columns[2::3]]

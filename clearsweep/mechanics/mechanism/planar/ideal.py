@@ -11,11 +11,12 @@ import numpy as np
 from ....contracts.machine import GROUND, At, Constant, Course, Guide, Machine, Motor, Push, Rubbing, Spring, Tabled
 from ...joint.friction.contract import friction_force
 from ..contract import IdealMotion
-from .closure import Alike, Closure, Turn, between, turn_of
+from .closure import Alike, Closure, turn_of
 from .drive import drive_of, torque_at, when
 from .form import Mass
 from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .loads import by_rows, table_of
+from .turn import Turn, between
 
 SWEEPS = 200  # over reactions and the friction that they bring
 SETTLED = 1e-14  # of the largest of these
@@ -61,27 +62,26 @@ class Ideal:
 
     def apart(self, offsets: Mapping, angle: float) -> Turn:
         """Return the machine at an angle of its crank, joints being apart by `offsets`; nan where they cannot."""
-        angles, near = np.array([angle]), int(np.argmin(np.abs(self.turn.angles - angle)))
-        apart = Closure(self.machine, offsets)
-        q = apart.closed(self.turn.q[near : near + 1], angles)
+        near, apart = int(np.argmin(np.abs(self.turn.angles - angle))), self.closure.apart(offsets)
+        q = apart.closed(self.turn.q[near], angle)
         if not np.all(np.isfinite(q)):
-            return Turn(angles, q, q, q)
-        return Turn(angles, q, *apart.derivatives(q, angles))
+            return Turn(np.array(angle), q, q, q)
+        return Turn(np.array(angle), q, *apart.derivatives(q, angle))
 
     def read(self, item: Coordinate, there: Turn) -> tuple[np.ndarray, np.ndarray]:
-        """Return a coordinate and its derivative by the crank's angle, each (N,)."""
+        """Return a coordinate and its derivative by the crank's angle, each (...)."""
         if item.kind != RUN:
             i = 3 * (item.of - 1) + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[item.kind]
-            return there.q[:, i], there.first[:, i]
+            return there.q[..., i], there.first[..., i]
         joint = self.machine.joints[item.of]
         turned, spin = (
-            joint.axis + self._angle(joint.proximal.body, there.q),
-            self._angle(joint.proximal.body, there.first),
+            joint.axis + self.closure.angle(joint.proximal.body, there.q),
+            self.closure.angle(joint.proximal.body, there.first),
         )
-        along = np.stack([np.cos(turned), np.sin(turned)], -1)
-        (p, dp), (d, dd) = (self.closure.end(at, there.q, there.first)[:2] for at in (joint.proximal, joint.distal))
-        across = np.stack([-along[:, 1], along[:, 0]], -1)
-        return np.sum(along * (d - p), -1), np.sum(along * (dd - dp), -1) + spin * np.sum(across * (d - p), -1)
+        c, s = np.cos(turned), np.sin(turned)
+        near, far = (self.closure.end(at, there.q, there.first) for at in (joint.proximal, joint.distal))
+        x, y, dx, dy = far.x - near.x, far.y - near.y, far.dx - near.dx, far.dy - near.dy
+        return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
     def course_of(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return a coordinate over the turn and its derivatives by the crank's angle, the second one nearly."""
@@ -164,16 +164,17 @@ class Ideal:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
         if at.body == GROUND:
             return
-        i, (_, _, _, lever) = 3 * self.closure.index[at.body], self.closure.end(at, there.q, there.first)
+        i, end = 3 * self.closure.index[at.body], self.closure.end(at, there.q, there.first)
         force[:, i : i + 2] += pull
-        force[:, i + 2] += np.sum(lever * pull, -1) + torque
+        force[:, i + 2] += end.lever_x * pull[:, 0] + end.lever_y * pull[:, 1] + torque
 
     def _spring(self, load: Spring, there: Turn, rate, force) -> None:
-        (p, dp), (d, dd) = (self.closure.end(at, there.q, there.first)[:2] for at in (load.first, load.second))
-        reach = d - p
-        length = np.hypot(reach[:, 0], reach[:, 1])
-        along = reach / length[:, None]
-        pull = load.stiffness * (length - load.free_length) + load.damping * rate * np.sum(along * (dd - dp), -1)
+        first, second = (self.closure.end(at, there.q, there.first) for at in (load.first, load.second))
+        x, y = second.x - first.x, second.y - first.y
+        length = np.hypot(x, y)
+        along = np.stack([x, y], -1) / length[:, None]
+        opening = (x * (second.dx - first.dx) + y * (second.dy - first.dy)) / length
+        pull = load.stiffness * (length - load.free_length) + load.damping * rate * opening
         self._add(force, there, load.first, pull[:, None] * along, 0.0)
         self._add(force, there, load.second, -pull[:, None] * along, 0.0)
 
@@ -183,12 +184,12 @@ class Ideal:
         for load in forces:
             joint = next(joint for joint in self.machine.joints if joint.name == load.joint)
             normal = np.hypot(*reactions[joint.name].T)
-            turns = [self._angle(at.body, there.first) * rate for at in (joint.distal, joint.proximal)]
+            turns = [self.closure.angle(at.body, there.first) * rate for at in (joint.distal, joint.proximal)]
             slip = load.radius * (turns[0] - turns[1])
             if isinstance(joint, Guide):
                 slip = self.read(Coordinate(RUN, self.machine.joints.index(joint)), there)[1] * rate
             rub = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
-            along = joint.axis + self._angle(joint.proximal.body, there.q) if isinstance(joint, Guide) else 0.0
+            along = joint.axis + self.closure.angle(joint.proximal.body, there.q) if isinstance(joint, Guide) else 0.0
             pull = rub[:, None] * np.stack([np.cos(along), np.sin(along)], -1) if isinstance(joint, Guide) else 0.0
             for at, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
                 zero = np.zeros((len(rate), 2))
@@ -199,7 +200,7 @@ class Ideal:
     def _reaction(self, joint, there: Turn, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
         if isinstance(joint, Guide):
-            along = joint.axis + self._angle(joint.proximal.body, there.q)
+            along = joint.axis + self.closure.angle(joint.proximal.body, there.q)
             return -multipliers[:, 1:] * np.stack([-np.sin(along), np.cos(along)], -1)
         return -multipliers
 
@@ -263,9 +264,6 @@ class Ideal:
             return known
         mass = float(np.mean(np.sum(self.inertia * turn.first**2, -1)))
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / mass) or 1.0
-
-    def _angle(self, body: str, q: np.ndarray) -> np.ndarray:
-        return np.zeros(len(q)) if body == GROUND else q[:, 3 * self.closure.index[body] + 2]
 
 
 def masses_of(machine: Machine) -> list[Mass]:

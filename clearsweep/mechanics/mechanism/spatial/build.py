@@ -1,45 +1,83 @@
-"""From numbers and clearances to a slider-crank in space and its start."""
+"""From a planar machine, what its bodies are in space and its clearances to a tree and its start."""
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from ....contracts.machine import GROUND, At, Guide, Machine
 from ...compiled.vector import Vector
-from ...joint.spatial import deepest_of, overlap_of
-from ..contract import Built, gaps, place
-from . import motion  # noqa: F401 - enters the equations of motion
-from .form import Bearing, Cylindrical, Links, SpatialSliderCrank, Spherical, rod_of
-from .pose import ANGLE, CENTER, RISE, SLIDER, TURNED, count
+from ...joint.spatial import SpatialLoad, deepest_of, overlap_of
+from ..contract import Built, accelerate, gaps, place
+from ..planar.closure import MobilityError, extent
+from ..planar.course import course
+from ..planar.form import numbered
+from ..planar.ideal import ideal_of
+from . import members  # noqa: F401 - enters the equations of motion
+from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, Part, PointAim, Sleeve, Slide, Tree
+from .hanging import CYLINDRICAL, SPHERICAL, Hang, hanging
 
-IDEAL = {"spherical": Spherical, "cylindrical": Cylindrical}
-PINS = ("crank-rod", "rod-slider")
+STILL = Vector(0.0, 0.0, 0.0)
 
 
-def build(bodies, drive, joints, offsets) -> Built:
-    """Return the slider-crank at crank angle 0 with its rod in the nominal plane, moving as without clearance.
+class Solid(NamedTuple):
+    """A body in space, on the axes of its frame."""
 
-    bodies : numbers in SI and words by key below `mechanism`; drive : rad/s; joints : compiled form of each joint with
-    clearance; offsets : of no meaning here, a spatial joint starts centred.
+    mass: float  # kg
+    inertia: tuple[float, ...]  # kg m^2, principal, about the centre of mass
+    center: tuple[float, ...]  # m
+    points: Mapping[str, tuple[float, ...]]  # m
+
+
+class Assembly(NamedTuple):
+    """A machine in space: the planar one, its bodies, what its closed pins allow, and its gravity."""
+
+    machine: Machine
+    solids: Mapping[str, Solid]
+    ideal: Mapping[str, str]  # pin -> 'spherical', 'cylindrical'; else it is a revolute joint
+    gravity: tuple[float, ...]  # m/s^2
+    journals: Mapping[str, str]  # joint -> the body that its journal sits on
+
+
+class Stand(NamedTuple):
+    """Where a body of the machine without clearance is at crank angle 0, by its planar motion."""
+
+    x: float  # m, centre of mass
+    y: float
+    angle: float  # rad
+    vx: float  # m/s
+    vy: float
+    spin: float  # rad/s
+
+
+def build(assembly: Assembly, joints: Mapping) -> Built:
+    """Return a tree at crank angle 0, its bodies placed and moving as in the planar machine without clearance.
+
+    joints : compiled form of each joint with clearance, in the order of the machine's.  Raises ClosureError,
+    MobilityError, UntiedError.
     """
-    sites = tuple(
-        Bearing(joints[name].offset, joints[name].axis, joints[name].across)
-        if name in joints
-        else IDEAL[bodies[f"ideal.{name}"]]()
-        for name in PINS
+    machine, known = assembly.machine, ideal_of(assembly.machine)
+    hangs = hanging(machine, joints, assembly.ideal)
+    numbers = {GROUND: ()} | {hang.body: numbered(i + 1) for i, hang in enumerate(hangs)}
+    told = tuple(numbers[name] for name in machine.bodies if name != GROUND)
+    speed = machine.drive.speed
+    value = Tree(
+        parts=tuple(_part(assembly.solids[hang.body]) for hang in hangs),
+        hangs=tuple(_hung(assembly, hang, numbers) for hang in hangs),
+        openings=tuple(_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
+        told=told,
+        aim=_aim(assembly, numbers),
+        speed=speed,
+        gravity=Vector(*assembly.gravity),
+        turn=course([known.aimed(known.turn)], 0.0),
     )
-    rod = rod_of(bodies, sites)
-    links = Links(
-        bodies["crank.length"],
-        Vector(*(bodies[f"crank.center.{k}"] for k in range(3))),
-        bodies["crank.mass"],
-        bodies["crank.inertia.2"],
-        bodies["slider.mass"],
-        Vector(*(bodies[f"gravity.{k}"] for k in range(3))),
-        drive,
-    )
-    mechanism = SpatialSliderCrank(links, rod, sites)
-    return Built(mechanism, _start(mechanism), _lengths(mechanism), links.crank_length + rod.length, drive)
+    stands = _stands(assembly)
+    values = [_coordinates(assembly, hang, stands, joints) for hang in hangs]
+    start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
+    lengths = np.array([length for hang in hangs for length in _lengths(assembly, hang)])
+    _check_masses(value, start)
+    return Built(value, start, lengths, known.closure.size, speed)
 
 
 class Seat(NamedTuple):
@@ -59,34 +97,168 @@ def seats(built: Built, joints: Mapping) -> dict[str, Seat]:
     return {name: Seat(deepest_of(joint, gap), float(overlap_of(joint, gap))) for (name, joint), gap in pairs}
 
 
-def _tilts(mechanism: SpatialSliderCrank) -> bool:
-    """Return whether the rod may tilt."""
-    return not any(isinstance(site, Cylindrical) for site in mechanism.sites)
+def _part(solid: Solid) -> Part:
+    return Part(solid.mass, Vector(*solid.inertia), Vector(*solid.center))
 
 
-def _start(mechanism: SpatialSliderCrank) -> np.ndarray:
-    """Return coordinates, their rates and time."""
-    links, rod, n = mechanism.links, mechanism.rod, count(mechanism)
-    tip = links.crank_length * links.speed
-    rate = -tip / rod.length
-    start = np.zeros(2 * n + 1)
-    start[SLIDER] = links.crank_length + rod.length
-    if not _tilts(mechanism):
-        start[n + ANGLE] = rate
-        return start
-    start[TURNED], start[n + TURNED + 3] = 1.0, 0.5 * rate
-    if n > CENTER:
-        center = rod.center
-        start[CENTER : CENTER + 3] = links.crank_length + center.x, center.y, center.z
-        start[n + CENTER : n + CENTER + 3] = -rate * center.y, tip + rate * center.x, 0.0
-    return start
+def _point(assembly: Assembly, at: At) -> Vector:
+    return Vector(*assembly.solids[at.body].points[at.point])
 
 
-def _lengths(mechanism: SpatialSliderCrank) -> np.ndarray:
-    """Return how far (m) bodies move for a unit of each coordinate."""
-    lengths, long = np.ones(count(mechanism)), mechanism.rod.length
-    if _tilts(mechanism):
-        lengths[TURNED : TURNED + 4] = 2.0 * long
-    else:
-        lengths[ANGLE], lengths[RISE] = long, 1.0
-    return lengths
+def _joint(assembly: Assembly, name: str):
+    return next(joint for joint in assembly.machine.joints if joint.name == name)
+
+
+def _ends(assembly: Assembly, hang: Hang) -> tuple[At, At]:
+    """Return the points of the joint by which a body hangs, that of what it hangs on first."""
+    joint = _joint(assembly, hang.joint)
+    ends = (joint.proximal, joint.distal)
+    return ends if joint.distal.body == hang.body else ends[::-1]
+
+
+def _hung(assembly: Assembly, hang: Hang, numbers: Mapping) -> tuple:
+    """Return how a body hangs in compiled form."""
+    if not hang.joint:
+        return Loose()
+    near, far = (_point(assembly, at) for at in _ends(assembly, hang))
+    joint = _joint(assembly, hang.joint)
+    if hang.joint == assembly.machine.driven:
+        return Driven(near, far)
+    if isinstance(joint, Guide):
+        return Slide(numbers[hang.parent], near, far, Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0))
+    kind = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}.get(assembly.ideal.get(hang.joint, ""), Hinge)
+    return kind(numbers[hang.parent], near, far)
+
+
+def _opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
+    """Return a joint with clearance in compiled form."""
+    site = _joint(assembly, name)
+    bearing, journal = site.proximal, site.distal
+    if assembly.journals[name] == bearing.body:
+        bearing, journal = journal, bearing
+    middle = np.add(_point(assembly, bearing), joint.offset)
+    return Opening(
+        numbers[bearing.body],
+        numbers[journal.body],
+        Vector(*map(float, middle)),
+        _point(assembly, journal),
+        joint.axis,
+        joint.across,
+    )
+
+
+def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
+    aim = assembly.machine.aim
+    if not aim.point:
+        return AngleAim(numbers[aim.body])
+    along = Vector(math.cos(aim.along), math.sin(aim.along), 0.0)
+    return PointAim(numbers[aim.body], _point(assembly, At(aim.body, aim.point)), along)
+
+
+# ---------------------------------------------------------------------------------------------- the start
+
+
+def _stands(assembly: Assembly) -> dict[str, Stand]:
+    """Return where the bodies are."""
+    machine, known = assembly.machine, ideal_of(assembly.machine)
+    there, speed = known.at(np.array([0.0])), machine.drive.speed
+    found = {GROUND: Stand(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
+    for name, i in known.closure.index.items():
+        q, first = (values[0, 3 * i : 3 * i + 3] for values in (there.q, there.first))
+        found[name] = Stand(*map(float, q), *(float(speed * slope) for slope in first))
+    return found
+
+
+def _coordinates(assembly: Assembly, hang: Hang, stands: Mapping, joints: Mapping) -> tuple[list, list]:
+    """Return the coordinates of a body and their rates."""
+    here = stands[hang.body]
+    if hang.joint == assembly.machine.driven:
+        return [], []
+    if not hang.joint:
+        turned, turning = _quaternion(here)
+        return [*turned, here.x, here.y, _height(assembly, hang.body, joints)], [*turning, here.vx, here.vy, 0.0]
+    kind = assembly.ideal.get(hang.joint, "")
+    if isinstance(_joint(assembly, hang.joint), Guide):
+        return _along(assembly, hang, stands)
+    if kind == SPHERICAL:
+        return _quaternion(here)
+    above = stands[hang.parent]
+    turned, turning = [here.angle - above.angle], [here.spin - above.spin]
+    return ([0.0, *turned], [0.0, *turning]) if kind == CYLINDRICAL else (turned, turning)
+
+
+def _quaternion(here: Stand) -> tuple[list, list]:
+    c, s, half = math.cos(0.5 * here.angle), math.sin(0.5 * here.angle), 0.5 * here.spin
+    return [c, 0.0, 0.0, s], [-half * s, 0.0, 0.0, half * c]
+
+
+def _along(assembly: Assembly, hang: Hang, stands: Mapping) -> tuple[list, list]:
+    """Return how far a body has slid and how fast."""
+    axis = stands[hang.parent].angle + _joint(assembly, hang.joint).axis
+    direction = np.array([math.cos(axis), math.sin(axis)])
+    (near, moving), (far, following) = (_seen(assembly, at, stands) for at in _ends(assembly, hang))
+    spin = stands[hang.parent].spin
+    turned = spin * np.array([-direction[1], direction[0]])
+    return [float(direction @ (far - near))], [float(direction @ (following - moving) + turned @ (far - near))]
+
+
+def _seen(assembly: Assembly, at: At, stands: Mapping) -> tuple[np.ndarray, np.ndarray]:
+    """Return where a point is in the plane, and its velocity."""
+    here, solid = stands[at.body], assembly.solids[at.body]
+    x, y = np.subtract(solid.points[at.point], solid.center)[:2]
+    c, s = math.cos(here.angle), math.sin(here.angle)
+    arm = np.array([c * x - s * y, s * x + c * y])
+    return np.array([here.x, here.y]) + arm, np.array([here.vx, here.vy]) + here.spin * np.array([-arm[1], arm[0]])
+
+
+def _height(assembly: Assembly, body: str, joints: Mapping) -> float:
+    """Return how high (m) the centre of mass of a loose body is: the first of its open joints is in the middle."""
+    joint = next(joint for joint in assembly.machine.joints if joint.name in joints and body in _bodies(joint))
+    own, other = (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
+    return _raised(assembly, other, joints) - _point(assembly, own).z + assembly.solids[body].center[2]
+
+
+def _bodies(joint) -> tuple[str, str]:
+    return joint.proximal.body, joint.distal.body
+
+
+def _raised(assembly: Assembly, at: At, joints: Mapping) -> float:
+    """Return how high (m) a point is where bodies hang as in the plane; on one that is loose itself, in its frame."""
+    height = _point(assembly, at).z
+    if at.body == GROUND:
+        return height
+    hang = next(hang for hang in hanging(assembly.machine, joints, assembly.ideal) if hang.body == at.body)
+    if not hang.joint:
+        return height
+    near, far = _ends(assembly, hang)
+    return height - _point(assembly, far).z + _raised(assembly, near, joints)
+
+
+def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
+    """Return how far (m) a body moves for a unit of each of its coordinates."""
+    reach = (
+        extent(assembly.machine.bodies[hang.body])
+        or max(extent(each) for each in assembly.machine.bodies.values())
+        or 1.0
+    )
+    if hang.joint == assembly.machine.driven:
+        return []
+    if not hang.joint:
+        return [*[2.0 * reach] * 4, 1.0, 1.0, 1.0]
+    if isinstance(_joint(assembly, hang.joint), Guide):
+        return [1.0]
+    kind = assembly.ideal.get(hang.joint, "")
+    return [2.0 * reach] * 4 if kind == SPHERICAL else [1.0, reach] if kind == CYLINDRICAL else [reach]
+
+
+def _check_masses(value: Tree, start: np.ndarray) -> None:
+    """Raise MobilityError where something turns that has no moment of inertia."""
+    none = tuple(SpatialLoad(STILL, STILL, STILL, ()) for _ in value.openings)
+    try:
+        with np.errstate(all="ignore"):
+            found = accelerate(value, place(value, start), none)
+        sound = bool(np.all(np.isfinite([*found.accelerations, found.torque])))
+    except ZeroDivisionError:
+        sound = False
+    if not sound:
+        raise MobilityError("with these joints open, something turns that has no moment of inertia")

@@ -1,92 +1,99 @@
-"""The compiled form of a slider-crank that moves in space.
+"""The compiled form of a tree in space: its types say how bodies hang together, its values how large all is.
 
-The crank turns about z at constant speed, the slider moves along x without turning; the rod between them has its
-frame at its first pin, x towards the second, z along the pins.  Which of the two pins has clearance, and what the other
-one allows, decides the coordinates, x of the slider first:
-
-============  ============  ===========================================================
-crank-rod     rod-slider    further coordinates
-============  ============  ===========================================================
-open          spherical     quaternion of the rod
-spherical     open          quaternion of the rod
-open          open          quaternion of the rod, its centre of mass x, y, z
-open          cylindrical   z of the rod, its angle
-cylindrical   open          z of the rod, its angle
-============  ============  ===========================================================
+Bodies are numbered as they hang, each after the one on which it hangs, by as many empty tuples; the ground is 0.  All
+points are in the frame of their body, which is the planar machine's, z along the pins.
 """
 
 from typing import NamedTuple
 
-import numpy as np
-
-from ...compiled.vector import Symmetric, Vector
+from ...compiled.vector import Vector
 
 
-class Bearing(NamedTuple):
-    """A pin with clearance: its bearing on the crank or on the slider."""
+class Part(NamedTuple):
+    """A body that moves."""
 
-    offset: Vector  # m, of its middle from the nominal one, in the frame of its body
-    axis: Vector  # unit vector along it, likewise
-    across: Vector  # unit vector of its own x axis, from which wear is told round it
-
-
-class Spherical(NamedTuple):
-    """A pin without clearance about which the rod turns freely."""
-
-
-class Cylindrical(NamedTuple):
-    """A pin without clearance about whose axis the rod turns and along which it slides."""
-
-
-class Links(NamedTuple):
-    """Crank, slider and the drive."""
-
-    crank_length: float  # m
-    crank_center: Vector  # m, centre of mass in the crank's frame
-    crank_mass: float  # kg
-    crank_inertia: float  # kg m^2, about the z axis through the centre of mass
-    slider_mass: float  # kg
-    gravity: Vector  # m/s^2
-    speed: float  # rad/s
-
-
-class Rod(NamedTuple):
-    """The rod, and its inertia about the point by which it hangs: a pin without clearance, or the centre of mass."""
-
-    length: float  # m
     mass: float  # kg
-    center: Vector  # m, centre of mass from the first pin
-    arm: Vector  # m, centre of mass from the point by which it hangs
-    inertia: Symmetric  # kg m^2, about that point
-    inverse: Symmetric  # 1/(kg m^2), what turns a moment into an acceleration of what may turn
+    inertia: Vector  # kg m^2, principal, about the centre of mass, on the axes of its frame
+    center: Vector  # m, centre of mass
 
 
-class SpatialSliderCrank(NamedTuple):
-    """The compiled form: the types of its sites choose the coordinates and the equations."""
+class Driven(NamedTuple):
+    """The crank, which turns on the ground at constant speed."""
 
-    links: Links
-    rod: Rod
-    sites: tuple  # Bearing, Spherical or Cylindrical at crank-rod and rod-slider
-
-
-def rod_of(bodies, sites) -> Rod:
-    """Return the rod of the numbers `bodies` by key, which hangs as the types of its sites say."""
-    length, mass = bodies["rod.length"], bodies["rod.mass"]
-    center = np.array([bodies[f"rod.center.{k}"] for k in range(3)])
-    hinge = center
-    if not isinstance(sites[1], Bearing):
-        hinge = np.array([length, 0.0, 0.0])
-    elif not isinstance(sites[0], Bearing):
-        hinge = np.zeros(3)
-    arm = center - hinge
-    inertia = np.diag([bodies[f"rod.inertia.{k}"] for k in range(3)])
-    inertia = inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    inverse = np.linalg.inv(inertia)
-    if any(isinstance(site, Cylindrical) for site in sites):
-        inverse = np.diag([0.0, 0.0, 1.0 / inertia[2, 2]])
-    return Rod(length, mass, Vector(*center), Vector(*arm), _symmetric(inertia), _symmetric(inverse))
+    near: Vector  # m, pin on the ground
+    far: Vector  # m, on the crank
 
 
-def _symmetric(matrix) -> Symmetric:
-    places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    return Symmetric(*(float(matrix[place]) for place in places))
+class Hinge(NamedTuple):
+    """Turns about the z axis of what it hangs on."""
+
+    parent: tuple  # number of the body
+    near: Vector  # m, the pin on it
+    far: Vector  # m, on the body that hangs
+
+
+class Slide(NamedTuple):
+    """Slides along an axis of what it hangs on, without turning."""
+
+    parent: tuple
+    near: Vector
+    far: Vector
+    axis: Vector  # unit vector, in the frame of the parent
+
+
+class Ball(NamedTuple):
+    """Turns about a point in every way."""
+
+    parent: tuple
+    near: Vector
+    far: Vector
+
+
+class Sleeve(NamedTuple):
+    """Turns about the z axis of what it hangs on, and slides along it."""
+
+    parent: tuple
+    near: Vector
+    far: Vector
+
+
+class Loose(NamedTuple):
+    """Hangs on nothing: there is clearance all round."""
+
+
+class Opening(NamedTuple):
+    """A joint with clearance."""
+
+    bearing: tuple  # number of the body
+    journal: tuple
+    at_bearing: Vector  # m, nominal middle, in the frame of the bearing's body
+    at_journal: Vector  # m, middle of the journal
+    axis: Vector  # unit vector along the bearing, in the frame of its body
+    across: Vector  # unit vector of its own x axis
+
+
+class PointAim(NamedTuple):
+    """The output is the place of a point along a direction of the fixed frame."""
+
+    body: tuple
+    at: Vector  # m
+    along: Vector  # unit vector
+
+
+class AngleAim(NamedTuple):
+    """The output is the angle of a body that turns about z alone."""
+
+    body: tuple
+
+
+class Tree(NamedTuple):
+    """The compiled form of a machine in space."""
+
+    parts: tuple  # of Part
+    hangs: tuple  # how each of them hangs
+    openings: tuple  # of Opening, in the order of the joints with clearance
+    told: tuple  # numbers of the bodies in the order of the channels
+    aim: tuple  # PointAim or AngleAim
+    speed: float  # rad/s, of the crank
+    gravity: Vector  # m/s^2
+    turn: tuple  # planar.course.Course of the output of the machine without clearance

@@ -3,7 +3,7 @@
 A vector is the name of one, or None where it is zero; what it is at a body is in the fixed frame.
 """
 
-from ...planar.writer import Lines
+from ..planar.writer import Lines
 from .anatomy import Anatomy
 from .form import Sleeve, Slide
 

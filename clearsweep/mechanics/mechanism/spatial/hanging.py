@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from .....contracts.machine import GROUND, Guide, Machine
+from ....contracts.machine import GROUND, Guide, Machine
 
 REVOLUTE, SPHERICAL, CYLINDRICAL = "revolute", "spherical", "cylindrical"
 TILTING = (SPHERICAL, CYLINDRICAL)

@@ -1,4 +1,4 @@
-"""The slider-crank without clearance, in closed form: what every comparison is with.  Imports numpy alone."""
+"""The slider-crank without clearance in closed form, of numpy alone: what planar machines are compared with."""
 
 import numpy as np
 

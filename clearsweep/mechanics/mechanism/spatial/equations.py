@@ -4,10 +4,10 @@ import functools
 import linecache
 from collections.abc import Callable
 
-from ....compiled import attitude, calculus, vector
-from ....joint.spatial import SpatialGap
-from ...contract import Motion
-from ...planar.anatomy import kinds_of
+from ...compiled import attitude, calculus, vector
+from ...joint.spatial import SpatialGap
+from ..contract import Motion
+from ..planar.anatomy import kinds_of
 from . import pose
 from .anatomy import Anatomy
 from .dynamics import accelerate

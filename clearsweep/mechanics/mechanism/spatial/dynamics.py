@@ -8,7 +8,7 @@ own frame, where its inertia is, too.
 
 from typing import Any
 
-from ...planar.writer import number, tupled
+from ..planar.writer import number, tupled
 from .anatomy import SPEEDS, Anatomy
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Sleeve, Slide
 from .writer import AXES, UP, ZERO, Posed

@@ -1,6 +1,6 @@
 """Where the bodies of a tree are, how they move and what is seen of them, written out for its type."""
 
-from ...planar.writer import number, tupled
+from ..planar.writer import number, tupled
 from .anatomy import Anatomy
 from .form import AngleAim, Driven, Loose, Sleeve, Slide
 from .writer import AXES, ZERO, Posed, Writer

@@ -1,0 +1,33 @@
+"""A machine without clearance over a turn of its crank, and between the angles at which it was closed."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Turn(NamedTuple):
+    """The machine without clearance at one angle of its crank or at N; q : x, y (m), angle (rad) of moving bodies."""
+
+    angles: np.ndarray  # () or (N,) rad
+    q: np.ndarray  # (..., 3 bodies)
+    first: np.ndarray  # derivative by the crank's angle
+    second: np.ndarray
+
+
+def between(turn: Turn, angles: np.ndarray) -> Turn:
+    """Return a machine at angles (N,) of its crank as its Turn has it, by quintics between stations."""
+    step = 2.0 * math.pi / (len(turn.angles) - 1)
+    whole = np.floor((angles - turn.angles[0]) / (2.0 * math.pi))
+    along = (angles - turn.angles[0] - 2.0 * math.pi * whole) / step
+    k = np.minimum(along.astype(int), len(turn.angles) - 2)
+    t = (along - k)[:, None]
+    f0, d0, s0, f1, d1, s1 = (part[k + i] for i in (0, 1) for part in (turn.q, turn.first, turn.second))
+    d0, d1, s0, s1 = step * d0, step * d1, step * step * s0, step * step * s1
+    rise, tilt, bend = f1 - f0 - d0 - 0.5 * s0, d1 - d0 - s0, s1 - s0
+    a, b, c = 10 * rise - 4 * tilt + 0.5 * bend, -15 * rise + 7 * tilt - bend, 6 * rise - 3 * tilt + 0.5 * bend
+    winding = turn.q[-1] - turn.q[0]
+    winding[0::3] = winding[1::3] = 0.0
+    q = f0 + t * (d0 + t * (0.5 * s0 + t * (a + t * (b + t * c)))) + whole[:, None] * winding
+    first = (d0 + t * (s0 + t * (3 * a + t * (4 * b + t * 5 * c)))) / step
+    return Turn(angles, q, first, (s0 + t * (6 * a + t * (12 * b + t * 20 * c))) / step**2)

@@ -1,0 +1,106 @@
+"""The slider-crank whose bodies move in space: what a grid may write of it, and what it gives."""
+
+from collections.abc import Mapping
+
+from ...contracts.case import Case
+from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism
+from ...contracts.machine import Aim, At, Constant, Guide, Machine, Pin
+from ...contracts.outline import Outline
+from . import described
+from .spatial import described as space
+from .spatial.build import Assembly, Solid
+from .spatial.hanging import CYLINDRICAL, REVOLUTE, SPHERICAL
+
+PINS = ("crank-rod", "rod-slider")
+_LENGTH = Field("length", "m", "distance between its pins")
+_IDEAL = "what a joint without clearance allows: a ball, turning and sliding along its pin, or turning alone"
+
+
+def _center() -> tuple[Field, ...]:
+    first, *rest = space.along_axes("m", "centre of mass from the first pin")
+    return first._replace(default=None, optional=True), *rest
+
+
+def _keys(outline: Outline) -> tuple[Keys, ...]:
+    mass = Field("mass", "kg", "mass")
+    about = "principal moments of inertia about the centre of mass, on the axes of its frame"
+    closed = tuple(
+        Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "of this joint, which has no clearance", REVOLUTE)
+        for name in PINS
+        if name not in outline.clearances
+    )
+    where = "centre of mass; one quantity: along the line of the pins; default: half the length"
+    inertia = space.along_axes("kg*m^2", "inertia", 0.0, None)
+    return (
+        Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False))),
+        Keys("mechanism.crank.inertia", about, inertia, alone=(1, 1, 1)),
+        Keys("mechanism.crank.center", where, _center(), "implied", alone=(1, 0, 0)),
+        Keys("mechanism.rod", "the rod", (_LENGTH, mass)),
+        Keys("mechanism.rod.inertia", about, tuple(field._replace(low_open=True) for field in inertia)),
+        Keys("mechanism.rod.center", where, _center(), "implied", alone=(1, 0, 0)),
+        Keys("mechanism.slider", "the slider", (mass,)),
+        Keys("mechanism", "", flags=(space.FLAG,)),
+        space.gravity_keys(),
+        Keys("mechanism.ideal", _IDEAL, words=closed, need="implied"),
+        space.speed_keys(),
+    )
+
+
+def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
+    """Return the slider-crank `plain` as one that moves in space."""
+    assert plain.output is not None  # the slider
+    return plain._replace(
+        joints=(
+            JointSite(PINS[0], "crank", "rod", space.kind_of(outline, PINS[0])),
+            JointSite(PINS[1], "rod", "slider", space.kind_of(outline, PINS[1]), journal="rod"),
+        ),
+        keys=_keys(outline),
+        channels=(
+            *described.channels_of(("crank",), plain.output, ("place", "v", "a"))[:5],
+            *space.body_channels(("crank", "rod", "slider")),
+        ),
+        build=space.Building(_assembly, outline),
+        machine=space.planar_of(_assembly),
+        refusal=refusal,
+        spatial=True,
+    )
+
+
+def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
+    """Return the machine of a case in space."""
+    still = (0.0, 0.0, 0.0)
+    solids = {
+        "ground": Solid(0.0, still, still, {"pivot": still}),
+        **{name: _link(values, name) for name in ("crank", "rod")},
+        "slider": Solid(values["slider.mass"], still, still, {"pin": still}),
+    }
+    joints = (
+        Pin("ground-crank", At("ground", "pivot"), At("crank", "near")),
+        Pin("crank-rod", At("crank", "far"), At("rod", "near")),
+        Pin("rod-slider", At("rod", "far"), At("slider", "pin")),
+        Guide("slider-ground", At("ground", "pivot"), At("slider", "pin"), 0.0),
+    )
+    gravity, aim = space.three(values, "gravity"), Aim("slider", "pin", 0.0)
+    bodies, loads = space.flattened(solids, gravity)
+    machine = Machine(bodies, joints, "ground-crank", Constant(speed), -gravity[1], aim, {}, loads)
+    ideal = {name: values[f"ideal.{name}"] for name in PINS if f"ideal.{name}" in values}
+    return Assembly(machine, solids, ideal, gravity, dict.fromkeys(PINS, "rod"))
+
+
+def _link(values: Mapping, name: str) -> Solid:
+    points = {"near": (0.0, 0.0, 0.0), "far": (values[f"{name}.length"], 0.0, 0.0)}
+    return Solid(
+        values[f"{name}.mass"], space.three(values, f"{name}.inertia"), space.three(values, f"{name}.center"), points
+    )
+
+
+def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
+    """Return the path below `mechanism` that is to blame, and a sentence, where a case's rod could not tilt or be."""
+    for name in PINS:
+        if case.mechanism.values.get(f"ideal.{name}") == REVOLUTE:
+            return "ideal", (
+                f"{name} is a revolute joint, as ground-crank is: two revolute joints forbid the rod every tilt and "
+                f"shift, so that it moves as in the plane; write ideal: {{{name}: spherical}} or cylindrical, or leave "
+                "`spatial` out"
+            )
+    return space.refusal(mechanism, case)

@@ -1,0 +1,120 @@
+"""What mechanisms in space have in common: their keys and channels, and the planar machine that they come from."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from ....contracts.case import Case
+from ....contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism
+from ....contracts.machine import GROUND, At, Body, Push
+from ....contracts.outline import ANY, JointOutline, Outline
+from .. import described
+from ..contract import Built
+from .build import Assembly, Solid, build
+from .hanging import UntiedError, hanging
+
+AXES = ("x", "y", "z")
+_CENTRE = "its centre of mass"  # a point of every body, beside those that the grid names
+
+#: The key of a mechanism that has its bodies move in space.
+FLAG = ("spatial", "its bodies move in space, between spatial joints")
+#: The time histories of every moving body.
+BODY = (
+    *((axis, "m", f"{{}}'s centre of mass, {axis}") for axis in AXES),
+    *((f"v{axis}", "m/s", f"velocity of the {{}}'s centre of mass, {axis}") for axis in AXES),
+    *((f"q{k}", "1", f"quaternion from the {{}}'s frame to the fixed one, {k}") for k in "wxyz"),
+    *((f"w{axis}", "rad/s", f"angular velocity of the {{}} in the fixed frame, {axis}") for axis in AXES),
+)
+
+
+def along_axes(unit: str, text: str, low: float = -math.inf, default: float | None = 0.0) -> tuple[Field, ...]:
+    """Return the items of a list along the axes of a frame."""
+    return tuple(
+        Field(str(k), unit, f"{text}, {axis}", low, low_open=low < 0.0, default=default) for k, axis in enumerate(AXES)
+    )
+
+
+def gravity_keys() -> Keys:
+    """Return the section of gravity."""
+    text = "acceleration of gravity; one quantity: along -y"
+    return Keys("mechanism.gravity", text, along_axes("m/s^2", "gravity"), "implied", alone=(0, -1, 0))
+
+
+def speed_keys() -> Keys:
+    """Return the section of the drive."""
+    return Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied")
+
+
+def kind_of(outline: Outline, joint: str) -> str:
+    """Return the kind of a joint's site."""
+    return "spatial" if {joint, ANY} & outline.axial else "through"
+
+
+def site_of(outline: Outline, joint: JointOutline) -> JointSite:
+    """Return the site of a joint that a grid describes."""
+    return JointSite(joint.name, *joint.bodies, kind_of(outline, joint.name), joint.journal)
+
+
+def body_channels(bodies: tuple[str, ...]) -> tuple[Channel, ...]:
+    """Return the time histories of bodies that move, by the names that channels have for them."""
+    return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for body in bodies for name, unit, text in BODY)
+
+
+def flattened(solids: Mapping[str, Solid], gravity: tuple[float, ...]) -> tuple[dict[str, Body], tuple[Push, ...]]:
+    """Return bodies as they are in the plane, and what gravity along x does to them."""
+    bodies, loads = {}, []
+    for name, solid in solids.items():
+        center = solid.center[:2]
+        points = {point: place[:2] for point, place in solid.points.items()} | {_CENTRE: center}
+        bodies[name] = Body(solid.mass, solid.inertia[2], center, points)
+        if name != GROUND and gravity[0] != 0.0:
+            loads.append(Push(name, At(name, _CENTRE), solid.mass * gravity[0], 0.0, 0.0))
+    return bodies, tuple(loads)
+
+
+def three(values: Mapping, path: str) -> tuple[float, ...]:
+    """Return the numbers of a list."""
+    return tuple(values[f"{path}.{k}"] for k in range(3))
+
+
+class Building(NamedTuple):
+    """Builds a case's mechanism from its Assembly."""
+
+    assembly: Callable[[Outline, Mapping, float], Assembly]  # of the numbers and words by key, drive : rad/s
+    outline: Outline
+
+    def __call__(self, bodies: Mapping, drive: float, joints: Mapping, offsets: Mapping) -> Built:
+        """Return it at crank angle 0; joints : compiled; offsets : of no meaning here, a joint in space is centred."""
+        return build(self.assembly(self.outline, bodies, drive), joints)
+
+
+def planar_of(assembly: Callable[[Outline, Mapping, float], Assembly]) -> Callable:
+    """Return what gives the planar machine of a case: what pictures and comparisons are with."""
+
+    def machine(case: Case):
+        speed = case.drive.speed if case.drive else 0.0
+        return assembly(case.outline, case.mechanism.values, speed).machine
+
+    return machine
+
+
+def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
+    """Return the path below `mechanism` that is to blame, and a sentence, where a case's bodies cannot be or hang."""
+    assert isinstance(mechanism.build, Building)  # what moves in space is built so
+    assembly = mechanism.build.assembly(case.outline, case.mechanism.values, case.drive.speed if case.drive else 0.0)
+    for body, solid in assembly.solids.items():
+        largest, others = max(solid.inertia), sum(solid.inertia) - max(solid.inertia)
+        if largest > others * (1.0 + 1e-12):
+            path = f"bodies.{body}.inertia" if case.outline.bodies else f"{body}.inertia"
+            return path, (
+                f"found {', '.join(f'{moment:.6g}' for moment in solid.inertia)} kg*m^2; no body has a principal "
+                f"moment ({largest:.6g}) above the sum of the two others ({others:.6g}): correct the largest one"
+            )
+    unsound = described.refusal(mechanism, case)
+    if unsound:
+        return unsound
+    try:
+        hanging(assembly.machine, [joint.name for joint in case.joints], assembly.ideal)
+    except UntiedError as error:
+        return f"joints.{error.joint}", str(error)
+    return None
