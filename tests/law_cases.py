@@ -8,8 +8,8 @@ import pint
 import pytest
 
 from clearsweep.contracts.case import Contact, Friction, Joint, Material, Materials
+from clearsweep.mechanics.describe import REFERENCE
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.describe import REFERENCE
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force

@@ -18,8 +18,8 @@ from clearsweep.mechanics.joint.wear.step import (
     note_pressure,
     note_way,
 )
-from clearsweep.mechanics.observe.between import BETWEEN
 from clearsweep.mechanics.observe.histogram import (
+    BETWEEN,
     COURSES,
     DEPTH_COURSE,
     FORCE,

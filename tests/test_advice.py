@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from clearsweep.cli import verbs
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joint.describe import REFERENCE, text
+from clearsweep.mechanics.describe import REFERENCE, text
 from clearsweep.mechanics.joint.registry import described
 from clearsweep.simulation import advice, advice_text
 

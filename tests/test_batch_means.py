@@ -9,8 +9,8 @@ from mechanism_cases import slider_crank
 from scipy import stats
 from test_tally import add_ramp, filled
 
-from clearsweep.mechanics.observe import tally as tallies
 from clearsweep.mechanics.observe.histogram import BINS, time_above
+from clearsweep.mechanics.solver.accumulate import tally as tallies
 from clearsweep.simulation import batch_means, load_case, sums
 
 WORN = {

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from clearsweep.mechanics.compiled import cache
+from clearsweep.mechanics.trace import cache
 
 PROGRAM = """
 import sys
-from clearsweep.mechanics.compiled import cache
+from clearsweep.mechanics.trace import cache
 print(cache.prepare())
 from clearsweep.mechanics.trace import objects
 made, object_of = [], objects.object_of

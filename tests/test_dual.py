@@ -11,12 +11,12 @@ import clearsweep
 from clearsweep.mechanics.compiled import calculus
 from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, as_dual, slope, value
 from clearsweep.mechanics.compiled.family import kernel, pointer_to
+from clearsweep.mechanics.coupling.rates import slopes_of
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import STUCK
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.mechanics.rates import slopes_of
 from clearsweep.mechanics.solver import event, newton
 from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation.run import Run

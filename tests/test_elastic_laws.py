@@ -10,8 +10,8 @@ from scipy.integrate import quad
 from scipy.special import lambertw
 
 import clearsweep
+from clearsweep.mechanics.describe import REFERENCE
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.describe import REFERENCE
 from clearsweep.mechanics.joint.elastic.conformal import (
     CONFORMAL_END,
     FIT_END,

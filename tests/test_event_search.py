@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.observe.along import FASTEST, step_width, sum_of
 from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of, columns
 from clearsweep.mechanics.solver import event, prospect
+from clearsweep.mechanics.solver.accumulate.along import FASTEST, step_width, sum_of
 from clearsweep.mechanics.solver.dop853 import END, ROWS, SCRATCH
 from clearsweep.mechanics.solver.span import deepest_between
 

@@ -66,6 +66,7 @@ def ended(program, argument, environment) -> subprocess.CompletedProcess:
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=100)
 
 
+@pytest.mark.slow
 def test_a_thread_that_still_holds_a_python_buffer_aborts_the_interpreter(late, table):
     outcome = ended(READS_AHEAD, table, late)
     assert outcome.returncode == -6, "the threads were not held back, so the next tests show nothing"

@@ -13,7 +13,7 @@ from clearsweep.contracts.catalogue import Figure, Shown
 from clearsweep.contracts.layout import Layout, markdown
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
-from clearsweep.mechanics.observe import tally as tallies
+from clearsweep.mechanics.solver.accumulate import tally as tallies
 from clearsweep.simulation import figures
 from clearsweep.simulation.sums import Mean
 

@@ -9,13 +9,13 @@ from mechanism_cases import slider_crank, told_both_ways
 from scipy.integrate import solve_ivp
 
 import clearsweep
+from clearsweep.mechanics.coupling.rates import rates
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.contract import Contact, every_internal_state, internal_rates, internal_state
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.places import with_internal_state
 from clearsweep.mechanics.mechanism.contract import gaps, place
-from clearsweep.mechanics.rates import rates
 from clearsweep.simulation.run import integrated
 
 pytestmark = pytest.mark.heavy

@@ -27,8 +27,8 @@ from clearsweep.mechanics.joint.contract import (
     touches,
 )
 from clearsweep.mechanics.joint.friction.contract import Frictionless, friction_force
-from clearsweep.mechanics.observe import tally
 from clearsweep.mechanics.solver import event
+from clearsweep.mechanics.solver.accumulate import tally
 from clearsweep.simulation.run import integrated
 
 

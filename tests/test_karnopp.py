@@ -7,10 +7,10 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
+from clearsweep.mechanics.coupling.sticking import slip_rates, surfaces_of, with_sticking_forces
 from clearsweep.mechanics.joint.contract import Present, every_latched
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
-from clearsweep.mechanics.joint.sticking import slip_rates, surfaces_of, with_sticking_forces
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integrated

@@ -27,7 +27,8 @@ from scipy.special import lambertw
 
 import clearsweep
 from clearsweep import InputError, simulation
-from clearsweep.mechanics import attempt
+from clearsweep.mechanics import describe
+from clearsweep.mechanics.coupling import attempt
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
@@ -418,7 +419,7 @@ def test_a_further_law_compiles_within_three_seconds(tmp_path):
 
 
 def test_the_list_names_every_law_with_one_line():
-    listed = registry.text()
+    listed = describe.text()
     for (_, name), recipe in RECIPES.items():
         assert f"  {name} " in listed
         assert recipe.law.summary in listed
@@ -426,14 +427,14 @@ def test_the_list_names_every_law_with_one_line():
 
 @pytest.mark.parametrize("law", [mechanism.law for mechanism in MECHANISMS.values()])
 def test_the_mechanisms_are_described_beside_the_laws(law):
-    assert f"  {law.name} " in registry.text()
-    assert f"mechanism.type: {law.name}" in registry.text(law.name)
-    assert all(field.name in registry.text(law.name) for field in law.fields)
+    assert f"  {law.name} " in describe.text()
+    assert f"mechanism.type: {law.name}" in describe.text(law.name)
+    assert all(field.name in describe.text(law.name) for field in law.fields)
 
 
 @pytest.mark.parametrize("name", dict.fromkeys(name for _, name in RECIPES))
 def test_every_law_tells_formula_parameters_and_source(name):
-    told = " ".join(registry.text(name).split())
+    told = " ".join(describe.text(name).split())
     for recipe in (found for (_, other), found in RECIPES.items() if other == name):
         for part in (recipe.law.formula, recipe.law.source, *(field.name for field in recipe.law.fields)):
             assert " ".join(part.split()) in told
@@ -444,20 +445,20 @@ def test_every_law_tells_formula_parameters_and_source(name):
 
 
 def test_johnson_tells_its_force_at_a_micrometre_and_its_limit():
-    told = registry.text("johnson")
+    told = describe.text("johnson")
     assert "814.62" in told
     assert "holds up to 199.1 um" in told
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():
     with pytest.raises(InputError, match="unknown law 'jonson'; did you mean 'johnson'"):
-        registry.text("jonson")
+        describe.text("jonson")
 
 
 def test_a_name_in_two_families_shows_both(monkeypatch):
     recipe = RECIPES["law", "hertz"]
     twin = recipe._replace(law=recipe.law._replace(family="elastic", name="hertz"), make=lambda joint: joint_power())
     monkeypatch.setitem(RECIPES, ("elastic", "hertz"), twin)
-    told = registry.text("hertz")
+    told = describe.text("hertz")
     assert "contact.law: hertz" in told
     assert "contact.elastic: hertz" in told

@@ -9,8 +9,8 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics import attempt
 from clearsweep.mechanics.compiled import family
+from clearsweep.mechanics.coupling import attempt
 from clearsweep.mechanics.trace import objects
 from clearsweep.simulation.run import integrated
 
@@ -106,7 +106,7 @@ def test_the_same_program_runs_uncompiled():
 
 
 def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatch):
-    from clearsweep.mechanics.compiled import cache
+    from clearsweep.mechanics.trace import cache
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     place = cache.prepare()
@@ -119,7 +119,7 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatc
 
 @pytest.mark.parametrize("file", ["rates.py", "joint/dry.py", "mechanism/new.py", "joint/film/deeper/law.py"])
 def test_the_stamp_covers_every_file_below_the_room_of_mechanics(file, tmp_path, monkeypatch):
-    from clearsweep.mechanics.compiled import cache
+    from clearsweep.mechanics.trace import cache
 
     shutil.copytree(cache.ROOM, tmp_path / "mechanics", ignore=shutil.ignore_patterns("__pycache__"))
     before = cache.stamp()

@@ -14,8 +14,8 @@ import clearsweep
 from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.wear.contract import Worn
-from clearsweep.mechanics.observe.tally import FORCE_MAX
 from clearsweep.mechanics.solver import plan
+from clearsweep.mechanics.solver.accumulate.tally import FORCE_MAX
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import Told, read, written
 from clearsweep.simulation.run import Run

@@ -158,7 +158,7 @@ def test_the_ideal_machine_is_the_one_without_open_joints(drive):
     machine = slider_crank(DRIVES[drive], offset=0.01, loads=LOADS)
     built = planar.build(machine, {}, {})
     known, angle = planar.ideal_of(machine), np.array([0.9])
-    time, rate = known.passed(angle)
+    time, rate = known.passed(angle, lambda: built.value)
     acceleration, *_ = known.balance(known.at(angle), rate, time)
     free = len(built.lengths)
     y = np.array([*(angle if free else ()), *(rate if free else ()), time[0]])
@@ -169,6 +169,20 @@ def test_the_ideal_machine_is_the_one_without_open_joints(drive):
     assert contract.output_error(built.value, pose) == pytest.approx((0.0, 0.0), abs=1e-12)
     if free:
         assert motion.accelerations[0] == pytest.approx(acceleration[0], rel=1e-9)
+
+
+def test_a_free_crank_without_clearance_has_the_energy_that_its_torque_gave_it():
+    """Also where it is slowed down by weight, and at angles that it has passed at the start or never reaches."""
+    torque, masses = 2.0, np.array([0.3, 0.3, 1e-4, 0.21, 0.21, 2.5e-4, 0.14, 0.14, 0.0])
+    machine = slider_crank(Motor(torque, math.inf, 30.0, 0.0, 0.2), gravity=9.81)
+    machine = machine._replace(bodies=machine.bodies | {"slider": machine.bodies["slider"]._replace(inertia=0.0)})
+    known, angles = planar.ideal_of(machine), np.array([0.2, 1.0, 3.0, 9.0, 20.0])
+    _, rate = known.passed(angles, lambda: planar.build(machine, {}, {}).value)
+    there = known.at(angles)
+    energy = 0.5 * (there.first**2 @ masses) * rate**2 + 9.81 * (there.q[:, 1::3] @ masses[1::3])
+    assert energy - energy[0] == pytest.approx(torque * (angles - 0.2), rel=1e-8, abs=1e-9)
+    braked = machine._replace(drive=Motor(-torque, math.inf, 30.0, 0.0, 0.2))
+    assert np.isnan(planar.ideal(braked, np.array([0.2, 40.0])).velocity).tolist() == [False, True]
 
 
 # ---------------------------------------------------------------------------------------------- known motions

@@ -13,7 +13,7 @@ from clearsweep.mechanics.joint.contract import every_latched
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.places import with_internal_state
-from clearsweep.mechanics.observe import tally
+from clearsweep.mechanics.solver.accumulate import tally
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integrated
 

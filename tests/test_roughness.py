@@ -12,6 +12,7 @@ from scipy.integrate import quad
 import clearsweep
 from clearsweep import InputError, grid, simulation
 from clearsweep.contracts.case import Roughness
+from clearsweep.mechanics import describe
 from clearsweep.mechanics.compiled import calculus
 from clearsweep.mechanics.compiled.dual import Dual
 from clearsweep.mechanics.joint import registry
@@ -363,4 +364,4 @@ def test_elastic_spots_of_both_laws_differ_by_the_factor_that_their_notes_tell()
     assert large.power == pytest.approx(elastic.power, rel=1e-12)
     assert math.exp(large.factor - elastic.factor) == pytest.approx(math.pi**1.5, rel=1e-9)
     for name in ("fractal", "kogut-etsion"):
-        assert "do not compare the two at equal G" in " ".join(registry.text(name).split())
+        assert "do not compare the two at equal G" in " ".join(describe.text(name).split())

@@ -12,7 +12,7 @@ from clearsweep import grid, simulation
 from clearsweep.judging import validity
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.observe.histogram import BINS, FORCE, KAPPA_COURSE, PARTS, add_course, time_above
-from clearsweep.mechanics.observe.tally import ENERGY_RUBBED, JOINT, LOAD_TIME
+from clearsweep.mechanics.solver.accumulate.tally import ENERGY_RUBBED, JOINT, LOAD_TIME
 from clearsweep.simulation import figures
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integrated

@@ -15,8 +15,8 @@ from spatial_oracle import extreme
 
 import clearsweep
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics import rates as rates_code
 from clearsweep.mechanics.compiled.vector import Vector
+from clearsweep.mechanics.coupling import rates as rates_code
 from clearsweep.mechanics.joint import spatial as joints
 from clearsweep.mechanics.joint.contract import (
     ACTS,

@@ -224,6 +224,7 @@ def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum
     assert resumed["reused"] == kept > 0
 
 
+@pytest.mark.slow
 def test_a_signal_ends_even_a_run_whose_cases_hang(tmp_path):
     process = program(tmp_path / "run", grid(4, (GOOD, HANGS)), jobs=2, show_progress=False)
     wait_for(lambda: list(Path(tmp_path).glob("run/tmp/*.note")))
@@ -314,6 +315,7 @@ def test_the_parent_grows_by_less_than_50_mb_with_a_hundred_times_the_cases(tmp_
     assert peaks[1] - peaks[0] < 50_000, peaks  # kB
 
 
+@pytest.mark.slow
 def test_overhead_of_a_thousand_short_cases_is_small(tmp_path):
     result = quiet(grid(1000, (GOOD + 0.005,)), tmp_path / "run", jobs=2)
     assert result.seconds <= 1.25 * result.case_seconds / 2 + 5.0

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.observe.along import course_of
 from clearsweep.mechanics.observe.histogram import BINS, EDGES, PARTS, WIDTHS, fill, force_bin, force_exceeded, ramp_of
-from clearsweep.mechanics.observe.tally import BELOW, HIGHEST_BIN, enter_course
+from clearsweep.mechanics.solver.accumulate.along import course_of
+from clearsweep.mechanics.solver.accumulate.tally import BELOW, HIGHEST_BIN, enter_course
 
 
 def add_ramp(histogram, ends, duration):

@@ -9,8 +9,8 @@ from traced_states import State, code_of, filled, states
 
 from clearsweep import simulation
 from clearsweep.grid import load
-from clearsweep.mechanics import attempt
 from clearsweep.mechanics.compiled.family import WIDTH, form_number
+from clearsweep.mechanics.coupling import attempt
 from clearsweep.mechanics.solver.dop853 import END
 
 CONFIGS = sorted(path.name for path in (Path(__file__).parents[1] / "configs").glob("*.yaml"))

@@ -17,6 +17,7 @@ from clearsweep.mechanics.joint.spatial import SpatialGap, wall_point
 from clearsweep.mechanics.joint.spatial.form import APART
 from clearsweep.mechanics.joint.wear import along_walls, slices
 from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLID, Bins
+from clearsweep.mechanics.joint.wear.passage import ROOM
 from clearsweep.mechanics.joint.wear.step import (
     ALONG,
     ANGLES,
@@ -25,7 +26,6 @@ from clearsweep.mechanics.joint.wear.step import (
     JOURNAL_START,
     LEAN,
     REACH,
-    ROOM,
     STRIP,
     WHERE,
     Moment,
@@ -35,8 +35,15 @@ from clearsweep.mechanics.joint.wear.step import (
     wear_joint,
 )
 from clearsweep.mechanics.mechanism.contract import body_angles, place
-from clearsweep.mechanics.observe.between import BETWEEN
-from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from clearsweep.mechanics.observe.histogram import (
+    BETWEEN,
+    COURSES,
+    DEPTH_COURSE,
+    FORCE,
+    KAPPA_COURSE,
+    PARTS,
+    SLIP_COURSE,
+)
 
 WEAR = {"law": "archard", "bearing_coefficient": 2e-13, "journal_coefficient": 1e-13, "bins": 90, "length_bins": 10}
 EVEN = np.arange(PARTS + 1) / PARTS

@@ -17,6 +17,7 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.contracts.case import Wear
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics.coupling.rates import look
 from clearsweep.mechanics.joint import dry, registry
 from clearsweep.mechanics.joint.contract import PRESSED, every_contact
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
@@ -35,7 +36,6 @@ from clearsweep.mechanics.joint.wear.shape import (
     worn_at,
 )
 from clearsweep.mechanics.joint.worn import WornJoint, WornOnBed, pressing, worn_load
-from clearsweep.mechanics.rates import look
 
 C, BINS = 1e-3, 360  # m, 1: clearance of the reference joint
 WORN = Wear("archard", "mean", BINS, {"bearing_coefficient": 2e-14, "journal_coefficient": 2e-14}, evolve=True)

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep.mechanics import attempt, rates
 from clearsweep.mechanics.compiled.family import WIDTH, form_number, numbers_of
+from clearsweep.mechanics.coupling import attempt, rates
 from clearsweep.mechanics.joint.places import observed_columns
-from clearsweep.mechanics.observe.along import step_width
+from clearsweep.mechanics.solver.accumulate.along import step_width
 from clearsweep.mechanics.solver.dop853 import ROWS
 from clearsweep.mechanics.trace import objects
 

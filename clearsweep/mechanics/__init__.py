@@ -1,5 +1,5 @@
 """All that is compiled, and its description beside it.  Imports numpy, llvmlite, scipy and the catalogue."""
 
-from .compiled import cache
+from .trace import cache
 
 cache.prepare()  # before anything here imports the compiler

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
-from ..mechanics.attempt import together_of
 from ..mechanics.compiled.family import NO_ENTRY, WIDTH, Entry, flatten, form_number
 from ..mechanics.compiled.kept import Kept
+from ..mechanics.coupling.attempt import together_of
 from ..mechanics.solver import loop, plan
 from .figures import SETUP
 from .heat import has_balance

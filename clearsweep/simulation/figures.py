@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from ..contracts.catalogue import NOTHING, Figure, Shown
 from ..contracts.layout import Layout
-from ..mechanics.observe import tally as tallies
 from ..mechanics.solver import event as events
+from ..mechanics.solver.accumulate import tally as tallies
 from . import film_figures, life_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
 from .spatial_figures import SPATIAL

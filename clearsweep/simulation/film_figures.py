@@ -5,7 +5,7 @@ from typing import Any
 
 from ..contracts.catalogue import Figure, Shown
 from ..mechanics.joint.film.contract import film_pressure
-from ..mechanics.observe import tally as tallies
+from ..mechanics.solver.accumulate import tally as tallies
 from .sums import DryTime, Mean, Share
 from .window import Window
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contracts.case import Case, Film
-from ..mechanics.observe.tally import HEAT
 from ..mechanics.solver import plan
+from ..mechanics.solver.accumulate.tally import HEAT
 from ..mechanics.solver.event import Work
 from .run import integrated
 from .scene import Scene, build

@@ -12,7 +12,7 @@ import numpy as np
 from ..contracts.case import Case
 from ..mechanics.joint.wear.contract import FINEST, SLID
 from ..mechanics.mechanism.contract import body_angles
-from ..mechanics.observe.tally import FORCE_MAX, OPENED
+from ..mechanics.solver.accumulate.tally import FORCE_MAX, OPENED
 from ..mechanics.solver.event import Work
 from .batch_means import Blocks, Interval
 from .run import Run

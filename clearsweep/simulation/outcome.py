@@ -10,10 +10,10 @@ from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
 from ..mechanics.observe.histogram import force_exceeded, time_above
-from ..mechanics.observe.record import Record, sample_states
-from ..mechanics.observe.tally import HIGHEST_BIN, LOAD_TIME, OPENED, Tally
 from ..mechanics.solver import event as events
 from ..mechanics.solver import plan
+from ..mechanics.solver.accumulate.record import Record, sample_states
+from ..mechanics.solver.accumulate.tally import HIGHEST_BIN, LOAD_TIME, OPENED, Tally
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks

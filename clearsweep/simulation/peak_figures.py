@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ..contracts.catalogue import Figure, Shown
-from ..mechanics.observe import tally as tallies
+from ..mechanics.solver.accumulate import tally as tallies
 from .window import Window
 
 WITHIN = 1e-9  # of a peak: what is nearer is the same one

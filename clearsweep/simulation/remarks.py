@@ -22,7 +22,7 @@ from ..judging.validity import (
 )
 from ..mechanics.joint import registry
 from ..mechanics.joint.film import reynolds
-from ..mechanics.observe.tally import DRAINED_ENERGY, FED_ENERGY, ONSETS
+from ..mechanics.solver.accumulate.tally import DRAINED_ENERGY, FED_ENERGY, ONSETS
 from .scene import Scene
 from .window import Window
 

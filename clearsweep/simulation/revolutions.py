@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts.layout import MOST_REVOLUTIONS
-from ..mechanics.observe.turns import Turns
+from ..mechanics.solver.accumulate.turns import Turns
 from .scene import Scene, unit_of
 from .spread import Spread, quantiles
 from .window import bearing_of

@@ -10,10 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..language import phases
-from ..mechanics.attempt import attempt_of
 from ..mechanics.compiled.family import NO_ENTRY, flatten, form_number, put_numbers
 from ..mechanics.compiled.kept import Kept
 from ..mechanics.compiled.rows import Board
+from ..mechanics.coupling.attempt import attempt_of
+from ..mechanics.coupling.guards import guards_of
+from ..mechanics.coupling.rates import samples_of, slopes_of
+from ..mechanics.coupling.wear import room_of, wear_of
 from ..mechanics.joint.contract import (
     contact_modes,
     every_contact,
@@ -21,20 +24,17 @@ from ..mechanics.joint.contract import (
     every_latched,
     touches,
 )
-from ..mechanics.joint.guards import guards_of
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
 from ..mechanics.joint.places import Place, after_joint, as_it_is, first_place, observed_columns
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
-from ..mechanics.joint.wear.step import room_of, wear_of
 from ..mechanics.observe import histogram
-from ..mechanics.observe import tally as tallies
-from ..mechanics.observe.along import CALM, Attempt, step_width
-from ..mechanics.observe.between import BETWEEN
-from ..mechanics.observe.record import Record
-from ..mechanics.observe.turns import Turns
-from ..mechanics.rates import samples_of, slopes_of
+from ..mechanics.observe.histogram import BETWEEN
 from ..mechanics.solver import dop853, loop, newton, plan
 from ..mechanics.solver import event as events
+from ..mechanics.solver.accumulate import tally as tallies
+from ..mechanics.solver.accumulate.along import CALM, Attempt, step_width
+from ..mechanics.solver.accumulate.record import Record
+from ..mechanics.solver.accumulate.turns import Turns
 from . import watch
 from .lyapunov import Perturbed
 from .progress import Revolutions

@@ -16,7 +16,7 @@ from ..contracts.layout import Layout, Parts, parts_of
 from ..contracts.machine import Machine
 from ..judging.verdict import NO_VERDICT, Verdict
 from ..language.errors import InputError
-from ..mechanics import rates
+from ..mechanics.coupling import rates
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import every_contact, every_internal_state, states_of
 from ..mechanics.joint.elastic.contract import static_penetration

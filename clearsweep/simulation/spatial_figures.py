@@ -4,7 +4,7 @@ import math
 
 from ..contracts.catalogue import ENDLESS, Figure, Shown
 from ..mechanics.joint.spatial import jam_angle
-from ..mechanics.observe.tally import FORCE_TIME
+from ..mechanics.solver.accumulate.tally import FORCE_TIME
 from .sums import PerRevolution
 from .window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
 

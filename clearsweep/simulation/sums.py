@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..mechanics.observe import histogram
-from ..mechanics.observe.tally import LOAD_TIME, Tally
+from ..mechanics.solver.accumulate.tally import LOAD_TIME, Tally
 from .spread import CONFIDENCE, dependence
 from .window import LEAST_DRY, RARELY, Summed, Window
 

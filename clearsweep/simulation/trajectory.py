@@ -19,9 +19,9 @@ from ..language.errors import InputError, shown
 from ..language.wording import joint_name
 from ..mechanics.compiled.family import NO_ENTRY, empty_entries
 from ..mechanics.compiled.kept import Kept
-from ..mechanics.observe.record import Record
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, plan
+from ..mechanics.solver.accumulate.record import Record
 from .extrapolation import lived
 from .figures import COST, SETUP
 from .heat import Balance, balanced, has_balance

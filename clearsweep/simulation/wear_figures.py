@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..contracts.catalogue import Figure, Shown
-from ..mechanics.joint.spatial import Flanged, Through
+from ..mechanics.joint.spatial.form import KINDS as SPATIAL
 from ..mechanics.joint.wear.contract import (
     ARCS,
     FIRST_CLASS,
@@ -19,7 +19,7 @@ from ..mechanics.joint.wear.contract import (
     WIDE,
     class_width,
 )
-from ..mechanics.observe.tally import CONTACT_TIME, FORCE_TIME
+from ..mechanics.solver.accumulate.tally import CONTACT_TIME, FORCE_TIME
 from .sums import DepthRate
 from .window import Window
 
@@ -42,7 +42,7 @@ def volume(window: Window, place: int) -> float:
 
 def _cells(joint: Any) -> tuple[float, float]:
     """Return the lengths of a bin on bearing and journal over that of the bearing."""
-    if isinstance(joint, Through | Flanged):
+    if type(joint) in SPATIAL:
         return 1.0 / joint.wear_rows, joint.half_journal / (joint.half_length * joint.wear_rows)
     return 1.0, 1.0
 

@@ -11,7 +11,7 @@ from ..contracts.catalogue import Mechanism
 from ..contracts.layout import WALLS, JointLayout, Layout
 from ..mechanics.joint import dry
 from ..mechanics.joint.wear.contract import ARCS, FINEST, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
-from ..mechanics.observe.tally import (
+from ..mechanics.solver.accumulate.tally import (
     APPROACH,
     BEYOND_TIME,
     CLIPS,

@@ -47,7 +47,7 @@ from ..mechanics.joint.elastic.power import POWERS
 from ..mechanics.joint.guide import CORNERS
 from ..mechanics.joint.lubricated import Film, Lubricated
 from ..mechanics.mechanism import contract, planar
-from ..mechanics.observe import tally
+from ..mechanics.solver.accumulate import tally
 from ..simulation import scene
 from ..simulation.ideal import ideal_peaks
 from ..simulation.run import integrated
@@ -222,7 +222,7 @@ def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
     shares = []
     for (_, _, joint), load in zip(trios, loads, strict=True):
         bound = _deepest(joint.elastic, sum(energies), load)
-        bound += joint.corners.end if isinstance(joint, Lubricated) else 0.0
+        bound += joint.corners.end if type(joint) in (Lubricated,) else 0.0
         shares.append(summary[f"{part.name}_penetration_max"] / bound if bound > 0.0 else 0.0)
     return max(shares, default=0.0)
 

@@ -23,7 +23,7 @@ from clearsweep.mechanics.compiled.kept import Kept, found
 from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.wear.contract import Worn
-from clearsweep.mechanics.observe.along import Attempt
+from clearsweep.mechanics.solver.accumulate.along import Attempt
 from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.run import Run, integrated

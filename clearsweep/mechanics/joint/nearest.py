@@ -15,7 +15,6 @@ from ..compiled import calculus as math
 from ..compiled.direction import direction
 from ..compiled.dual import Dual, plain
 from ..compiled.family import family, inlined, kernel, map_joints
-from ..mechanism.contract import body_angles
 from .places import after_number
 from .wear.shape import worn_at
 
@@ -246,19 +245,3 @@ _turn_all, _pairs = map_joints(_turn, after_number), map_joints(_pair, after_num
 def with_body_angles(joints, relative, angles):
     """Return the Gaps `relative` of joints, those of worn ones with the `angles` of their bodies."""
     return _turn_all(joints, _pairs(relative, angles, 0, 0), 0, 0)
-
-
-@inlined
-def _turned_gaps(scene, y, relative):
-    return with_body_angles(scene.joints, relative, body_angles(scene.mechanism, y))
-
-
-@kernel
-def turned_gaps(scene, y, relative):
-    """Return the Gaps `relative` of a scene at the state `y`; those of worn joints know how far bodies are turned."""
-    return _turned_gaps(scene, y, relative) if _some_worn(map(type, scene.joints)) else relative
-
-
-def _some_worn(forms):
-    """Return whether a type of joint asks for the angles of its bodies."""
-    return any(form in with_angles.members for form in forms)

@@ -12,7 +12,6 @@ from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ..compiled.vector import Vector
 from . import dry, guide, lubricated, spatial, worn
-from .describe import text
 from .elastic.conformal import Foundation
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
@@ -56,7 +55,6 @@ __all__ = [
     "pulls",
     "restitution",
     "smoothing",
-    "text",
     "wear_term",
 ]
 

@@ -17,6 +17,7 @@ FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
+BETWEEN = 3  # even places within a step, at its quarters, at which the bodies are looked at
 # Rows of Tally.course: N, s, m/s, m, W
 FORCE, KAPPA_COURSE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE, COURSES = range(6)
 

@@ -14,7 +14,7 @@ Counts of evaluations decide, never a clock, and of these only what the motion t
 """
 
 from ..compiled.family import kernel
-from ..observe.along import STIFF
+from .accumulate.along import STIFF
 from .dop853 import END
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT
 from .plan import AUTO, METHOD, SPENT

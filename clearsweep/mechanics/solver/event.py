@@ -11,9 +11,9 @@ import numpy as np
 
 from ..compiled.family import Entry, inlined, invoke, kernel
 from ..joint.contract import meets, touches
-from ..observe.along import FASTEST, Attempt, sum_of
 from ..observe.observables import KAPPA, observed
-from ..observe.tally import Ledger
+from .accumulate.along import FASTEST, Attempt, sum_of
+from .accumulate.tally import Ledger
 from .dop853 import END, SCRATCH, dense_component, dense_state
 from .guarding import evaluate_guards, pass_guards
 from .span import Span, cubic_onset, deepest_between, fold

@@ -1,8 +1,24 @@
 """Whether a step passes the guards of joints: functions that change something where they turn positive."""
 
-from ..compiled.family import invoke, kernel
-from ..joint.guards import highest_seen, is_looked_at
+from ..compiled.family import inlined, invoke, kernel
 from .dop853 import END
+
+EARLIEST = 5  # of the rows of stages that guards are looked for at: before, they are inaccurate and close to the start
+
+
+@inlined
+def is_looked_at(guards, g, mode):
+    """Return whether guard `g` is looked at while its contact is in this mode."""
+    return guards.modes[g] >> mode & 1 != 0
+
+
+@inlined
+def highest_seen(o, column, sign, staged):
+    """Return the value, at the end of a step, of a guard that is an observable; the largest, if `staged`, of stages."""
+    highest = sign * o[END, column]
+    for row in range(EARLIEST if staged else END, END):
+        highest = max(highest, sign * o[row, column])
+    return highest
 
 
 @kernel

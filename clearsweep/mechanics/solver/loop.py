@@ -9,13 +9,13 @@ from ..compiled.family import WIDTH, Entry, inlined, invoke, kernel
 from ..compiled.kept import Kept, form_of, found
 from ..compiled.plain import is_plain
 from ..compiled.rows import in_rows
-from ..observe.along import CALM, ERROR, GOES_ON, LENGTH, STANDS, WHOLE, Attempt, advance, sum_up
-from ..observe.noting import add_courses, note_step, open_window
 from ..observe.observables import KAPPA, KINETIC
-from ..observe.record import write_sample
-from ..observe.tally import KINETIC_START, Ledger, enter
-from ..observe.turns import take_start
 from ..trace import objects
+from .accumulate.along import CALM, ERROR, GOES_ON, LENGTH, STANDS, WHOLE, Attempt, advance, sum_up
+from .accumulate.noting import add_courses, note_step, open_window
+from .accumulate.record import write_sample
+from .accumulate.tally import KINETIC_START, Ledger, enter
+from .accumulate.turns import take_start
 from .calm import can_be_calm, count_calm, limit_calm
 from .choice import choose_method
 from .dop853 import END

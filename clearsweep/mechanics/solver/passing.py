@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ..compiled.family import kernel
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import observed
-from ..observe.tally import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
+from .accumulate.tally import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
 from .dop853 import END
 from .event import EVENTS, GUARD, NOTHING, ONSET, SEPARATION, SEPARATIONS
 from .plan import EVENT_BUDGET, GOING, KEEP_EVENTS, LEFT_BEARING, LOGGED, MOST_EVENTS, OK, PARTINGS

@@ -10,12 +10,12 @@ import numpy as np
 from ..compiled.choosing import nowhere, where
 from ..compiled.family import inlined
 from ..joint.contract import meets, touches
-from ..joint.guards import highest_seen, is_looked_at
-from ..observe.along import CALM, ERROR, FASTEST, GOES_ON, LENGTH, RISE, RUN, SEEKS, STANDS, STIFF, sum_of
 from ..observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of
+from .accumulate.along import CALM, ERROR, FASTEST, GOES_ON, LENGTH, RISE, RUN, SEEKS, STANDS, STIFF, sum_of
 from .choice import FAST
 from .dop853 import END
 from .event import FARTHEST, MARGIN
+from .guarding import highest_seen, is_looked_at
 from .plan import ALONE, CALM_STEPS, DUE, EXPECTED, GROWTH, LONGEST, MOST_CALM, NEXT, STOP_AT, TRIES, UNASKED
 from .span import deepest_between
 from .step_control import GROW, change_of_length, eighth_power

@@ -3,7 +3,8 @@
 from ..compiled.family import inlined, invoke, kernel
 from ..compiled.rows import in_rows
 from ..joint.contract import SAME
-from ..observe.along import (
+from ..observe.observables import KAPPA, observed
+from .accumulate.along import (
     ERROR,
     FASTEST,
     LENGTH,
@@ -16,7 +17,6 @@ from ..observe.along import (
     sum_of,
     sum_up,
 )
-from ..observe.observables import KAPPA, observed
 from .dop853 import END, dense_coefficients, stage_state
 from .event import (
     EVALUATIONS,

@@ -87,6 +87,8 @@ Flanged = NamedTuple(
 )
 Flanged.__doc__ = "A spatial joint between flanges."
 
+KINDS: tuple[type, ...] = (Through, Flanged)
+
 
 class SpatialGap(NamedTuple):
     """The journal in its bearing: all in the frame of the journal, but `frame`."""

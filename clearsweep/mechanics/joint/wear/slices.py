@@ -13,8 +13,7 @@ import numpy as np
 from ...compiled.choosing import turns
 from ...compiled.family import family, kernel
 from ...compiled.vector import along, cross, dot
-from ...observe.between import BETWEEN
-from ...observe.histogram import DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from ...observe.histogram import BETWEEN, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from ..contract import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
 from .along_walls import (

@@ -6,15 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled.choosing import turns
-from ...compiled.family import Entry, entry, family, in_lane, kernel, map_joints, shaped
-from ...mechanism.contract import body_angles, gaps, place
-from ...observe.between import BETWEEN
-from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
+from ...compiled.family import family, kernel, map_joints
+from ...observe.histogram import BETWEEN, COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from ..contract import Place, touches
-from ..nearest import with_body_angles
-from ..places import after_joint, extent, first_place
+from ..places import after_joint
 from .contract import (
-    ACCOUNT,
     ARCS,
     FIRST_CLASS,
     NARROW,
@@ -34,19 +30,7 @@ from .contract import (
     wear_rate,
     width_class,
 )
-from .passage import (
-    DEGREE,
-    FIT,
-    ON_BEARING,
-    POINTS,
-    ROOM,
-    WAY,
-    clearance_at,
-    enter_wear,
-    rubbing_at,
-    rubbing_of,
-    value,
-)
+from .passage import DEGREE, FIT, ON_BEARING, POINTS, WAY, clearance_at, enter_wear, rubbing_at, rubbing_of, value
 
 LEAST = 1e-7  # rad, of half an arc that is looked at
 ANGLES = BETWEEN + 4  # numbers that tell the course of an angle: at the quarters, then its slopes at both ends
@@ -140,7 +124,7 @@ def _see(joint, gap, whose, moment):
     see(joint, gap, moment.turned[whose.number], whose.place.contact, moment)
 
 
-_see_each = map_joints(_see, _after)
+see_each = map_joints(_see, _after)
 
 
 @kernel
@@ -277,54 +261,4 @@ def _wear(joint, _, place, shared):
     wear_joint(joint, place.contact, shared)
 
 
-_wear_each = map_joints(_wear, after_joint)
-
-
-@kernel
-def _look(scene, y, quarter, step):
-    """Note where all joints touch their bodies at the state `y`, at a quarter of the step."""
-    pose = place(scene.mechanism, y)
-    turned = body_angles(scene.mechanism, y)
-    relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), turned)
-    moment = Moment(relative, turned, quarter, step)
-    _see_each(scene.joints, moment.gaps, Whose(0, first_place(scene.joints, 0)), moment)
-
-
-def wear_entry(scene, y, end, between, mode, course, length, room, depths, account, stride):
-    """Enter the wear of a step; from bare pointers; `scene` points at the Scene.
-
-    between : (BETWEEN, 2 coordinates + 1) the state within the step; length : its length; room : as of room_of.
-    """
-    here = scene[0]
-    contacts, size = extent(here.joints).contact, 2 * len(here.coordinates) + 1
-    start, finish, within = in_lane(y, (size,)), in_lane(end, (size,)), shaped(between, (BETWEEN, size))
-    rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * WHERE * ANGLES
-    along = angles + contacts * ALONG * (BETWEEN + 2)
-    scratch = along + STRIP * (PARTS + 1)
-    step = Step(
-        shaped(course, (contacts, COURSES, PARTS + 1)),
-        shaped(length, (1,))[0],
-        in_lane(mode, (contacts,)),
-        rooms[ROOM:angles].reshape(contacts, WHERE, ANGLES),
-        rooms[angles:along].reshape(contacts, ALONG, BETWEEN + 2),
-        rooms[along:scratch].reshape(STRIP, PARTS + 1),
-        rooms[:ROOM],
-        rooms[scratch:],
-    )
-    _look(here, start, 0, step)
-    for i in range(BETWEEN):
-        _look(here, within[i], 1 + i, step)
-    _look(here, finish, BETWEEN + 1, step)
-    worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
-    _wear_each(here.joints, here.joints, first_place(here.joints, 0), (step, worn))
-
-
-@kernel
-def room_of(contacts, stride):
-    """Return how many numbers of room the wear of so many contacts takes; stride : bins of a body at most."""
-    return ROOM + contacts * SEEN + STRIP * (PARTS + 1) + 3 * stride
-
-
-def wear_of(scene, parameters) -> Entry:
-    """Return the Entry that computes the wear of `scene`."""
-    return entry(wear_entry, scene, "fffifffff", parameters)
+wear_each = map_joints(_wear, after_joint)

@@ -9,7 +9,7 @@ import numpy as np
 from ....contracts.catalogue import Channel
 from ....contracts.machine import GROUND, Aim, At, Course, Guide, Machine, Motor
 from ...joint.contract import Load
-from ..contract import Built, Open
+from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - enters the equations of motion
 from .anatomy import anatomy, kinds_of
@@ -20,7 +20,7 @@ from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, direction_of, numbered, point_of
 from .hanging import ANGLE, Coordinate
-from .ideal import Ideal, ideal, ideal_of, masses_of
+from .ideal import Ideal, ideal_of, masses_of
 from .loads import loads_of, stops_of
 
 __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
@@ -67,6 +67,16 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     apart = any(map(any, offsets.values()))
     start = _start(known, opened.state, offsets) if apart else opened.start
     return Built(opened.value, start, opened.lengths, known.closure.size, known.rate())
+
+
+def ideal(machine: Machine, angles) -> IdealMotion:
+    """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
+    shape = np.shape(angles)
+    known = ideal_of(machine)
+    motion = known.motion(np.asarray(angles, dtype=float).ravel(), lambda: _opened(machine, frozenset()).value)
+    reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
+    torque = np.reshape(motion.torque, shape)
+    return IdealMotion(*(np.reshape(part, shape) for part in motion[:3]), reactions, torque)
 
 
 class _Opened(NamedTuple):

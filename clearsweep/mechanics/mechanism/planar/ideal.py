@@ -3,7 +3,7 @@
 import functools
 import math
 import pickle
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,13 @@ from ..contract import IdealMotion
 from .closure import Alike, Closure, turn_of
 from .drive import drive_of, torque_at, when
 from .form import Mass
+from .free_crank import Passage
 from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .loads import by_rows, table_of
 from .turn import Turn, between
 
 SWEEPS = 200  # over reactions and the friction that they bring
 SETTLED = 1e-14  # of the largest of these
-LONGEST = 30.0  # times as long as it would take at its usual rate, a free crank is waited for
-STEPS = 300  # for a turn of it
 
 
 class Ideal:
@@ -34,7 +33,7 @@ class Ideal:
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
         self.opened: dict[frozenset[str], Any] = {}  # what `build` found of it with joints of these names open
-        self._course: tuple | None = None
+        self._passage: Passage | None = None  # of a free crank, as far as it was asked for
 
     def at(self, angles: np.ndarray) -> Turn:
         """Return the machine at angles (N,) rad of its crank, unwrapped from its start."""
@@ -88,21 +87,30 @@ class Ideal:
         values, slopes = self.read(item, self.turn)
         return values, slopes, np.gradient(slopes, self.turn.angles, edge_order=2)
 
-    def motion(self, angles: np.ndarray) -> IdealMotion:
-        """Return the motion of the output and the reactions at angles (N,) rad of the crank, from its start on."""
-        there, (time, rate) = self.at(angles), self.passed(angles)
+    def motion(self, angles: np.ndarray, form: Callable[[], tuple]) -> IdealMotion:
+        """Return the motion of the output and the reactions at angles (N,) rad of the crank, from its start on.
+
+        form : returns the compiled form of the machine, for a crank that is free.
+        """
+        there, (time, rate) = self.at(angles), self.passed(angles, form)
         place, first, second = self.aimed(there)
         acceleration, reactions, torque = self.balance(there, rate, time)
         return IdealMotion(place, first * rate, second * rate**2 + first * acceleration, reactions, torque)
 
-    def passed(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the time (s) at which the crank passes angles (rad), and its rate (rad/s); nan where it never does."""
+    def passed(self, angles: np.ndarray, form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the time (s) at which the crank passes angles (rad), and its rate (rad/s); nan where it never does.
+
+        form : as of `motion`.
+        """
         drive = self.machine.drive
         if isinstance(drive, Constant):
             return (angles - drive.start_angle) / drive.speed, np.full(len(angles), drive.speed)
         if isinstance(drive, Course):
             return when(drive, angles)[:2]
-        return self._free(angles)
+        far = float(np.max(angles))
+        if self._passage is None or self._passage.end < far:
+            self._passage = Passage(drive, form(), self.rate(), far)
+        return self._passage.at(angles)
 
     # ------------------------------------------------------------------------------------------ forces
 
@@ -204,54 +212,6 @@ class Ideal:
             return -multipliers[:, 1:] * np.stack([-np.sin(along), np.cos(along)], -1)
         return -multipliers
 
-    # ------------------------------------------------------------------------------------------ a free crank
-
-    def _free(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return time and rate at angles of a free crank, integrated from its start."""
-        from scipy.optimize import brentq
-
-        far = float(np.max(angles))
-        if self._course is None or self._course[0] < far:
-            self._course = (far, self._integrated(far))
-        reached, times, path = self._course[1]
-        found = np.full(len(angles), math.nan)
-        for i, angle in enumerate(angles):
-            k = int(np.searchsorted(reached, angle))
-            if k < len(reached):
-                low, high = times[max(k - 1, 0)], times[k]
-                found[i] = (
-                    low if high == low else brentq(lambda t, a=angle: path(t)[0] - a, low, high, xtol=1e-18, rtol=1e-14)
-                )
-        return found, np.array([path(t)[1] if math.isfinite(t) else math.nan for t in found])
-
-    def _integrated(self, far: float) -> tuple:
-        """Return angles reached up to `far`, the times of that, and a function from time to (angle, rate)."""
-        from scipy.integrate import DOP853, OdeSolution
-
-        drive, scale = self.machine.drive, self.rate()
-
-        def rates(time, state):
-            here, rate, now = between(self.turn, state[:1]), state[1:], np.array([time])
-            if any(isinstance(load, Rubbing) for load in self.machine.loads):
-                return state[1], self.balance(here, rate, now)[0][0]
-            return state[1], self.accelerated(here, rate, now, self.outside(here, rate, now))[0]
-
-        turns = max((far - drive.start_angle) / (2.0 * math.pi), 1.0)
-        begin = [drive.start_angle, drive.initial_speed]
-        end = LONGEST * turns * 2.0 * math.pi / scale
-        solver = DOP853(rates, 0.0, begin, end, rtol=1e-9, atol=[1e-11, 1e-11 * scale])
-        times, pieces, angles = [0.0], [], [drive.start_angle]
-        while solver.status == "running" and angles[-1] < far and len(pieces) < STEPS * (turns + 1.0):
-            if angles[-1] < max(angles) - 2.0 * math.pi:
-                break
-            solver.step()
-            times.append(solver.t)
-            pieces.append(solver.dense_output())
-            angles.append(float(solver.y[0]))
-        if not pieces:
-            return np.array(angles), np.array(times), lambda time: np.array(begin)
-        return np.maximum.accumulate(angles), np.array(times), OdeSolution(times, pieces)
-
     def rate(self) -> float:
         """Return the rate (rad/s) by which times are measured: of the crank, or one that it reaches."""
         drive, turn = self.machine.drive, self.turn
@@ -285,12 +245,3 @@ def _kept(key: bytes, machine: Alike) -> Ideal:
 def ideal_of(machine: Machine) -> Ideal:
     """Return the Ideal of a machine; the cases of a sweep share few of them."""
     return _kept(pickle.dumps(machine), Alike(machine))
-
-
-def ideal(machine: Machine, angles) -> IdealMotion:
-    """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
-    shape = np.shape(angles)
-    motion = ideal_of(machine).motion(np.asarray(angles, dtype=float).ravel())
-    reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
-    torque = np.reshape(motion.torque, shape)
-    return IdealMotion(*(np.reshape(part, shape) for part in motion[:3]), reactions, torque)

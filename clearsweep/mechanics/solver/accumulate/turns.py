@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.family import kernel
-from ..solver.dop853 import END, SCRATCH, dense_state
-from ..solver.event import evaluate_dense
-from ..solver.step import with_dense
-from .observables import NORMAL, column_of
+from ...compiled.family import kernel
+from ...observe.observables import NORMAL, column_of
+from ..dop853 import END, SCRATCH, dense_state
+from ..event import evaluate_dense
+from ..step import with_dense
 from .peaks import observable_at
 from .record import share_at
 

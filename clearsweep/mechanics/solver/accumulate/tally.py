@@ -8,12 +8,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import nowhere, where
-from ..compiled.dual import as_type_of
-from ..compiled.family import inlined
-from ..joint.contract import acts, touches
-from ..solver.dop853 import END
-from ..solver.plan import WINDOWED
+from ...compiled.choosing import nowhere, where
+from ...compiled.dual import as_type_of
+from ...compiled.family import inlined
+from ...joint.contract import acts, touches
+from ...observe.histogram import PARTS, force_bin, ramp_of
+from ...observe.observables import (
+    ACCELERATION,
+    DEPTH,
+    ERROR,
+    ERROR_RATE,
+    KAPPA,
+    KINETIC,
+    LOAD,
+    NORMAL,
+    TORQUE,
+    column_of,
+    put_load,
+)
+from ..dop853 import END
+from ..plan import WINDOWED
 from .along import (
     HIGHEST_ACCELERATION,
     HIGHEST_DEPTH,
@@ -36,20 +50,6 @@ from .along import (
     course_of,
     highest_inside,
     sum_of,
-)
-from .histogram import PARTS, force_bin, ramp_of
-from .observables import (
-    ACCELERATION,
-    DEPTH,
-    ERROR,
-    ERROR_RATE,
-    KAPPA,
-    KINETIC,
-    LOAD,
-    NORMAL,
-    TORQUE,
-    column_of,
-    put_load,
 )
 
 # Columns of Tally.whole: five integrals of power since the start (J), the balance they make, figures of the window.

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.family import invoke, kernel, pointer_to
-from ..solver.dop853 import dense_component, dense_state
-from ..solver.event import SAMPLES
+from ...compiled.family import invoke, kernel, pointer_to
+from ..dop853 import dense_component, dense_state
+from ..event import SAMPLES
 
 
 class Record(NamedTuple):

@@ -2,33 +2,9 @@
 
 import math
 
-from ..compiled.family import invoke, kernel
-from ..joint.contract import acts, touches
-from ..solver.dop853 import END, WEIGHTS
-from ..solver.event import IMPLICIT, SAMPLES, STEPS
-from ..solver.plan import WINDOWED
-from ..solver.radau import STAGE_WEIGHTS
-from ..solver.step import with_dense
-from .along import (
-    HIGHEST_ACCELERATION,
-    HIGHEST_DEPTH,
-    HIGHEST_ERROR,
-    HIGHEST_FORCE,
-    HIGHEST_LOAD,
-    HIGHEST_TORQUE,
-    NO_PEAK,
-    SEEKS,
-    SUM_LOST,
-    SUM_RUBBED,
-    course_of,
-    highest_inside,
-    integral_of,
-    integral_of_size,
-    negative_part_of,
-    sum_of,
-)
-from .between import look_between
-from .histogram import (
+from ...compiled.family import invoke, kernel
+from ...joint.contract import acts, touches
+from ...observe.histogram import (
     DEPTH_COURSE,
     FORCE,
     KAPPA_COURSE,
@@ -40,7 +16,7 @@ from .histogram import (
     follow,
     share_beyond,
 )
-from .observables import (
+from ...observe.observables import (
     ACCELERATION,
     DEPTH,
     DRAINED,
@@ -60,6 +36,30 @@ from .observables import (
     film_column,
     put_rubbed,
 )
+from ..dop853 import END, WEIGHTS
+from ..event import IMPLICIT, SAMPLES, STEPS
+from ..plan import WINDOWED
+from ..radau import STAGE_WEIGHTS
+from ..step import with_dense
+from .along import (
+    HIGHEST_ACCELERATION,
+    HIGHEST_DEPTH,
+    HIGHEST_ERROR,
+    HIGHEST_FORCE,
+    HIGHEST_LOAD,
+    HIGHEST_TORQUE,
+    NO_PEAK,
+    SEEKS,
+    SUM_LOST,
+    SUM_RUBBED,
+    course_of,
+    highest_inside,
+    integral_of,
+    integral_of_size,
+    negative_part_of,
+    sum_of,
+)
+from .between import look_between
 from .peaks import highest_between, refined_peak
 from .record import write_samples
 from .tally import (

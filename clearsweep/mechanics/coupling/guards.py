@@ -8,12 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.family import NO_ENTRY, Entry, entry, form_number, in_lane, inlined, kernel, map_joints, shaped
-from ..observe.observables import column_of, observed_in
-from ..solver.dop853 import END, ROWS
-from .contract import every_guard, every_part, guard_values, guards, latched, parts
-from .impact_mass import joints_at_event
-from .places import (
+from ..compiled.family import NO_ENTRY, Entry, entry, form_number, in_lane, kernel, map_joints, shaped
+from ..joint.contract import every_guard, every_part, guard_values, guards, latched, parts
+from ..joint.places import (
     after_joint,
     after_number,
     after_part,
@@ -23,23 +20,10 @@ from .places import (
     observed_columns,
     where_internal,
 )
-
-EARLIEST = 5  # of the rows of stages that guards are looked for at: before, they are inaccurate and close to the start
-
-
-@inlined
-def is_looked_at(guards, g, mode):
-    """Return whether guard `g` is looked at while its contact is in this mode."""
-    return guards.modes[g] >> mode & 1 != 0
-
-
-@inlined
-def highest_seen(o, column, sign, staged):
-    """Return the value, at the end of a step, of a guard that is an observable; the largest, if `staged`, of stages."""
-    highest = sign * o[END, column]
-    for row in range(EARLIEST if staged else END, END):
-        highest = max(highest, sign * o[row, column])
-    return highest
+from ..observe.observables import column_of, observed_in
+from ..solver.dop853 import END, ROWS
+from ..solver.guarding import EARLIEST
+from .impact_mass import joints_at_event
 
 
 class Guards(NamedTuple):

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 from ..compiled.dual import as_type_of
 from ..compiled.family import family, kernel, map_joints
+from ..joint.contract import STUCK, Contact, Load
+from ..joint.dry import Joint
+from ..joint.friction.contract import static_limit
+from ..joint.places import after_joint, after_number, first_place
 from ..mechanism.contract import accelerate, gap_accelerations
-from .contract import STUCK, Contact, Load
-from .dry import Joint
-from .friction.contract import static_limit
-from .places import after_joint, after_number, first_place
 
 SWEEPS = 100  # over the joints that stick; joints share little, so a dozen do
 SETTLED = 1e-15  # of the largest force that the surfaces hold

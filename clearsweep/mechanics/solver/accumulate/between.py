@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ..compiled.family import kernel
-from ..solver.dop853 import dense_component
-from ..solver.event import IMPLICIT
-from .observables import NODES, SHARES
+from ...compiled.family import kernel
+from ...observe.histogram import BETWEEN
+from ...observe.observables import NODES, SHARES
+from ..dop853 import dense_component
+from ..event import IMPLICIT
 
-BETWEEN = 3  # even places within a step, at its quarters
 PLACES = np.arange(1, BETWEEN + 2) / (BETWEEN + 1)
 
 

@@ -7,11 +7,11 @@ side.  Every operation and its rounding is fixed by it: by which of the two a st
 bits.
 """
 
-from .compiled.family import WIDTH, Entry, entry, in_lane, inlined
-from .joint.places import observed_columns
-from .observe.along import LENGTH, WHOLE, Attempt, keep_last_stage, step_width
+from ..compiled.family import WIDTH, Entry, entry, in_lane, inlined
+from ..joint.places import observed_columns
+from ..solver.accumulate.along import LENGTH, WHOLE, Attempt, keep_last_stage, step_width
+from ..solver.dop853 import END, ROWS, stage_state
 from .rates import rates, size_of
-from .solver.dop853 import END, ROWS, stage_state
 
 ARRAYS = "fiffffff"  # the fields of Attempt: float64 or int64
 

@@ -14,13 +14,12 @@ The relaxation keeps s^2 and the penetration of the coordinates together (Baumga
 
 from typing import NamedTuple
 
-from ..contracts.catalogue import Channel
-from .clock import clock, haste
-from .compiled.choosing import either, turns
-from .compiled.dual import Seeded, as_dual, as_type_of, slope
-from .compiled.family import Entry, entry, in_lane, inlined, kernel, map_joints, shaped
-from .joint import spatial
-from .joint.contract import (
+from ...contracts.catalogue import Channel
+from ..compiled.choosing import either, turns
+from ..compiled.dual import Seeded, as_dual, as_type_of, slope
+from ..compiled.family import Entry, entry, in_lane, inlined, kernel, map_joints, shaped
+from ..joint import spatial
+from ..joint.contract import (
     Present,
     channels_beside,
     gap_histories,
@@ -30,20 +29,21 @@ from .joint.contract import (
     seen_beside,
     touches,
 )
-from .joint.impact_mass import joints_now
-from .joint.loads import loads_of, put_internal_rates
-from .joint.nearest import turned_gaps
-from .joint.places import (
-    after_joint,
-    after_number,
-    channels_beside_those,
-    extent,
-    first_place,
-    histories_of,
+from ..joint.loads import loads_of, put_internal_rates
+from ..joint.nearest import with_angles, with_body_angles
+from ..joint.places import after_joint, after_number, channels_beside_those, extent, first_place, histories_of
+from ..mechanism.contract import (
+    accelerate,
+    body_angles,
+    crank_rate,
+    describe,
+    energy,
+    gaps,
+    load_power,
+    output_error,
+    place,
 )
-from .joint.sticking import with_sticking_forces
-from .mechanism.contract import accelerate, crank_rate, describe, energy, gaps, load_power, output_error, place
-from .observe.observables import (
+from ..observe.observables import (
     ACCELERATION,
     DRIVE,
     ERROR,
@@ -56,7 +56,10 @@ from .observe.observables import (
     film_column,
     observe,
 )
-from .solver.dop853 import END
+from ..solver.dop853 import END
+from .clock import clock, haste
+from .impact_mass import joints_now
+from .sticking import with_sticking_forces
 
 
 class Scene(NamedTuple):
@@ -67,6 +70,22 @@ class Scene(NamedTuple):
     coordinates: tuple  # as many zeros as there are coordinates: their number is part of the type
     reference_rate: float  # rad/s, crank speed, or approach speed over clearance
     sigma: float  # m^0.5, sets the unit of tau; any positive number
+
+
+@inlined
+def _turned_gaps(scene, y, relative):
+    return with_body_angles(scene.joints, relative, body_angles(scene.mechanism, y))
+
+
+@kernel
+def turned_gaps(scene, y, relative):
+    """Return the Gaps `relative` of a scene at the state `y`; those of worn joints know how far bodies are turned."""
+    return _turned_gaps(scene, y, relative) if _some_worn(map(type, scene.joints)) else relative
+
+
+def _some_worn(forms):
+    """Return whether a type of joint asks for the angles of its bodies."""
+    return any(form in with_angles.members for form in forms)
 
 
 @inlined

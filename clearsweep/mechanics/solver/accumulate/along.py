@@ -10,13 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import nowhere, where
-from ..compiled.dual import as_type_of
-from ..compiled.family import inlined
-from ..joint.contract import acts, meets
-from ..solver.dop853 import END, WEIGHTS, error_norm
-from .histogram import COURSE, PARTS
-from .observables import (
+from ...compiled.choosing import nowhere, where
+from ...compiled.dual import as_type_of
+from ...compiled.family import inlined
+from ...joint.contract import acts, meets
+from ...observe.histogram import COURSE, PARTS
+from ...observe.observables import (
     ACCELERATION,
     CONTACT_WIDTH,
     CONTACTS,
@@ -33,6 +32,7 @@ from .observables import (
     TORQUE,
     column_of,
 )
+from ..dop853 import END, WEIGHTS, error_norm
 
 WHOLE = -1  # in place of a row: all of them, a whole step
 (

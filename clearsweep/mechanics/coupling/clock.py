@@ -1,10 +1,10 @@
 """How fast time goes along tau, the independent variable: see `rates`."""
 
-from .compiled.choosing import where
-from .compiled.dual import as_type_of
-from .compiled.family import kernel
-from .joint.contract import touches
-from .joint.places import extent
+from ..compiled.choosing import where
+from ..compiled.dual import as_type_of
+from ..compiled.family import kernel
+from ..joint.contract import touches
+from ..joint.places import extent
 
 
 @kernel

@@ -3,13 +3,13 @@
 from ..compiled.choosing import nowhere
 from ..compiled.dual import as_type_of
 from ..compiled.family import family, inlined, kernel, map_joints
+from ..joint.contract import every_part, touches
+from ..joint.dry import Joint
+from ..joint.loss.contract import awaits_mass, with_mass
+from ..joint.lubricated import Lubricated
+from ..joint.places import after_joint, after_number, as_it_is, first_place
+from ..joint.worn import WornJoint, WornOnBed
 from ..mechanism.contract import gaps, impact_masses, place
-from .contract import every_part, touches
-from .dry import Joint
-from .loss.contract import awaits_mass, with_mass
-from .lubricated import Lubricated
-from .places import after_joint, after_number, as_it_is, first_place
-from .worn import WornJoint, WornOnBed
 
 
 @family

@@ -3,14 +3,14 @@
 import math
 import textwrap
 
-from ...contracts.case import Contact, Joint, Material, Materials
-from ...contracts.catalogue import Columns, Field, Law
-from ...language.errors import InputError, likely
-from ..mechanism import MECHANISMS
-from ..mechanism.drives import DRIVES
-from ..mechanism.loads import LOADS
-from .elastic.contract import elastic_force
-from .recipe import RECIPES, Recipe
+from ..contracts.case import Contact, Joint, Material, Materials
+from ..contracts.catalogue import Columns, Field, Law
+from ..language.errors import InputError, likely
+from .joint.elastic.contract import elastic_force
+from .joint.recipe import RECIPES, Recipe
+from .mechanism import MECHANISMS
+from .mechanism.drives import DRIVES
+from .mechanism.loads import LOADS
 
 WIDTH = 100  # characters of a line
 ASKED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)

@@ -1,9 +1,9 @@
 """Where between the stages of a step an observable is largest."""
 
-from ..compiled.family import kernel
-from ..solver.dop853 import SCRATCH
-from ..solver.event import evaluate_dense
-from .observables import NODES, SHARES, put_load
+from ...compiled.family import kernel
+from ...observe.observables import NODES, SHARES, put_load
+from ..dop853 import SCRATCH
+from ..event import evaluate_dense
 
 
 @kernel
