@@ -104,6 +104,7 @@ def test_an_object_asks_the_system_to_move_memory_alone(tmp_path):
     )
     stamp = Path(os.environ["NUMBA_CACHE_DIR"]).name
     environment = {"NUMBA_CACHE_DIR": str(tmp_path / stamp), "PATH": "/usr/bin:/bin"}
+    (tmp_path / stamp).mkdir(mode=0o700)
     place = Path(__file__).parents[1]
     subprocess.run(
         [sys.executable, "-c", f"import clearsweep.simulation\n{program}"], check=True, cwd=place, env=environment
