@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,12 +10,16 @@ from pathlib import Path
 import llvmlite.binding as llvm
 import numpy as np
 import pytest
+from mechanism_cases import slider_crank
 
+import clearsweep
 from clearsweep.mechanics.compiled.family import inlined, kernel
+from clearsweep.mechanics.coupling import attempt
 from clearsweep.mechanics.trace import cache, objects
 from clearsweep.mechanics.trace.memory import View
 from clearsweep.mechanics.trace.symbols import DOUBLE
 
+TANH = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
 SYMBOLS = {"memcpy", "memset"}  # what an object may ask of the system
 NUMBERS = np.array([1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0, 0.0, 0.0, 0.0])  # a b + c = -2^-60 with a single rounding
 
@@ -69,6 +74,23 @@ def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
         objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
         found.append(out.tobytes())
     assert len(set(found)) == 1
+
+
+@pytest.mark.parametrize("width", [1, 8])
+def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links(tmp_path, monkeypatch, width):
+    """A step of a slider-crank with friction; linking needs that processor's linker.  Nobody has run it."""
+    case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.friction": TANH}))
+    monkeypatch.setattr(objects, "_WANTED", ["aarch64"])
+    made = objects.traced(attempt.attempt_entry, case.value, attempt.ARRAYS, width=width, spread=True)
+    content = objects.object_of(made)
+    assert int.from_bytes(content[0x12:0x14], "little") == 183  # of AArch64, in ELF
+    assert undefined(content) <= SYMBOLS
+    linker = shutil.which("aarch64-linux-gnu-ld")
+    if linker:
+        (tmp_path / "step.o").write_bytes(content)
+        command = [linker, "-shared", "-o", str(tmp_path / "step.so"), str(tmp_path / "step.o")]
+        told = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert (told.returncode, told.stderr) == (0, "")
 
 
 @pytest.mark.heavy

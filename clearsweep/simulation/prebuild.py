@@ -1,7 +1,7 @@
 """Builds the machine code of the integration loop, which is the same for all cases, into the package.
 
-`python -m clearsweep.simulation.prebuild [LEVEL ...]`: for these levels of processors (x86-64-v4, x86-64-v3), else for
-that of this machine.  A wheel that is built afterwards holds it, and no user waits for it.
+`python -m clearsweep.simulation.prebuild [LEVEL ...]`: for these levels of processors (x86-64-v4, x86-64-v3, aarch64),
+else for that of this machine.  A wheel that is built afterwards holds it, and no user waits for it.
 """
 
 import sys
@@ -29,8 +29,9 @@ def main(levels: list[str]) -> int:
     """Build the loop for levels of processors and say so; return the exit code."""
     case = load(PAIR, catalogue()).case(0)
     for level in levels or [objects.level()]:
-        if level not in objects.LEVELS and level != objects.level():
-            print(f"{level}: no level; known: {', '.join(objects.LEVELS)}", file=sys.stderr)
+        known = (*objects.LEVELS, *objects.ELSEWHERE)
+        if level not in known and level != objects.level():
+            print(f"{level}: no level; known: {', '.join(known)}", file=sys.stderr)
             return 2
         begin = time.perf_counter()
         with objects.shipped_for(level) as place:

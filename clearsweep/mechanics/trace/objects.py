@@ -26,7 +26,8 @@ LEVELS = {
     "x86-64-v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
     "x86-64-v3": ("avx2", "fma", "bmi", "bmi2", "f16c", "lzcnt", "movbe"),
 }
-
+#: Other kinds of processors: triple, processor.  No object for these has been run, only linked.
+ELSEWHERE = {"aarch64": ("aarch64-unknown-linux-gnu", "generic")}
 
 _WANTED: list[str] = []  # a level for which code is made in place of this machine's
 
@@ -62,17 +63,28 @@ def _own_level() -> str:
             return best
         if needed != LEVELS["x86-64-v3"]:
             return best
+    if platform.machine().lower() == "aarch64" and platform.system() == "Linux":
+        return "aarch64"
     return str(llvm.get_host_cpu_name())
 
 
 def _machine() -> Any:
     """Return what makes machine code for this machine's level: a new one, as an engine takes its own with it."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    target, features = llvm.Target.from_default_triple(), ""
-    if level() not in LEVELS:
-        features = llvm.get_host_cpu_features().flatten()
-    return target.create_target_machine(cpu=level(), features=features, opt=3, reloc="pic", codemodel="small")
+    if level() in ELSEWHERE:
+        llvm.initialize_all_targets()
+        llvm.initialize_all_asmprinters()
+        target, cpu, features = llvm.Target.from_triple(_triple()), ELSEWHERE[level()][1], ""
+    else:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        target, cpu, features = llvm.Target.from_default_triple(), level(), ""
+        if level() not in LEVELS:
+            features = llvm.get_host_cpu_features().flatten()
+    return target.create_target_machine(cpu=cpu, features=features, opt=3, reloc="pic", codemodel="small")
+
+
+def _triple() -> str:
+    return ELSEWHERE[level()][0] if level() in ELSEWHERE else str(llvm.get_process_triple())
 
 
 def traced(function: Callable, scene: Any, items: str, *, width: int = 1, spread: bool = False) -> ir.Module:
@@ -92,7 +104,7 @@ def traced(function: Callable, scene: Any, items: str, *, width: int = 1, spread
 def _module(body: Callable, items: str, width: int) -> ir.Module:
     """Return the module that a body makes of pointers to numbers and to the items of arrays, and an integer."""
     hand = Trace(width)
-    hand.module.triple = llvm.get_process_triple()
+    hand.module.triple = _triple()
     kinds = [ADDRESS] * (1 + len(items)) + [WHOLE]
     entry = ir.Function(hand.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
     hand.builder = ir.IRBuilder(entry.append_basic_block())
