@@ -2,7 +2,9 @@
 
 from ..contracts.case import Materials
 from ..contracts.catalogue import Catalogue, Field, Law
-from .keys import Condition, Number, Rather, Section, Shape, Table, Use, Word, word_key
+from .keys import Condition, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
+from .library import MATERIALS
+from .naming import MATERIAL
 
 JOURNAL = "compatible"  # the elastic law of a journal in a bearing
 
@@ -51,15 +53,29 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
     enter_laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
     enter_laws(tree, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
-    tree[material] = Section("the material of both bodies; gives the stiffness where none is written", "optional")
+    tree[material] = Section(
+        "the material of both bodies, or the name of one; gives the stiffness where none is written", "optional"
+    )
+    enter_material_name(tree, material, "of both bodies")
     for field in _MATERIAL:
         both = field._replace(text=f"{field.text} of both bodies; required unless each has its own", optional=True)
         tree[f"{material}.{field.name}"] = Number((Use(both, elastic),))
     for body in Materials._fields:
-        tree[f"{material}.{body}"] = Section(f"the {body}'s own material; write both bodies', or neither", "optional")
+        tree[f"{material}.{body}"] = Section(
+            f"the {body}'s own material, or its name; write both bodies', or neither", "optional"
+        )
+        enter_material_name(tree, f"{material}.{body}", f"of the {body}")
         for field in _MATERIAL:
             own = field._replace(text=f"{field.text} of the {body}")
             tree[f"{material}.{body}.{field.name}"] = Number((Use(own, elastic),))
+
+
+def enter_material_name(tree: Shape, path: str, whose: str) -> None:
+    """Enter the key that names a material; the name may also stand in place of the section."""
+    text = f"the name {whose}' material" if whose.endswith("s") else f"the name of the material {whose}"
+    tree[f"{path}.{MATERIAL}"] = Name(
+        tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers beside it override its own"
+    )
 
 
 def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:

@@ -5,7 +5,9 @@ from ..contracts.layout import settling
 from ..contracts.outline import ANY
 from . import film_keys, life_keys
 from .joint_keys import enter_contact, enter_friction, enter_laws, enter_numbers, first_onset, moduli, pointed
-from .keys import Flag, Number, Rather, Section, Shape, Table, Use, Word, section_key, word_key
+from .keys import Flag, Name, Number, Rather, Section, Shape, Table, Use, Word, section_key, word_key
+from .library import OILS, PAIRS
+from .naming import LAW, OIL, PAIR
 from .sleeve import flanged, through
 
 DIMENSIONLESS = "dimensionless"
@@ -269,6 +271,11 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
+    tree[f"{wear}.{PAIR}"] = Name(
+        tuple(PAIRS),
+        "a pair of materials, from `clearsweep list pairs`: gives `coefficient` where none is written, and the law "
+        f"`{LAW}`",
+    )
     tree[f"{wear}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
         "what the coefficients are in; default dimensionless, k times the hardness, where bare numbers stand beside "
@@ -362,6 +369,9 @@ def _film(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[film] = Section("a film of oil; left out: none", "optional")
     tree[f"{film}.law"] = Word(
         catalogue.names("film"), "the law of the film's force", film_keys.DEFAULT_LAW, sweep=True, noun="law"
+    )
+    tree[f"{film}.{OIL}"] = Name(
+        tuple(OILS), "an oil, from `clearsweep list oils`: gives `viscosity` at both temperatures and the density"
     )
     enter_numbers(tree, film, (film_keys.VISCOSITY,))
     enter_numbers(tree, f"{film}.viscosity", film_keys.OIL)
