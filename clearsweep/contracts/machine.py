@@ -13,13 +13,24 @@ import numpy as np
 GROUND = "ground"  # the body that does not move
 
 
+class Elastic(NamedTuple):
+    """How a link gives along the line between two of its points: a uniform bar of the link's mass, in segments."""
+
+    near: str  # name of the point nearer the drive
+    far: str
+    stiffness: float  # N/m, E A / l of the whole
+    segments: int
+    damping: float = 0.0  # 1, ratio of the first free-free axial mode; proportional to stiffness
+
+
 class Body(NamedTuple):
-    """A rigid body; its frame turns with it."""
+    """A body, rigid but for what `elastic` says; its frame turns with it."""
 
     mass: float  # kg; 0 for the ground
     inertia: float  # kg m^2, about the centre of mass
     center: tuple[float, float]  # m, centre of mass in its own frame
     points: Mapping[str, tuple[float, float]]  # m, by name, in its own frame
+    elastic: Elastic | None = None
 
 
 class At(NamedTuple):
@@ -44,6 +55,17 @@ class Guide(NamedTuple):
     proximal: At
     distal: At
     axis: float  # rad, of the line in the frame of the proximal body
+
+
+class Stretch(NamedTuple):
+    """A spring and damper between two segments of an elastic link, which a guide keeps on one line."""
+
+    name: str
+    proximal: At
+    distal: At
+    axis: float  # rad, of the line in the frame of the proximal body
+    stiffness: float  # N/m
+    damping: float  # N s/m
 
 
 class Constant(NamedTuple):
@@ -126,7 +148,7 @@ class Machine(NamedTuple):
     """A planar machine."""
 
     bodies: Mapping[str, Body]  # 'ground' among them
-    joints: tuple  # of Pin and Guide, in the order in which they were written
+    joints: tuple  # of Pin and Guide, in the order in which they were written; of Stretch where links are in segments
     driven: str  # name of the Pin that the drive turns: its proximal body is the ground
     drive: tuple  # Constant, Course or Motor
     gravity: float  # m/s^2, along -y

@@ -52,11 +52,12 @@ class Outline(NamedTuple):
     written: frozenset[str] = frozenset()  # keys that are there, of those that change the equations, see GENERAL
     spatial: bool = False  # its bodies move in space
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
+    elastic: frozenset[str] = frozenset()  # bodies that give along a line
 
     @property
     def general(self) -> bool:
         """Return whether there is anything that a mechanism alone, at constant speed from angle zero, has not."""
-        return bool(self.drive != "speed" or self.loads or self.written)
+        return bool(self.drive != "speed" or self.loads or self.written or self.elastic)
 
     @property
     def free(self) -> bool:

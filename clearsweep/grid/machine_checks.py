@@ -25,6 +25,8 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
     for site in draft.mechanism.joints:
         if site.kind == "spatial" and f"joints.{site.name}" in draft.shape:
             _flanges(draft, f"joints.{site.name}")
+    for body in sorted(draft.outline.elastic):
+        _elastic(draft, body)
     _guides(draft, {law.name for law in catalogue.of("friction") if law.sticks})
 
 
@@ -91,6 +93,34 @@ def _rubbing(draft: Draft, path: str, joint: str) -> None:
         draft.problems.add(
             draft.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
         )
+
+
+def _elastic(draft: Draft, body: str) -> None:
+    """Check that an elastic link has a mass, two different points with a pin each, and nothing else on it."""
+    section = f"mechanism.{'bodies.' if draft.outline.bodies else ''}{body}"
+    path = f"{section}.elastic"
+    if path not in draft.shape:
+        return
+    if 0.0 in draft.reached(f"{section}.mass"):
+        sentence = "found 0; an elastic link is a bar of this mass: write one above 0, or leave `elastic` out"
+        draft.problems.add(draft.place(f"{section}.mass"), f"{section}.mass", sentence)
+    ends = [f"{body}.{draft.values.get(f'{path}.between.{k}')}" for k in range(2)]
+    if ends[0] == ends[1] and draft.outline.bodies:
+        sentence = f"lies between {ends[0]} and itself; name the points of its two pins"
+        draft.problems.add(draft.place(path), f"{path}.between", sentence)
+    for joint in draft.outline.joints:
+        at = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
+        if at is not None and (joint.type == "prismatic" or at not in ends):
+            what = "a guide" if joint.type == "prismatic" else f"at {at}"
+            sentence = f"{joint.name}, {what}, is on it, which is not known: a link gives between its two pins alone"
+            draft.problems.add(draft.place(path), path, sentence)
+    for load in draft.outline.loads:
+        values = (draft.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
+        point, anchored = (f"{body}.{value}" for value in values)
+        at_pin = point in ends and draft.outline.bodies
+        if anchored == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
+            sentence = f"acts on {body}, an elastic link, off its pins, which is not known; name the point of a pin"
+            draft.problems.add(draft.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
 
 
 def _flanges(draft: Draft, joint: str) -> None:

@@ -56,6 +56,7 @@ def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
         written=frozenset(path for path in GENERAL if path in paths),
         spatial=mechanism.get("spatial") is True,
         axial=frozenset(_flanged(_section(tree.get("joints")))) if mechanism.get("spatial") is True else frozenset(),
+        elastic=frozenset(name for name, content in _named(bodies or mechanism) if "elastic" in _section(content)),
     )
 
 

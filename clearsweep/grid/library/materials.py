@@ -22,7 +22,7 @@ _SOURCES = {
     "S": "EN 1993-1-1, 3.2.6 (E, nu, expansion of structural steel); EN 10025-2 (S355), EN ISO 683-1 (C45), "
     "EN ISO 683-2 (42CrMo4): yield strengths by thickness; hardness from tensile strength, ISO 18265",
     "R": "EN ISO 683-17 (100Cr6) and EN ISO 683-3 (16MnCr5); hardness 58 to 64 HRC by ISO 18265; Harris & "
-    "Kotzalas 2006, Rolling Bearing Analysis, 5th ed., chapter 16 (elastic constants, strength, expansion of bearing steel)",
+    "Kotzalas 2006, Rolling Bearing Analysis, 5th ed., chapter 16 (elastic constants, strength, expansion)",
     "X": "EN 10088-1, annex E (physical properties of stainless steels); EN 10088-3 (strength, hardness)",
     "I": "EN 1561, annex A (grey cast iron), EN 1563, annex (spheroidal graphite cast iron)",
     "B": "Deutsches Kupferinstitut, data sheets of the alloys; EN 12163 and EN 12167 (wrought), EN 1982 (cast): "

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from ..contract import Open
 from .drive import Free, Steady
-from .form import AlongX, Centre, OnAxis, Planar, PointAim, Slide
+from .form import AlongX, Centre, OnAxis, Planar, PointAim, Segment, Slide, Sprung
 from .hanging import Coordinate, Hanging, Link, hanging
 from .loads import Rubbed, Springing
 
@@ -46,6 +46,7 @@ class Anatomy(NamedTuple):
     loads: tuple[LoadKind | None, ...]  # None where it is friction
     rubs: tuple[Rub, ...]
     aim: tuple  # (number of the body, point or None, direction)
+    segments: tuple[int, ...] = ()  # numbers of the bodies that are further masses of an elastic link
 
     @property
     def bodies(self) -> int:
@@ -66,6 +67,22 @@ class Anatomy(NamedTuple):
     def open(self) -> list[int]:
         """Return the joints with clearance."""
         return [j for j, site in enumerate(self.sites) if site.link.open]
+
+    @property
+    def sprung(self) -> list[int]:
+        """Return the joints between masses of elastic links."""
+        return [j for j, site in enumerate(self.sites) if site.link.sprung]
+
+    @property
+    def whole(self) -> list[tuple[int, ...]]:
+        """Return the bodies that move, those together that are the masses of one elastic link."""
+        found: list[tuple[int, ...]] = []
+        for body in range(1, self.bodies):
+            if body in self.segments:
+                found[-1] = (*found[-1], body)
+            else:
+                found.append((body,))
+        return found
 
 
 def kinds_of(value: Any) -> Any:
@@ -101,6 +118,7 @@ def anatomy(kinds: tuple) -> Anatomy:
         loads,
         rubs,
         (_number(_of(aim, "body")), point, along),
+        tuple(i for i, kind in enumerate(_of(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
     )
 
 
@@ -114,7 +132,8 @@ def _number(kinds: tuple) -> int:
 
 def _site(kinds: tuple, path: str) -> Site:
     slides = kinds[0] is Slide
-    link = Link(slides, _of(kinds, "site")[0] is Open, _number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
+    site, ends = _of(kinds, "site")[0], (_number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
+    link = Link(slides, site is Open, *ends, site is Sprung)
     axis = _vector(_of(kinds, "axis"), f"{path}.axis") if slides else (None, None)
     return Site(link, _vector(_of(kinds, "near"), f"{path}.near"), _vector(_of(kinds, "far"), f"{path}.far"), axis)
 

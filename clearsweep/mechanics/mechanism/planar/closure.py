@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, Guide, Machine
+from ....contracts.machine import GROUND, Guide, Machine, Stretch
 
 STATIONS = 720  # of a turn, at which the machine is closed
 COARSE = 24  # of them, found one after the other; the others begin between these
@@ -54,11 +54,14 @@ class Closure:
         self.machine, self.offsets = machine, offsets or {}
         self.names = [name for name in machine.bodies if name != GROUND]
         self.index = {name: i for i, name in enumerate(self.names)}
-        self.size = _size(machine)
+        self.size = sum(extent(body) for body in machine.bodies.values()) or 1.0  # m
         self.crank = self.index[_driven(machine).distal.body]
-        self.rows = 2 * len(machine.joints) + 1
+        self.held = [
+            joint for joint in machine.joints if isinstance(joint, Stretch)
+        ]  # not stretched: without clearance
+        self.rows = 2 * len(machine.joints) + 1 + len(self.held)
         if self.rows != 3 * len(self.names):
-            free = 3 * len(self.names) - 2 * len(machine.joints)
+            free = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
                 f"without clearance it can move in {free} ways (3 for each body that moves, less 2 for each joint); "
                 "the drive needs exactly 1"
@@ -88,7 +91,7 @@ class Closure:
                 self.end(at, q, first) for at in (joint.proximal, joint.distal)
             )
             ends = ((joint.proximal.body, -1.0, lever_p), (joint.distal.body, 1.0, lever_d))
-            if isinstance(joint, Guide):
+            if isinstance(joint, (Guide, Stretch)):
                 angle_p, rate = self._angle(joint.proximal.body, q), self._angle(joint.proximal.body, first)
                 along = np.stack([np.cos(angle_p + joint.axis), np.sin(angle_p + joint.axis)], -1)
                 normal, gap = _left(along), d - p
@@ -116,9 +119,26 @@ class Closure:
                     jacobian[:, row, i] = jacobian[:, row + 1, i + 1] = sign
                     jacobian[:, row : row + 2, i + 2] = sign * lever
             row += 2
+        for joint in self.held:
+            values[:, row], jacobian[:, row], lacking[:, row] = self._stretched(joint, q, first)
+            row += 1
         values[:, row] = q[:, 3 * self.crank + 2] - angles
         jacobian[:, row, 3 * self.crank + 2] = 1.0
         return values, jacobian, lacking
+
+    def _stretched(self, joint: Stretch, q, first):
+        """Return the stretch of a spring (N,), its derivatives, and what its second derivative lacks."""
+        (p, dp, ddp, lever_p), (d, dd, ddd, lever_d) = (self.end(at, q, first) for at in (joint.proximal, joint.distal))
+        turned, rate = self._angle(joint.proximal.body, q) + joint.axis, self._angle(joint.proximal.body, first)
+        along = np.stack([np.cos(turned), np.sin(turned)], -1)
+        normal, gap, row = _left(along), d - p, np.zeros_like(q)
+        for body, sign, lever in ((joint.proximal.body, -1.0, lever_p), (joint.distal.body, 1.0, lever_d)):
+            i = 3 * self.index[body]
+            row[:, i : i + 2] = sign * along
+            row[:, i + 2] = sign * _dot(along, lever)
+        row[:, 3 * self.index[joint.proximal.body] + 2] += _dot(normal, gap)
+        lacking = _dot(along, ddd - ddp) + 2.0 * rate * _dot(normal, dd - dp) - rate**2 * _dot(along, gap)
+        return _dot(along, gap), row, lacking
 
     def _angle(self, body, q):
         return np.zeros(len(q)) if body == GROUND else q[:, 3 * self.index[body] + 2]
@@ -131,8 +151,9 @@ class Closure:
         unit = np.ones(self.rows)
         row = 0
         for joint in self.machine.joints:
-            unit[row : row + 2] = (1.0, self.size) if isinstance(joint, Guide) else (self.size, self.size)
+            unit[row : row + 2] = (1.0, self.size) if isinstance(joint, (Guide, Stretch)) else (self.size, self.size)
             row += 2
+        unit[row:-1] = self.size
         return jacobian * scale / unit[:, None]
 
     def _weakest(self, q, angle) -> tuple[float, str]:
@@ -210,7 +231,7 @@ class Closure:
                     (
                         joint
                         for joint in self.machine.joints
-                        if isinstance(joint, Guide) == guides
+                        if isinstance(joint, (Guide, Stretch)) == guides
                         and (joint.proximal.body in placed) != (joint.distal.body in placed)
                     ),
                     None,
@@ -255,7 +276,7 @@ class Closure:
         angles = given.copy()
         angles[self.crank] = angle
         values, _, _ = self.evaluate(self._hung(angles)[None], np.array([angle]))
-        joint = self.machine.joints[int(np.argmax(np.abs(values[0, :-1]))) // 2]
+        joint = self.machine.joints[int(np.argmax(np.abs(values[0, : 2 * len(self.machine.joints)]))) // 2]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
     # ------------------------------------------------------------------------------------------ a turn
@@ -317,7 +338,10 @@ class Closure:
 def turn_of(machine: Machine) -> Turn:
     """Return the turn of a machine from the start of its crank; cases that differ in masses and loads share it."""
     bodies = {name: (tuple(body.center), dict(body.points)) for name, body in machine.bodies.items()}
-    key = (bodies, machine.joints, machine.driven, dict(machine.start), machine.drive.start_angle)
+    joints = [
+        each._replace(stiffness=0.0, damping=0.0) if isinstance(each, Stretch) else each for each in machine.joints
+    ]
+    key = (bodies, joints, machine.driven, dict(machine.start), machine.drive.start_angle)
     return _kept_turn(pickle.dumps(key), Alike(machine))
 
 
@@ -359,11 +383,6 @@ def between(turn: Turn, angles: np.ndarray) -> Turn:
 
 def _driven(machine: Machine):
     return next(joint for joint in machine.joints if joint.name == machine.driven)
-
-
-def _size(machine: Machine) -> float:
-    """Return the sum of the largest lengths of all bodies, m."""
-    return sum(extent(body) for name, body in machine.bodies.items()) or 1.0
 
 
 def extent(body) -> float:

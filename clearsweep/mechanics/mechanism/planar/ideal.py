@@ -8,12 +8,25 @@ from typing import Any
 
 import numpy as np
 
-from ....contracts.machine import GROUND, At, Constant, Course, Guide, Machine, Motor, Push, Rubbing, Spring, Tabled
+from ....contracts.machine import (
+    GROUND,
+    At,
+    Constant,
+    Course,
+    Guide,
+    Machine,
+    Motor,
+    Push,
+    Rubbing,
+    Spring,
+    Stretch,
+    Tabled,
+)
 from ...joint.friction.contract import friction_force
 from ..contract import IdealMotion
 from .closure import Alike, Closure, Turn, between, turn_of
 from .drive import drive_of, torque_at, when
-from .form import Mass
+from .form import Mass, Segment
 from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .loads import by_rows, table_of
 
@@ -198,7 +211,7 @@ class Ideal:
 
     def _reaction(self, joint, there: Turn, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
-        if isinstance(joint, Guide):
+        if isinstance(joint, (Guide, Stretch)):
             along = joint.axis + self._angle(joint.proximal.body, there.q)
             return -multipliers[:, 1:] * np.stack([-np.sin(along), np.cos(along)], -1)
         return -multipliers
@@ -268,12 +281,13 @@ class Ideal:
         return np.zeros(len(q)) if body == GROUND else q[:, 3 * self.closure.index[body] + 2]
 
 
-def masses_of(machine: Machine) -> list[Mass]:
+def masses_of(machine: Machine) -> list[Mass | Segment]:
     """Return mass and moment of inertia of every body that moves; a flywheel turns with the crank."""
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
     wheel = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
+    held = {joint.distal.body for joint in machine.joints if isinstance(joint, Stretch)}
     return [
-        Mass(body.mass, body.inertia + (wheel if name == crank else 0.0))
+        (Segment if name in held else Mass)(body.mass, body.inertia + (wheel if name == crank else 0.0))
         for name, body in machine.bodies.items()
         if name != GROUND
     ]

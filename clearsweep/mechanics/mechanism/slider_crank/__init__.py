@@ -65,7 +65,9 @@ _CHANNELS = (
 _LINKS = [name.replace("_", ".") for name in Links._fields if name != "speed"]
 _KEYS = (
     Keys("mechanism.crank", "the crank", _CRANK),
+    *described.elastic_keys("mechanism.crank"),
     Keys("mechanism.rod", "the rod", _ROD),
+    *described.elastic_keys("mechanism.rod"),
     Keys("mechanism.slider", "the slider", _SLIDER),
     Keys(
         "mechanism",
@@ -124,7 +126,7 @@ def outlined(outline: Outline) -> Mechanism:
     mechanism = MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free)
     if not outline.general:
         return mechanism
-    channels = described.channels_of(_BODIES, _OUTPUT, ("place", "v", "a"))
+    channels = described.channels_of(_BODIES, _OUTPUT, ("place", "v", "a"), outline.elastic)
     return mechanism._replace(channels=channels, build=None, ideal=None, refusal=described.refusal)
 
 

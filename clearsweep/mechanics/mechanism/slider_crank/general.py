@@ -4,6 +4,7 @@ import math
 
 from ....contracts.case import Case
 from ....contracts.machine import Aim, At, Body, Guide, Machine, Pin
+from ..described import elastic_of
 from ..drives import drive_of
 from ..loads import Places, loads_of
 
@@ -35,4 +36,5 @@ def machine(case: Case) -> Machine:
 def _link(values, name: str, length: float) -> Body:
     center = (values[f"{name}.center"], 0.0)
     points = {"near": (0.0, 0.0), "far": (length, 0.0)}
-    return Body(values[f"{name}.mass"], values[f"{name}.inertia"], center, points)
+    elastic = elastic_of(values, name, ("near", "far"))
+    return Body(values[f"{name}.mass"], values[f"{name}.inertia"], center, points, elastic)
