@@ -39,8 +39,21 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
         if f"{path}.wear" in draft.shape:
             _wear(draft, path, catalogue)
             _pressure(draft, path, catalogue)
+        if f"{path}.thermal" in draft.shape:
+            _thermal(draft, path)
         if f"{path}.wear.evolve" in draft.values:
             _evolving(draft, path, catalogue)
+
+
+def _thermal(draft: Draft, joint: str) -> None:
+    """Check that a heat balance stands in a dry joint with friction."""
+    thermal = f"{joint}.thermal"
+    if f"{joint}.film" in draft.shape:
+        sentence = "is the balance of a dry joint, but this one has a film; write film.thermal"
+        draft.problems.add(draft.place(thermal), thermal, sentence)
+    elif f"{joint}.friction" not in draft.shape:
+        sentence = "has nothing that heats the joint; write a friction law, or leave it out"
+        draft.problems.add(draft.place(thermal), thermal, sentence)
 
 
 def _friction(draft: Draft, catalogue: Catalogue) -> None:

@@ -2,6 +2,7 @@
 
 from ..contracts.case import Materials
 from ..contracts.catalogue import Catalogue, Field, Law
+from .film_keys import THERMAL
 from .keys import Condition, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
 from .library import MATERIALS
 from .naming import MATERIAL
@@ -93,6 +94,19 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
     )
     more = f"default {JOURNAL} where `material` and `length` are written and neither `stiffness` nor `exponent` is"
     return plain._replace(text=f"{plain.text}; {more}", rather=rather)
+
+
+def enter_thermal(tree: Shape, path: str) -> None:
+    """Enter the heat balance of a dry joint."""
+    thermal = f"{path}.thermal"
+    text = "a heat balance of dry friction gives the temperature: ambient + mean friction power / conductance"
+    tree[thermal] = Section(f"{text}; left out: the joint stays cold", "optional")
+    enter_numbers(tree, thermal, THERMAL)
+    text = "thermal expansion, by which the clearance changes; left out: it does not"
+    tree[f"{thermal}.expansion"] = Section(text, "optional")
+    for body in Materials._fields:
+        field = Field(body, "1/K", f"of the {body}; where its material is named, that of the library", low_open=False)
+        enter_numbers(tree, f"{thermal}.expansion", (field,))
 
 
 def enter_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:

@@ -28,13 +28,32 @@ class _Named:
 
     def __init__(self, problems: Problems):
         self.problems, self.taken = problems, list[Taken]()
+        self.materials: dict[str, Entry] = {}  # path -> what is named there
 
     def joint(self, path: str, joint: WrittenValue) -> WrittenValue:
         """Return a joint with numbers in place of names."""
         for contact in _CONTACTS:
             joint = _within(joint, f"{path}.{contact}", contact, self._contact)
         joint = _within(joint, f"{path}.film", "film", self._film)
+        joint = _within(joint, f"{path}.thermal", "thermal", self._thermal)
         return _within(joint, f"{path}.wear", "wear", self._wear)
+
+    def _thermal(self, path: str, thermal: WrittenValue) -> WrittenValue:
+        """Return a heat balance with the expansion of materials that are named."""
+        if not isinstance(thermal.value, dict):
+            return thermal
+        both = f"{path.rpartition('.')[0]}.contact.material"
+        known = {body: self.materials.get(f"{both}.{body}", self.materials.get(both)) for body in BODIES}
+        written = thermal.value.get("expansion", _like(thermal, {}))
+        if None in known.values() or not isinstance(written.value, dict):
+            return thermal
+        inside = dict(written.value)
+        for body, entry in known.items():
+            if body not in inside and entry is not None:
+                value = entry.values["expansion"]
+                inside[body] = _like(written, _written(value))
+                self.taken.append(Taken(f"{path}.expansion.{body}", entry.name, value))
+        return _like(thermal, thermal.value | {"expansion": _like(written, inside)})
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
         def material(inner: str, written: WrittenValue) -> WrittenValue:
@@ -52,7 +71,7 @@ class _Named:
             name, inside = written.value[MATERIAL], {k: v for k, v in written.value.items() if k != MATERIAL}
         else:
             return written
-        entry = self._entry(library.MATERIALS, path, name)
+        entry = self.materials[path] = self._entry(library.MATERIALS, path, name)
         return _like(written, self._filled(path, inside, entry, OF_MATERIAL, name))
 
     def _film(self, path: str, film: WrittenValue) -> WrittenValue:

@@ -119,6 +119,11 @@ def _wear(section: Tree) -> Wear:
     return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), along or 1)
 
 
+def _thermal(section: Tree) -> Thermal:
+    expansion, values = _taken(section, "expansion")
+    return Thermal(**values, **(expansion or {}))
+
+
 def _film(section: Tree) -> Film:
     transition, viscosity, thermal, values = _taken(section, "transition", "viscosity", "thermal")
     if transition:
@@ -155,6 +160,7 @@ _OF_JOINT: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("friction", _friction),
     ("wear", _wear),
     ("film", _film),
+    ("thermal", _thermal),
 )
 
 
