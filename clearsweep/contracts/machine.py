@@ -136,6 +136,19 @@ class Rubbing(NamedTuple):
     radius: float = 0.0  # m, of a pin
 
 
+class Braking(NamedTuple):
+    """Friction of a given size in a joint with or without clearance: of a law under a constant normal force.
+
+    In a pin the couple radius T(normal, radius x relative rate), in a guide the force T(normal, relative rate).
+    """
+
+    name: str
+    joint: str
+    friction: tuple  # compiled form of a friction law
+    radius: float = 1.0  # m
+    normal: float = 1.0  # N; 1 where the coefficients of the law are couples (N m) or forces (N)
+
+
 class Aim(NamedTuple):
     """The motion by which the machine is judged: of a point along a direction, or of a body's angle."""
 
@@ -154,4 +167,4 @@ class Machine(NamedTuple):
     gravity: float  # m/s^2, along -y
     aim: Aim
     start: Mapping[str, float] = {}  # rad, angles of bodies near which loops are closed at the start angle; else 0
-    loads: tuple = ()  # of Push, Tabled, Spring, Rubbing
+    loads: tuple = ()  # of Push, Tabled, Spring, Rubbing, Braking

@@ -37,6 +37,7 @@ class LoadOutline(NamedTuple):
     name: str
     form: str  # the name of a law of the family 'load'
     on: str = ""  # the body it acts on, or the joint
+    given: str = ""  # of friction of a given size: 'torque' or 'force'
 
 
 class Outline(NamedTuple):
@@ -65,6 +66,8 @@ class Outline(NamedTuple):
         return self.drive in ("torque", "motor")
 
 
+#: Keys that give friction a size of its own: of a couple in a pin, of a force in a guide.
+SIZES = ("torque", "force")
 #: Keys that a slider-crank's own equations do not know: one of them, and it is built as any planar machine is.
 GENERAL = ("mechanism.slider.offset", "drive.start_angle", "joints.slider-ground")
 

@@ -3,7 +3,7 @@
 import math
 
 from ..contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
-from ..contracts.catalogue import Catalogue, Law
+from ..contracts.catalogue import Catalogue, Law, sized
 from ..language.errors import nearest
 from . import film_checks, life_keys, machine_checks
 from .draft import Draft
@@ -58,10 +58,11 @@ def _thermal(draft: Draft, joint: str) -> None:
 
 def _friction(draft: Draft, catalogue: Catalogue) -> None:
     """Check that the keys of friction laws are in order, in joints and in loads."""
+    given = {f"loads.{load.name}.friction": load.given for load in draft.outline.loads if load.given}
     for path in [path for path in draft.shape if path.endswith(".friction")]:
         for law in catalogue.of("friction"):
             if law.name in draft.names.get(f"{path}.law", ()):
-                _in_order(draft, path, law)
+                _in_order(draft, path, sized(law, given[path]) if path in given else law)
 
 
 def _until(draft: Draft) -> None:

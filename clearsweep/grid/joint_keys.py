@@ -8,6 +8,7 @@ from .library import MATERIALS
 from .naming import MATERIAL
 
 JOURNAL = "compatible"  # the elastic law of a journal in a bearing
+PRELOAD = "preload"  # the key of a force on a joint with clearance, and the form of load that it makes
 
 _MATERIAL = (
     Field("young", "Pa", "Young's modulus"),
@@ -40,6 +41,14 @@ def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
     tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
     enter_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
+
+
+def enter_preload(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter what presses on a joint whether it touches or not."""
+    text = "that presses on the joint all the time, as a seal does: a couple, its friction x bearing_radius"
+    laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
+    use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
+    tree[f"{path}.friction.{PRELOAD}"] = Number((use,))
 
 
 def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:

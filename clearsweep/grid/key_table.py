@@ -1,6 +1,6 @@
 """What a grid file may contain: every key with its unit, range, default and meaning."""
 
-from ..contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism
+from ..contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, sized
 from ..contracts.layout import settling
 from ..contracts.outline import ANY
 from . import life_keys
@@ -9,6 +9,7 @@ from .joint_keys import (
     enter_friction,
     enter_laws,
     enter_numbers,
+    enter_preload,
     enter_thermal,
     first_onset,
     moduli,
@@ -206,6 +207,7 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
         tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if keys.family:
         usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers)
+        usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
         names = tuple(law.name for law in usable)
         tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")
         enter_laws(tree, keys.path, "law", usable)
@@ -273,6 +275,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     enter_roughness(tree, path, catalogue)
     enter_film(tree, path, catalogue)
     enter_friction(tree, path, catalogue)
+    enter_preload(tree, path, catalogue)
     enter_thermal(tree, path)
     _wear(tree, path, catalogue)
 

@@ -21,7 +21,7 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
             sentence = "has no force and no torque; write such as force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
             draft.problems.add(draft.place(path), path, sentence)
         if load.form == "friction":
-            _rubbing(draft, path, load.on)
+            _rubbing(draft, path, load.on, load.given)
     for site in draft.mechanism.joints:
         if site.kind == "spatial" and f"joints.{site.name}" in draft.shape:
             _flanges(draft, f"joints.{site.name}")
@@ -77,15 +77,25 @@ def _driven(draft: Draft) -> None:
         draft.problems.add(draft.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
 
 
-def _rubbing(draft: Draft, path: str, joint: str) -> None:
-    """Check that friction is in a joint without clearance, and has a radius in a pin."""
+def _rubbing(draft: Draft, path: str, joint: str, given: str) -> None:
+    """Check that friction is in a joint without clearance, and has a radius, or a couple, in a pin."""
     site = next((site for site in draft.mechanism.joints if site.name == joint), None)
     if site is None:
         return
     if joint in draft.outline.clearances:
-        sentence = f"{joint} has clearance; write the friction as joints.{joint}.friction"
+        rest = f"write the friction as joints.{joint}.friction"
+        if given and site.kind != "guide":
+            rest += ": {law, coefficient, ...}, and give it `preload`"
+        sentence = f"{joint} has clearance; {rest}"
         draft.problems.add(draft.place(f"{path}.on"), f"{path}.on", sentence)
     radius = f"{path}.friction.radius"
+    wanted = "force" if site.kind == "guide" else "torque"
+    if given and given != wanted:
+        kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
+        sentence = f"{joint} is a {kind}; write {wanted}"
+        draft.problems.add(draft.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
+    if given:
+        return
     if site.kind == "revolute" and not draft.there(radius):
         sentence = "is missing; friction in a pin is a couple, coefficient x reaction x radius: write such as 10 mm"
         draft.problems.add(draft.place(f"{path}.friction"), radius, sentence)

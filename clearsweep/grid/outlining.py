@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..contracts.outline import GENERAL, BodyOutline, JointOutline, LoadOutline, Outline
+from ..contracts.outline import GENERAL, SIZES, BodyOutline, JointOutline, LoadOutline, Outline
 from .document import WrittenValue
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
@@ -53,7 +53,7 @@ def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
         joints=tuple(_joint(name, _section(content)) for name, content in _named(joints)),
         turning="point" not in output,
         clearances=frozenset(_section(tree.get("joints"))),
-        written=frozenset(path for path in GENERAL if path in paths),
+        written=frozenset(path for path in GENERAL if path in paths) | _preloaded(_section(tree.get("joints")), paths),
         spatial=mechanism.get("spatial") is True,
         axial=frozenset(_flanged(_section(tree.get("joints")))) if mechanism.get("spatial") is True else frozenset(),
         elastic=frozenset(name for name, content in _named(bodies or mechanism) if "elastic" in _section(content)),
@@ -130,7 +130,11 @@ def _load(name: str, content: Any, paths: set[str]) -> LoadOutline:
         "force",
     )
     on = _pair(section.get("between"))[1] if form == "spring" else section.get("on")
-    return LoadOutline(name, form, on if isinstance(on, str) else "")
+    sizes = set(_section(section.get("friction"))) | {
+        path.rpartition(".")[2] for path in paths if path.startswith(f"{start}friction.")
+    }
+    given = next((size for size in SIZES if {size, f"static_{size}"} & sizes), "") if form == "friction" else ""
+    return LoadOutline(name, form, on if isinstance(on, str) else "", given)
 
 
 def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:
@@ -139,6 +143,12 @@ def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:
     journal = section.get("journal")
     kind = "prismatic" if section.get("type") == "prismatic" else "revolute"
     return JointOutline(name, kind, *ends, journal if isinstance(journal, str) else "")
+
+
+def _preloaded(joints: Mapping[str, Any], paths: set[str]) -> frozenset[str]:
+    """Return the paths of preloads."""
+    named = (f"joints.{name}.friction.preload" for name in joints)
+    return frozenset(path for path in named if path in paths or _at({"joints": joints}, path) is not None)
 
 
 def _flanged(joints: Mapping[str, Any]) -> Iterable[str]:

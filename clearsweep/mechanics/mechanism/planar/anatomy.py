@@ -6,7 +6,7 @@ from ..contract import Open
 from .drive import Free, Steady
 from .form import AlongX, Centre, OnAxis, Planar, PointAim, Segment, Slide, Sprung
 from .hanging import Coordinate, Hanging, Link, hanging
-from .loads import Rubbed, Springing
+from .loads import Braked, Rubbed, Springing
 
 Vector = tuple[str | None, str | None]
 
@@ -28,10 +28,11 @@ class LoadKind(NamedTuple):
 
 
 class Rub(NamedTuple):
-    """Friction in a joint without clearance."""
+    """Friction in a joint without clearance, or of a given size in any joint."""
 
     load: int  # its number among the loads
     joint: int
+    given: bool  # it does not depend on the reaction
 
 
 class Anatomy(NamedTuple):
@@ -100,7 +101,9 @@ def anatomy(kinds: tuple) -> Anatomy:
     crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
     hang = hanging(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
     rubs = tuple(
-        Rub(i, _number(_of(kind, "joint"))) for i, kind in enumerate(_of(kinds, "loads")[1:]) if kind[0] is Rubbed
+        Rub(i, _number(_of(kind, "joint")), kind[0] is Braked)
+        for i, kind in enumerate(_of(kinds, "loads")[1:])
+        if kind[0] in (Rubbed, Braked)
     )
     loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_of(kinds, "loads")[1:]))
     aim, path = _of(kinds, "aim"), "mechanism.aim"
@@ -139,7 +142,7 @@ def _site(kinds: tuple, path: str) -> Site:
 
 
 def _load(kinds: tuple, path: str) -> LoadKind | None:
-    if kinds[0] is Rubbed:
+    if kinds[0] in (Rubbed, Braked):
         return None
     pairs = (("first", "near"), ("second", "far")) if kinds[0] is Springing else (("body", "at"),)
     ends = tuple((_number(_of(kinds, body)), _vector(_of(kinds, at), f"{path}.{at}")) for body, at in pairs)

@@ -11,6 +11,7 @@ import numpy as np
 from ....contracts.machine import (
     GROUND,
     At,
+    Braking,
     Constant,
     Course,
     Guide,
@@ -129,7 +130,10 @@ class Ideal:
         outside = self.outside(there, rate, time)
         _, jacobian, _ = self.closure.evaluate(there.q, there.angles)
         reactions: dict[str, np.ndarray] = {}
-        rubbing, forces = np.zeros_like(outside), [load for load in self.machine.loads if isinstance(load, Rubbing)]
+        rubbing, forces = (
+            np.zeros_like(outside),
+            [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))],
+        )
         for _ in range(SWEEPS):
             acceleration = self.accelerated(there, rate, time, outside + rubbing)
             moved = there.second * (rate**2)[:, None] + there.first * acceleration[:, None]
@@ -196,6 +200,8 @@ class Ideal:
         for load in forces:
             joint = next(joint for joint in self.machine.joints if joint.name == load.joint)
             normal = np.hypot(*reactions[joint.name].T)
+            if isinstance(load, Braking):
+                normal = np.full(len(rate), load.normal)
             turns = [self._angle(at.body, there.first) * rate for at in (joint.distal, joint.proximal)]
             slip = load.radius * (turns[0] - turns[1])
             if isinstance(joint, Guide):
@@ -244,7 +250,7 @@ class Ideal:
 
         def rates(time, state):
             here, rate, now = between(self.turn, state[:1]), state[1:], np.array([time])
-            if any(isinstance(load, Rubbing) for load in self.machine.loads):
+            if any(isinstance(load, (Rubbing, Braking)) for load in self.machine.loads):
                 return state[1], self.balance(here, rate, now)[0][0]
             return state[1], self.accelerated(here, rate, now, self.outside(here, rate, now))[0]
 

@@ -1,4 +1,4 @@
-"""Friction in joints of a planar machine that have no clearance, written out for its type.
+"""Friction in joints of a planar machine that have no clearance, or a size of its own, written out for its type.
 
 The friction in a pin is a couple, in a guide a force, by a friction law of the reaction, and the reactions depend on
 all friction.  Both are found in turn until nothing changes: the couples are small beside what the reactions do at the
@@ -36,6 +36,13 @@ _SOLVED = """def accelerate(mechanism, pose, loads):
     motion = under_friction(mechanism, pose, loads, rub)[0]
     lost = {power}
     return RubbedMotion(motion.accelerations, motion.output, motion.torque, lost if settled else math.nan * lost)
+"""
+
+
+_GIVEN = """def accelerate(mechanism, pose, loads):
+    rub = {friction}
+    motion = under_friction(mechanism, pose, loads, rub)[0]
+    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power})
 """
 
 
@@ -82,8 +89,13 @@ class Reacting(Dynamics):
         return force, moment
 
     def normals(self, found: Row) -> list[str | None]:
-        """Return the size of the reaction in each joint that rubs, for the accelerations of all coordinates."""
+        """Return the size of the reaction in each joint that rubs, for the accelerations of all coordinates.
+
+        It is 0 where the friction has a size of its own.
+        """
         lines, machine = self.lines, self.machine
+        if all(rub.given for rub in machine.rubs):
+            return ["0.0"] * len(machine.rubs)
         missing, turning = self._missing(found)
         closing = self._multipliers(missing, turning)
         for j, pull in closing.items():
@@ -92,13 +104,16 @@ class Reacting(Dynamics):
             missing[link.proximal] = self.sum(missing[link.proximal], pull)
         sizes = []
         for rub in machine.rubs:
+            if rub.given:
+                sizes.append("0.0")
+                continue
             reaction = closing.get(rub.joint) or self._through(rub.joint, missing)
             if machine.sites[rub.joint].link.slides:
                 across = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
                 sizes.append(f"abs({across})")
             else:
                 sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
-        return [lines.let(size) for size in sizes]
+        return [size if size == "0.0" else lines.let(size) for size in sizes]
 
     def _missing(self, found: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
         """Return force and moment on each body that its joints give it."""
@@ -162,12 +177,17 @@ def accelerate(machine: Anatomy) -> str:
     seen, friction, power = Bodies(machine, "mechanism", "pose"), [], []
     for i, rub in enumerate(machine.rubs):
         slip, path = _slip(seen, rub), f"mechanism.loads[{rub.load}]"
-        if machine.sites[rub.joint].link.slides:
+        if rub.given and machine.sites[rub.joint].link.slides:
+            friction.append(f"friction_force({path}.friction, {path}.normal, {slip})")
+        elif rub.given:
+            arm = f"{path}.radius"
+            friction.append(f"{arm} * friction_force({path}.friction, {path}.normal, {arm} * {slip})")
+        elif machine.sites[rub.joint].link.slides:
             friction.append(f"friction_force({path}.friction, normal[{i}], {slip})")
         else:
             friction.append(f"{path}.radius * friction_force({path}.friction, normal[{i}], {path}.radius * {slip})")
         power.append(f"rub[{i}] * {slip}")
-    head, body = _SOLVED.split("\n", 1)
+    head, body = (_GIVEN if all(rub.given for rub in machine.rubs) else _SOLVED).split("\n", 1)
     text = body.format(
         zeros=tupled(["0.0"] * len(friction)),
         friction=tupled(friction),
