@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from mechanism_cases import JOINT
+from mechanism_cases import slider_crank as slider_crank_grid
 from planar_machines import four_bar, slider_crank
 
 import clearsweep
@@ -32,6 +33,9 @@ FOUR_BAR = {
     "simulate": {"revolutions": 0.3, "discard": 0, "tolerance": 1e-8},
     "save": {"orbits": "none"},
 }
+
+
+STICKS = {"law": "karnopp", "torque": 3, "static_torque": 4, "stribeck_velocity": 1, "band": "0.5 rad/s"}
 
 
 def grid(**changes):
@@ -139,9 +143,75 @@ def test_preload_rubs_in_a_joint_with_clearance_whether_it_touches_or_not():
             "allowed: at most 2 N",
         ),
         ({"loads__blade__friction": {"law": "tanh", "torque": 3, "velocity_scale": "1 mm/s"}}, "rad/s"),
+        (
+            {
+                "loads__blade__friction": STICKS,
+                "joints__coupler_X_rocker__friction": {
+                    "law": "karnopp",
+                    "coefficient": 0.1,
+                    "static_coefficient": 0.2,
+                    "stribeck_velocity": "1 m/s",
+                    "band": "1 mm/s",
+                },
+            },
+            "not known beside a joint with clearance that sticks",
+        ),
         ({"loads__blade__friction": {"law": "tanh", "torque": 3, "radius": 0.01, "velocity_scale": 1}}, "radius"),
     ],
 )
 def test_mistakes_are_told(changes, sentence):
     with pytest.raises(InputError, match=sentence):
         clearsweep.load_case(grid(**changes))
+
+
+def stopping(**changes):
+    """Return the motion of a slider with clearance at its pin, whose guide has Karnopp's friction."""
+    friction = {"law": "karnopp", "force": "20 N", "static_force": "30 N", "stribeck_velocity": 1.0, "band": "0.1 mm/s"}
+    changes = {
+        "loads": {"seal": {"on": "slider-ground", "friction": friction}},
+        "drive.speed": "120 rpm",
+        "simulate.tolerance": 1e-8,
+        "save.orbits": "all",
+        "save.samples": 20000,
+        "mechanism.gravity": 0.0,
+    } | changes
+    return clearsweep.simulate(clearsweep.load_case(slider_crank_grid("rod-slider", changes=changes)))
+
+
+def test_a_slider_in_flight_stops_by_its_seal_and_stays():
+    path = stopping()
+    assert path.status == "ok"
+    speed, pace = path["slider/v"], path["slider/a"]
+    apart = path["joints/rod_slider/force_normal"] == 0.0
+    sliding = apart & (np.abs(speed) > 2e-4)
+    fall = 20.0 + 10.0 * np.exp(-(speed[sliding] ** 2))  # Stribeck's fall from 30 to 20 N over 1 m/s
+    np.testing.assert_allclose(pace[sliding], -np.sign(speed[sliding]) * fall / 0.14, rtol=1e-6)
+    stuck = apart & (np.abs(speed) < 0.9e-4)
+    assert np.count_nonzero(stuck) > 100
+    rate = 2.0 * math.pi * 2.0
+    np.testing.assert_allclose(pace[stuck], -rate * speed[stuck], atol=1e-9)
+    assert path.summary["energy_residual"] < 1e-7
+
+
+def test_a_stuck_slider_lets_go_where_more_than_the_static_force_pushes_it():
+    path = stopping()
+    pushed = np.abs(path["joints/rod_slider/force_normal"])
+    still = np.abs(path["slider/v"]) < 0.5e-4
+    assert np.max(pushed[still]) < 31.0
+    assert np.max(pushed) > 31.0
+    assert np.ptp(path["slider/x"]) > 0.09
+
+
+def test_a_joint_that_moves_as_the_crank_says_cannot_stick():
+    brake = {"on": "ground-crank", "friction": STICKS}
+    path = clearsweep.simulate(clearsweep.load_case(grid(loads__blade=brake, simulate__revolutions=0.1)))
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] < 1e-7
+
+
+def test_two_joints_that_stick_hold_each_other():
+    friction = {"law": "karnopp", "torque": 50, "static_torque": 60, "stribeck_velocity": 1, "band": "0.1 rad/s"}
+    loads = {name: {"on": on, "friction": friction} for name, on in (("a", "rocker-ground"), ("b", "crank-coupler"))}
+    path = clearsweep.simulate(clearsweep.load_case(grid(loads=loads, simulate__revolutions=0.1)))
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] < 1e-6

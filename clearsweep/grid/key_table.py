@@ -206,7 +206,8 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
     for choice in keys.words:
         tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if keys.family:
-        usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers)
+        sticks = bool(keys.given)  # what does not depend on the reactions may stick
+        usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers or (sticks and law.sticks))
         usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
         names = tuple(law.name for law in usable)
         tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")

@@ -22,6 +22,8 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
             draft.problems.add(draft.place(path), path, sentence)
         if load.form == "friction":
             _rubbing(draft, path, load.on, load.given)
+        if load.given:
+            _sticking(draft, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks})
     for site in draft.mechanism.joints:
         if site.kind == "spatial" and f"joints.{site.name}" in draft.shape:
             _flanges(draft, f"joints.{site.name}")
@@ -131,6 +133,14 @@ def _elastic(draft: Draft, body: str) -> None:
         if anchored == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
             sentence = f"acts on {body}, an elastic link, off its pins, which is not known; name the point of a pin"
             draft.problems.add(draft.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
+
+
+def _sticking(draft: Draft, path: str, sticking: set[str]) -> None:
+    """Check that nothing sticks in a joint with clearance beside friction of a given size that sticks."""
+    others = (other for other in draft.names if other.startswith("joints.") and other.endswith(".friction.law"))
+    if draft.names.get(path, frozenset()) & sticking and any(draft.names[other] & sticking for other in others):
+        sentence = "sticks, which is not known beside a joint with clearance that sticks, too; choose another law"
+        draft.problems.add(draft.place(path), path, sentence)
 
 
 def _flanges(draft: Draft, joint: str) -> None:

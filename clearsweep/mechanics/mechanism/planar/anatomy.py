@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from ...joint.friction.stick import Karnopp
 from ..contract import Open
 from .drive import Free, Steady
 from .form import AlongX, Centre, OnAxis, Planar, PointAim, Segment, Slide, Sprung
@@ -33,6 +34,7 @@ class Rub(NamedTuple):
     load: int  # its number among the loads
     joint: int
     given: bool  # it does not depend on the reaction
+    sticks: bool = False  # below a rate its law holds the bodies
 
 
 class Anatomy(NamedTuple):
@@ -101,7 +103,7 @@ def anatomy(kinds: tuple) -> Anatomy:
     crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
     hang = hanging(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
     rubs = tuple(
-        Rub(i, _number(_of(kind, "joint")), kind[0] is Braked)
+        Rub(i, _number(_of(kind, "joint")), kind[0] is Braked, _of(kind, "friction")[0] is Karnopp)
         for i, kind in enumerate(_of(kinds, "loads")[1:])
         if kind[0] in (Rubbed, Braked)
     )

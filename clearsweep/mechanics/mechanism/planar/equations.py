@@ -9,10 +9,11 @@ import linecache
 from collections.abc import Callable
 
 from ...compiled import calculus
+from ...compiled.choosing import where
 from ...compiled.dual import Dual, as_type_of, plain, value
 from ...compiled.family import inlined, kernel
 from ...joint.dry import Gap
-from ...joint.friction.contract import friction_force
+from ...joint.friction.contract import friction_force, static_limit
 from ...joint.guide import GuideGap
 from ..contract import Motion
 from . import dynamics, rubbing
@@ -63,6 +64,8 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
         "Motion": Motion,
         "RubbedMotion": rubbing.RubbedMotion,
         "friction_force": friction_force,
+        "static_limit": static_limit,
+        "where": where,
         "Pose": Pose,
         "Turn": Turn,
     }
