@@ -251,7 +251,7 @@ def verify(quick: bool, as_json: bool, write: bool) -> None:
 @click.argument("name", required=False)
 @click.option("--for", "grid", type=click.Path(path_type=Path), metavar="GRID", help="Which laws suit its joints, why.")
 def list_(name: str | None, grid: Path | None) -> None:
-    """Print every mechanism, drive, load and law, or one with formula, parameters, units and source."""
+    """Print every mechanism, drive, load and law, or one of them; or `materials`, `oils`, `pairs`, or one of these."""
     from . import simulation
 
     click.echo(printable(simulation.advice_text(grid, name)) if grid else simulation.laws_text(name))

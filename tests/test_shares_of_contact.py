@@ -204,8 +204,8 @@ def test_a_joint_without_friction_has_no_power_of_it():
 
 
 def test_friction_that_would_heat_a_dry_joint_by_more_than_100_k_is_flagged():
-    assert validity.friction_heat([("rod-slider", 99.9)]) == ""
-    remark = validity.friction_heat([("crank-rod", 5.0), ("rod-slider", 124.2)])
+    assert validity.friction_heat([("rod-slider", 99.9, None)]) == ""
+    remark = validity.friction_heat([("crank-rod", 5.0, None), ("rod-slider", 124.2, None)])
     assert remark == "friction-heat: rod-slider: friction power 124 W would heat a dry joint by some 124 K at 1 W/K"
     found = validity.Remarks(["rod_slider"])
     found.add(

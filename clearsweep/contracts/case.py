@@ -134,10 +134,12 @@ class Oil(NamedTuple):
 
 
 class Thermal(NamedTuple):
-    """How the heat of a film is led away."""
+    """How the heat of a film or of dry friction is led away, and what a dry joint's bodies expand by."""
 
     conductance: float  # W/K
     ambient: float  # K
+    bearing: float = 0.0  # 1/K, thermal expansion
+    journal: float = 0.0  # 1/K
 
 
 class Film(NamedTuple):
@@ -162,6 +164,9 @@ NO_CONTACT = Contact("", None, {})
 
 
 HARDNESS_OVER_STRENGTH = 2.8  # of a metal that is fully plastic under an indenter (Tabor 1951, The Hardness of Metals)
+
+
+COLD = 293.15  # K, at which clearances are given
 
 
 def column_name(joint: str) -> str:
@@ -189,6 +194,8 @@ class Joint(NamedTuple):
     tilt: tuple[float, ...] = ()  # rad, rotation vector of the bearing, about x and y of its body
     offset: tuple[float, ...] = ()  # m, of the bearing's middle, along the axes of its body
     axial: Contact | None = None  # at a flange; None: as `contact`
+    thermal: Thermal | None = None  # of a dry joint
+    temperature: float | None = None  # K, of both its bodies, where its heat balance has found it
     walls: str | None = None  # 'spread', else the walls of a spatial joint bear at the journal's ends
 
     @property
@@ -207,6 +214,20 @@ class Joint(NamedTuple):
         sections = [section.values for section in (self.roughness, self.wear) if section]
         hard = [values["hardness"] for values in sections if "hardness" in values]
         return min(hard) / HARDNESS_OVER_STRENGTH if hard else None
+
+    @property
+    def balance(self) -> Thermal | None:
+        """Return how its heat, of its film or of dry friction, is led away; None: no temperature is to be found."""
+        return self.film.thermal if self.film else self.thermal
+
+    def warm_clearance(self, temperature: float) -> float:
+        """Return the clearance (m) of a dry joint at a temperature (K), whose own is that at 20 degC.
+
+        Bearing and journal grow by their expansion times the bearing's radius and what they are warmer by.
+        """
+        assert self.thermal is not None  # asked of joints with one
+        wider = (self.thermal.bearing - self.thermal.journal) * (self.bearing_radius or 0.0)
+        return self.clearance + wider * (temperature - COLD)
 
     @property
     def is_guide(self) -> bool:

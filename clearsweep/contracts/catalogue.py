@@ -143,6 +143,31 @@ class Columns(NamedTuple):
     above_zero: tuple[str, ...] = ()  # columns that are not zero in every row
 
 
+_SIZED = {  # unit of a key of a friction law -> its unit where a couple is given, and where a force is
+    "coefficient": ("N*m", "N"),
+    "static_coefficient": ("N*m", "N"),
+    "viscous": ("N*m*s", "N*s/m"),
+    "m/s": ("rad/s", "m/s"),
+    "s/m": ("s", "s/m"),
+}
+
+
+def sized(law: Law, given: str) -> Law:
+    """Return a friction law with a 'torque' or a 'force' in place of its coefficient, and speeds to match."""
+    names = {"coefficient": given, "static_coefficient": f"static_{given}"}
+    place = ("torque", "force").index(given)
+    fields = []
+    for field in law.fields:
+        units = _SIZED.get(field.name) or _SIZED.get(field.unit)
+        text = f"{field.text}, a {'couple' if given == 'torque' else 'force'}" if field.name in names else field.text
+        unit = units[place] if units else field.unit
+        fields.append(field._replace(name=names.get(field.name, field.name), unit=unit, text=text))
+    orders = [
+        each._replace(low=names.get(each.low, each.low), high=names.get(each.high, each.high)) for each in law.orders
+    ]
+    return law._replace(fields=tuple(fields), orders=tuple(orders))
+
+
 class Keys(NamedTuple):
     """A section of the grid file that belongs to a mechanism."""
 
@@ -155,6 +180,7 @@ class Keys(NamedTuple):
     family: str = ""  # of the laws among which a key `law` chooses
     flags: tuple[tuple[str, str], ...] = ()  # name and text of keys that are true, or left out
     alone: tuple[int, ...] = ()  # of a list: by what a single quantity in its place is multiplied for each item
+    given: str = ""  # of friction laws: 'torque' or 'force' in place of a coefficient, see `sized`
 
     @property
     def items(self) -> int:

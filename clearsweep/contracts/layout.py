@@ -39,13 +39,14 @@ class JointLayout(NamedTuple):
     wear_rows: int = 1  # bins of wear along each body's length
     friction: bool = False  # between its surfaces
     strength: bool = False  # of its weaker body is known
+    thermal: bool = False  # a heat balance of its dry friction gives its temperature
 
     @property
     def has(self) -> set[str]:
         """Return what it has besides contact, as figures need it."""
         flanged = self.telling and self.corners > WALLS
         parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
-        parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength}
+        parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
         return {name for name, there in parts.items() if there}
 
     @property
@@ -79,6 +80,7 @@ def parts_of(case: Case) -> Parts:
             joint.wear.length_bins if joint.wear else 1,
             joint.friction is not None,
             joint.strength is not None and joint.is_dry and not joint.is_guide and not joint.is_spatial,
+            joint.thermal is not None,
         )
         for joint in case.joints
     )
@@ -280,6 +282,7 @@ _WHERE = {
     "wear": "the joint wears",
     "film": "the joint has a film",
     "friction": "the joint has friction",
+    "thermal": "the joint has `thermal`",
     "strength": "a yield strength or a hardness is known",
     "spatial": "the joint is spatial",
     "axial": "it has flanges",

@@ -13,13 +13,24 @@ import numpy as np
 GROUND = "ground"  # the body that does not move
 
 
+class Elastic(NamedTuple):
+    """How a link gives along the line between two of its points: a uniform bar of the link's mass, in segments."""
+
+    near: str  # name of the point nearer the drive
+    far: str
+    stiffness: float  # N/m, E A / l of the whole
+    segments: int
+    damping: float = 0.0  # 1, ratio of the first free-free axial mode; proportional to stiffness
+
+
 class Body(NamedTuple):
-    """A rigid body; its frame turns with it."""
+    """A body, rigid but for what `elastic` says; its frame turns with it."""
 
     mass: float  # kg; 0 for the ground
     inertia: float  # kg m^2, about the centre of mass
     center: tuple[float, float]  # m, centre of mass in its own frame
     points: Mapping[str, tuple[float, float]]  # m, by name, in its own frame
+    elastic: Elastic | None = None
 
 
 class At(NamedTuple):
@@ -44,6 +55,17 @@ class Guide(NamedTuple):
     proximal: At
     distal: At
     axis: float  # rad, of the line in the frame of the proximal body
+
+
+class Stretch(NamedTuple):
+    """A spring and damper between two segments of an elastic link, which a guide keeps on one line."""
+
+    name: str
+    proximal: At
+    distal: At
+    axis: float  # rad, of the line in the frame of the proximal body
+    stiffness: float  # N/m
+    damping: float  # N s/m
 
 
 class Constant(NamedTuple):
@@ -114,6 +136,19 @@ class Rubbing(NamedTuple):
     radius: float = 0.0  # m, of a pin
 
 
+class Braking(NamedTuple):
+    """Friction of a given size in a joint with or without clearance: of a law under a constant normal force.
+
+    In a pin the couple radius T(normal, radius x relative rate), in a guide the force T(normal, relative rate).
+    """
+
+    name: str
+    joint: str
+    friction: tuple  # compiled form of a friction law
+    radius: float = 1.0  # m
+    normal: float = 1.0  # N; 1 where the coefficients of the law are couples (N m) or forces (N)
+
+
 class Aim(NamedTuple):
     """The motion by which the machine is judged: of a point along a direction, or of a body's angle."""
 
@@ -126,10 +161,10 @@ class Machine(NamedTuple):
     """A planar machine."""
 
     bodies: Mapping[str, Body]  # 'ground' among them
-    joints: tuple  # of Pin and Guide, in the order in which they were written
+    joints: tuple  # of Pin and Guide, in the order in which they were written; of Stretch where links are in segments
     driven: str  # name of the Pin that the drive turns: its proximal body is the ground
     drive: tuple  # Constant, Course or Motor
     gravity: float  # m/s^2, along -y
     aim: Aim
     start: Mapping[str, float] = {}  # rad, angles of bodies near which loops are closed at the start angle; else 0
-    loads: tuple = ()  # of Push, Tabled, Spring, Rubbing
+    loads: tuple = ()  # of Push, Tabled, Spring, Rubbing, Braking

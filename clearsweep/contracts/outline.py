@@ -37,6 +37,7 @@ class LoadOutline(NamedTuple):
     name: str
     form: str  # the name of a law of the family 'load'
     on: str = ""  # the body it acts on, or the joint
+    given: str = ""  # of friction of a given size: 'torque' or 'force'
 
 
 class Outline(NamedTuple):
@@ -51,12 +52,16 @@ class Outline(NamedTuple):
     clearances: frozenset[str] = frozenset()  # joints with clearance
     spatial: bool = False  # its bodies move in space
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
+    elastic: frozenset[str] = frozenset()  # bodies that give along a line
 
     @property
     def free(self) -> bool:
         """Return whether the crank is free, its motion not prescribed."""
         return self.drive in ("torque", "motor")
 
+
+#: Keys that give friction a size of its own: of a couple in a pin, of a force in a guide.
+SIZES = ("torque", "force")
 
 #: An outline of a mechanism in space, for lists of keys.
 IN_SPACE = Outline(

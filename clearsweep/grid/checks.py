@@ -3,7 +3,7 @@
 import math
 
 from ..contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
-from ..contracts.catalogue import Catalogue, Law
+from ..contracts.catalogue import Catalogue, Law, sized
 from ..language.errors import nearest
 from . import film_checks, life_keys, machine_checks
 from .draft import Draft
@@ -39,16 +39,30 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
         if f"{path}.wear" in draft.shape:
             _wear(draft, path, catalogue)
             _pressure(draft, path, catalogue)
+        if f"{path}.thermal" in draft.shape:
+            _thermal(draft, path)
         if f"{path}.wear.evolve" in draft.values:
             _evolving(draft, path, catalogue)
 
 
+def _thermal(draft: Draft, joint: str) -> None:
+    """Check that a heat balance stands in a dry joint with friction."""
+    thermal = f"{joint}.thermal"
+    if f"{joint}.film" in draft.shape:
+        sentence = "is the balance of a dry joint, but this one has a film; write film.thermal"
+        draft.problems.add(draft.place(thermal), thermal, sentence)
+    elif f"{joint}.friction" not in draft.shape:
+        sentence = "has nothing that heats the joint; write a friction law, or leave it out"
+        draft.problems.add(draft.place(thermal), thermal, sentence)
+
+
 def _friction(draft: Draft, catalogue: Catalogue) -> None:
     """Check that the keys of friction laws are in order, in joints and in loads."""
+    given = {f"loads.{load.name}.friction": load.given for load in draft.outline.loads if load.given}
     for path in [path for path in draft.shape if path.endswith(".friction")]:
         for law in catalogue.of("friction"):
             if law.name in draft.names.get(f"{path}.law", ()):
-                _in_order(draft, path, law)
+                _in_order(draft, path, sized(law, given[path]) if path in given else law)
 
 
 def _until(draft: Draft) -> None:

@@ -11,6 +11,7 @@ from ..language.errors import InputError
 from .document import Problems, WrittenValue
 from .iso286 import Fit
 from .keys import Number, Shape
+from .naming import Taken
 from .sampling import Distribution, Sample
 
 
@@ -35,6 +36,7 @@ class Draft:
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> the fits it is written as
+    taken: dict[str, Taken] = field(default_factory=dict)  # path of a number -> what a library gave for it
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
     seek: Any = None  # `sought.Seek`

@@ -27,7 +27,8 @@ from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
 from .iso286 import Fit
 from .key_units import unit
-from .keys import Flag, Number, Section, Shape, Table, Word, value_key
+from .keys import Flag, Name, Number, Section, Shape, Table, Word, value_key
+from .naming import Taken
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
 from .refined import REFINE, Refine
 from .resolve import case_of
@@ -86,6 +87,7 @@ def load(
         draft.refine,
         draft.uncertain,
         added_rows(draft),
+        tuple(draft.taken.values()),
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -160,6 +162,7 @@ class Grid:
     refine: Refine | None = None  # where further cases are put
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     added: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
+    taken: tuple[Taken, ...] = ()  # the numbers that libraries gave
     _layout: Layout | None = None
 
     @cached_property
@@ -311,7 +314,7 @@ class Grid:
         """Return path -> value of all that is not swept, of the keys of a swept law only what is written."""
         flat: dict[str, Value] = {}
         for path, node in self._shape.items():
-            if isinstance(node, Section) or path in self.axes:
+            if isinstance(node, (Section, Name)) or path in self.axes:
                 continue
             if any(chooser in self.axes for chooser in node.choosers()):
                 value = self._values.get(path) if path in self._written else None

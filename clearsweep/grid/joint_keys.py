@@ -2,9 +2,13 @@
 
 from ..contracts.case import Materials
 from ..contracts.catalogue import Catalogue, Field, Law
-from .keys import Condition, Number, Rather, Section, Shape, Table, Use, Word, word_key
+from .film_keys import THERMAL
+from .keys import Condition, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
+from .library import MATERIALS
+from .naming import MATERIAL
 
 JOURNAL = "compatible"  # the elastic law of a journal in a bearing
+PRELOAD = "preload"  # the key of a force on a joint with clearance, and the form of load that it makes
 
 _MATERIAL = (
     Field("young", "Pa", "Young's modulus"),
@@ -39,6 +43,14 @@ def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
     enter_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
 
 
+def enter_preload(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Enter what presses on a joint whether it touches or not."""
+    text = "that presses on the joint all the time, as a seal does: a couple, its friction x bearing_radius"
+    laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
+    use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
+    tree[f"{path}.friction.{PRELOAD}"] = Number((use,))
+
+
 def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
     """Enter the normal force of a joint, or that at `contact`: its law, its elastic part, and the keys of both."""
     contact = contact or f"{path}.contact"
@@ -51,15 +63,29 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
     enter_laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
     enter_laws(tree, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
-    tree[material] = Section("the material of both bodies; gives the stiffness where none is written", "optional")
+    tree[material] = Section(
+        "the material of both bodies, or the name of one; gives the stiffness where none is written", "optional"
+    )
+    enter_material_name(tree, material, "of both bodies")
     for field in _MATERIAL:
         both = field._replace(text=f"{field.text} of both bodies; required unless each has its own", optional=True)
         tree[f"{material}.{field.name}"] = Number((Use(both, elastic),))
     for body in Materials._fields:
-        tree[f"{material}.{body}"] = Section(f"the {body}'s own material; write both bodies', or neither", "optional")
+        tree[f"{material}.{body}"] = Section(
+            f"the {body}'s own material, or its name; write both bodies', or neither", "optional"
+        )
+        enter_material_name(tree, f"{material}.{body}", f"of the {body}")
         for field in _MATERIAL:
             own = field._replace(text=f"{field.text} of the {body}")
             tree[f"{material}.{body}.{field.name}"] = Number((Use(own, elastic),))
+
+
+def enter_material_name(tree: Shape, path: str, whose: str) -> None:
+    """Enter the key that names a material; the name may also stand in place of the section."""
+    text = f"the name {whose}' material" if whose.endswith("s") else f"the name of the material {whose}"
+    tree[f"{path}.{MATERIAL}"] = Name(
+        tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers beside it override its own"
+    )
 
 
 def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
@@ -77,6 +103,19 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
     )
     more = f"default {JOURNAL} where `material` and `length` are written and neither `stiffness` nor `exponent` is"
     return plain._replace(text=f"{plain.text}; {more}", rather=rather)
+
+
+def enter_thermal(tree: Shape, path: str) -> None:
+    """Enter the heat balance of a dry joint."""
+    thermal = f"{path}.thermal"
+    text = "a heat balance of dry friction gives the temperature: ambient + mean friction power / conductance"
+    tree[thermal] = Section(f"{text}; left out: the joint stays cold", "optional")
+    enter_numbers(tree, thermal, THERMAL)
+    text = "thermal expansion, by which the clearance changes; left out: it does not"
+    tree[f"{thermal}.expansion"] = Section(text, "optional")
+    for body in Materials._fields:
+        field = Field(body, "1/K", f"of the {body}; where its material is named, that of the library", low_open=False)
+        enter_numbers(tree, f"{thermal}.expansion", (field,))
 
 
 def enter_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:

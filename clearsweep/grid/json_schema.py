@@ -9,11 +9,12 @@ from ..language import quantity
 from .added import ADDED
 from .fits import SPREADS
 from .forms import forms
-from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
+from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
+from .naming import MATERIAL
 from .refined import ALONG
 from .sampling import DISTRIBUTIONS, METHODS
 from .sought import ENDS, FOR
-from .uncertain import FACTOR, LARGEST, TEXT, UNCERTAIN
+from .uncertain import FACTOR, LARGEST, PUBLISHED, TEXT, UNCERTAIN
 
 _ADDED = {"type": "object", "description": "cases added before, as run.json keeps them"}
 _NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
@@ -123,7 +124,7 @@ def _uncertain() -> dict[str, Any]:
         "description": TEXT,
         "type": "object",
         "minProperties": 1,
-        "additionalProperties": {"anyOf": kinds},
+        "additionalProperties": {"anyOf": [*kinds, {"const": PUBLISHED}]},
     }
 
 
@@ -203,6 +204,8 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
                 {"type": "string"} if named else {"enum": list(node.options)}
             )
             properties[key] |= {"default": node.default} if node.default and not named else {}
+        elif isinstance(node, Name):
+            properties[key] = {"description": node.text, "enum": list(node.options)}
         elif isinstance(node, Table):
             properties[key] = _table(node)
         elif isinstance(node, Flag):
@@ -229,7 +232,10 @@ def _holds(tree: Shape, path: str) -> bool:
 
 
 def _section(tree: Shape, path: str, node: Section) -> dict[str, Any]:
-    return {"description": node.text, **_object(tree, path)}
+    whole, name = _object(tree, path), tree.get(f"{path}.{MATERIAL}")
+    if isinstance(name, Name):
+        return {"description": node.text, "anyOf": [{"enum": list(name.options)}, whole]}
+    return {"description": node.text, **whole}
 
 
 def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:

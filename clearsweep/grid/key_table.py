@@ -1,12 +1,25 @@
 """What a grid file may contain: every key with its unit, range, default and meaning."""
 
-from ..contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism
+from ..contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, sized
 from ..contracts.layout import settling
 from ..contracts.outline import ANY
-from . import film_keys, life_keys
-from .joint_keys import enter_contact, enter_friction, enter_laws, enter_numbers, first_onset, moduli, pointed
-from .keys import Flag, Number, Rather, Section, Shape, Table, Use, Word, section_key, word_key
+from . import life_keys
+from .joint_keys import (
+    enter_contact,
+    enter_friction,
+    enter_laws,
+    enter_numbers,
+    enter_preload,
+    enter_thermal,
+    first_onset,
+    moduli,
+    pointed,
+)
+from .keys import Flag, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
+from .library import PAIRS
+from .naming import LAW, PAIR
 from .sleeve import flanged, through
+from .surface_keys import enter_film, enter_roughness
 
 DIMENSIONLESS = "dimensionless"
 _COEFFICIENT = Field(
@@ -193,7 +206,9 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
     for choice in keys.words:
         tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if keys.family:
-        usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers)
+        sticks = bool(keys.given)  # what does not depend on the reactions may stick
+        usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers or (sticks and law.sticks))
+        usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
         names = tuple(law.name for law in usable)
         tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")
         enter_laws(tree, keys.path, "law", usable)
@@ -235,8 +250,8 @@ def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     tree[path] = Section("the gap between the bodies")
     enter_numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
     enter_contact(tree, path, catalogue)
-    _roughness(tree, path, catalogue)
-    _film(tree, path, catalogue)
+    enter_roughness(tree, path, catalogue)
+    enter_film(tree, path, catalogue)
     elastic, film = (word_key(tree, f"{path}.{key}") for key in ("contact.elastic", "film.law"))
     for field in _GAP_SIZES:
         tree[f"{path}.{field.name}"] = Number(
@@ -258,9 +273,11 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
     )
     tree[f"{path}.journal"] = Word(site.journals, "the body that the journal sits on", site.journals[0])
     enter_contact(tree, path, catalogue)
-    _roughness(tree, path, catalogue)
-    _film(tree, path, catalogue)
+    enter_roughness(tree, path, catalogue)
+    enter_film(tree, path, catalogue)
     enter_friction(tree, path, catalogue)
+    enter_preload(tree, path, catalogue)
+    enter_thermal(tree, path)
     _wear(tree, path, catalogue)
 
 
@@ -269,6 +286,11 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
+    tree[f"{wear}.{PAIR}"] = Name(
+        tuple(PAIRS),
+        "a pair of materials, from `clearsweep list pairs`: gives `coefficient` where none is written, and the law "
+        f"`{LAW}`",
+    )
     tree[f"{wear}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
         "what the coefficients are in; default dimensionless, k times the hardness, where bare numbers stand beside "
@@ -345,42 +367,3 @@ _SITES = {
     "through": _through,
     ANY: _either,
 }
-
-
-def _roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter the roughness of the surfaces of a joint."""
-    rough = f"{path}.roughness"
-    tree[rough] = Section("rough surfaces, in series with the elastic law; left out: smooth ones", "optional")
-    tree[f"{rough}.law"] = Word(catalogue.names("roughness"), "the roughness law", sweep=True, noun="law")
-    enter_laws(tree, rough, "law", catalogue.of("roughness"))
-
-
-def _film(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter the film of oil of a joint, which may do without a dry contact."""
-    tree[f"{path}.contact"] = section_key(tree, f"{path}.contact")._replace(unless="film")
-    film = f"{path}.film"
-    tree[film] = Section("a film of oil; left out: none", "optional")
-    tree[f"{film}.law"] = Word(
-        catalogue.names("film"), "the law of the film's force", film_keys.DEFAULT_LAW, sweep=True, noun="law"
-    )
-    enter_numbers(tree, film, (film_keys.VISCOSITY,))
-    enter_numbers(tree, f"{film}.viscosity", film_keys.OIL)
-    enter_numbers(tree, film, (film_keys.TEMPERATURE, *film_keys.FILM))
-    tree[f"{film}.thermal"] = Section(
-        "a heat balance gives the temperature: ambient + mean loss / conductance", "optional"
-    )
-    enter_numbers(tree, f"{film}.thermal", film_keys.THERMAL)
-    tree[f"{film}.friction"] = Word(
-        ("by-law", *catalogue.names("film-friction")),
-        "the couple of the film's shear; by-law: butenschoen",
-        "by-law",
-        sweep=True,
-        noun="law",
-    )
-    tree[f"{film}.transition"] = Section("how the dry contact takes over", "implied", needs="contact")
-    transition = f"{film}.transition"
-    tree[f"{transition}.law"] = Word(
-        catalogue.names("transition"), "how the dry contact takes over", "ramp", sweep=True, noun="law"
-    )
-    enter_numbers(tree, transition, film_keys.TRANSITION)
-    enter_laws(tree, transition, "law", catalogue.of("transition"))

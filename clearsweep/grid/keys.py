@@ -73,6 +73,18 @@ class Word(NamedTuple):
         return tuple(path for path, _ in self.when)
 
 
+class Name(NamedTuple):
+    """A key that holds the name of an entry of a library; numbers are put in its place before anything is read."""
+
+    options: tuple[str, ...]
+    text: str
+
+    @property
+    def sweep(self) -> bool:
+        """Return False: it cannot be swept, the numbers in its place can."""
+        return False
+
+
 class Flag(NamedTuple):
     """A key that asks for something if it is true; written false it is as if left out, unless it has a default."""
 
@@ -127,7 +139,7 @@ class Section(NamedTuple):
 
 
 ITEMS = {2: "two", 3: "three"}  # of a list, in words
-Shape = dict[str, Section | Word | Number | Flag | Table]
+Shape = dict[str, Section | Word | Number | Flag | Table | Name]
 
 
 def value_key(shape: Shape, path: str) -> Word | Number:

@@ -21,10 +21,14 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
             sentence = "has no force and no torque; write such as force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
             draft.problems.add(draft.place(path), path, sentence)
         if load.form == "friction":
-            _rubbing(draft, path, load.on)
+            _rubbing(draft, path, load.on, load.given)
+        if load.given:
+            _sticking(draft, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks})
     for site in draft.mechanism.joints:
         if site.kind == "spatial" and f"joints.{site.name}" in draft.shape:
             _flanges(draft, f"joints.{site.name}")
+    for body in sorted(draft.outline.elastic):
+        _elastic(draft, body)
     _guides(draft, {law.name for law in catalogue.of("friction") if law.sticks})
 
 
@@ -75,15 +79,25 @@ def _driven(draft: Draft) -> None:
         draft.problems.add(draft.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
 
 
-def _rubbing(draft: Draft, path: str, joint: str) -> None:
-    """Check that friction is in a joint without clearance, and has a radius in a pin."""
+def _rubbing(draft: Draft, path: str, joint: str, given: str) -> None:
+    """Check that friction is in a joint without clearance, and has a radius, or a couple, in a pin."""
     site = next((site for site in draft.mechanism.joints if site.name == joint), None)
     if site is None:
         return
     if joint in draft.outline.clearances:
-        sentence = f"{joint} has clearance; write the friction as joints.{joint}.friction"
+        rest = f"write the friction as joints.{joint}.friction"
+        if given and site.kind != "guide":
+            rest += ": {law, coefficient, ...}, and give it `preload`"
+        sentence = f"{joint} has clearance; {rest}"
         draft.problems.add(draft.place(f"{path}.on"), f"{path}.on", sentence)
     radius = f"{path}.friction.radius"
+    wanted = "force" if site.kind == "guide" else "torque"
+    if given and given != wanted:
+        kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
+        sentence = f"{joint} is a {kind}; write {wanted}"
+        draft.problems.add(draft.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
+    if given:
+        return
     if site.kind == "revolute" and not draft.there(radius):
         sentence = "is missing; friction in a pin is a couple, coefficient x reaction x radius: write such as 10 mm"
         draft.problems.add(draft.place(f"{path}.friction"), radius, sentence)
@@ -91,6 +105,42 @@ def _rubbing(draft: Draft, path: str, joint: str) -> None:
         draft.problems.add(
             draft.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
         )
+
+
+def _elastic(draft: Draft, body: str) -> None:
+    """Check that an elastic link has a mass, two different points with a pin each, and nothing else on it."""
+    section = f"mechanism.{'bodies.' if draft.outline.bodies else ''}{body}"
+    path = f"{section}.elastic"
+    if path not in draft.shape:
+        return
+    if 0.0 in draft.reached(f"{section}.mass"):
+        sentence = "found 0; an elastic link is a bar of this mass: write one above 0, or leave `elastic` out"
+        draft.problems.add(draft.place(f"{section}.mass"), f"{section}.mass", sentence)
+    ends = [f"{body}.{draft.values.get(f'{path}.between.{k}')}" for k in range(2)]
+    if ends[0] == ends[1] and draft.outline.bodies:
+        sentence = f"lies between {ends[0]} and itself; name the points of its two pins"
+        draft.problems.add(draft.place(path), f"{path}.between", sentence)
+    for joint in draft.outline.joints:
+        at = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
+        if at is not None and (joint.type == "prismatic" or at not in ends):
+            what = "a guide" if joint.type == "prismatic" else f"at {at}"
+            sentence = f"{joint.name}, {what}, is on it, which is not known: a link gives between its two pins alone"
+            draft.problems.add(draft.place(path), path, sentence)
+    for load in draft.outline.loads:
+        values = (draft.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
+        point, anchored = (f"{body}.{value}" for value in values)
+        at_pin = point in ends and draft.outline.bodies
+        if anchored == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
+            sentence = f"acts on {body}, an elastic link, off its pins, which is not known; name the point of a pin"
+            draft.problems.add(draft.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
+
+
+def _sticking(draft: Draft, path: str, sticking: set[str]) -> None:
+    """Check that nothing sticks in a joint with clearance beside friction of a given size that sticks."""
+    others = (other for other in draft.names if other.startswith("joints.") and other.endswith(".friction.law"))
+    if draft.names.get(path, frozenset()) & sticking and any(draft.names[other] & sticking for other in others):
+        sentence = "sticks, which is not known beside a joint with clearance that sticks, too; choose another law"
+        draft.problems.add(draft.place(path), path, sentence)
 
 
 def _flanges(draft: Draft, joint: str) -> None:

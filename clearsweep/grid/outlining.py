@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..contracts.outline import BodyOutline, JointOutline, LoadOutline, Outline
+from ..contracts.outline import SIZES, BodyOutline, JointOutline, LoadOutline, Outline
 from .document import WrittenValue
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
@@ -55,6 +55,7 @@ def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
         clearances=frozenset(_section(tree.get("joints"))),
         spatial=mechanism.get("spatial") is True,
         axial=frozenset(_flanged(_section(tree.get("joints")))) if mechanism.get("spatial") is True else frozenset(),
+        elastic=frozenset(name for name, content in _named(bodies or mechanism) if "elastic" in _section(content)),
     )
 
 
@@ -120,7 +121,11 @@ def _load(name: str, content: Any, paths: set[str]) -> LoadOutline:
         "force",
     )
     on = _pair(section.get("between"))[1] if form == "spring" else section.get("on")
-    return LoadOutline(name, form, on if isinstance(on, str) else "")
+    sizes = set(_section(section.get("friction"))) | {
+        path.rpartition(".")[2] for path in paths if path.startswith(f"{start}friction.")
+    }
+    given = next((size for size in SIZES if {size, f"static_{size}"} & sizes), "") if form == "friction" else ""
+    return LoadOutline(name, form, on if isinstance(on, str) else "", given)
 
 
 def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:

@@ -10,7 +10,7 @@ from .fits import FORM
 from .forms import forms
 from .json_schema import schema
 from .judged import SECTIONS
-from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
+from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
 from .uncertain import UNCERTAIN
 
@@ -110,6 +110,8 @@ def _rows(tree: Shape, path: str) -> Iterator[_Row]:
         if isinstance(node, Table):
             columns = "; ".join(f"`{field.name}` ({field.unit})" for field in node.columns[2] + node.columns[3])
             yield _Row(key, "", f"a .csv file with columns of {columns}", "-", f"{node.columns.text}; cannot be swept")
+        elif isinstance(node, Name):
+            yield _Row(key, "", "a name of a library", "-", f"{node.text}; cannot be swept")
         elif isinstance(node, Flag):
             default = "`true`" if node.default else "`false`"
             yield _Row(key, "", "`true`, `false`", default, f"{node.text}; cannot be swept")

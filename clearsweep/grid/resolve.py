@@ -26,6 +26,7 @@ from ..contracts.case import (
     Wear,
 )
 from ..contracts.outline import LoadOutline, Outline
+from .joint_keys import PRELOAD
 from .key_table import DIMENSIONLESS
 from .uncertain import UNCERTAIN, uncertain_of
 
@@ -49,17 +50,26 @@ def _formed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
 
 def case_of(tree: Tree, outline: Outline) -> Case:
     """Return the typed form of a case: nested sections, SI, defaults filled in, only keys in use."""
+    joints = tuple([_formed(_joint, section, name) for name, section in tree["joints"].items()])
     return Case(
         mechanism=_formed(_mechanism, tree["mechanism"]),
-        joints=tuple([_formed(_joint, section, name) for name, section in tree["joints"].items()]),
+        joints=joints,
         simulate=_formed(_simulate, tree["simulate"]),
         save=_formed(_save, tree["save"]),
         drive=_formed(_drive, tree["drive"]) if "drive" in tree else None,
-        loads=tuple([_formed(_load, tree["loads"][load.name], load) for load in outline.loads]),
+        loads=(*[_formed(_load, tree["loads"][load.name], load) for load in outline.loads], *_preloads(joints)),
         outline=outline,
         life=_formed(_life, tree["life"]) if "life" in tree else None,
         uncertain=_formed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
     )
+
+
+def _preloads(joints: tuple[Joint, ...]) -> Iterator[Load]:
+    """Yield the friction that presses on joints with clearance whether they touch or not, as what acts on bodies."""
+    for joint in joints:
+        if joint.friction and PRELOAD in joint.friction.values:
+            values = {"on": joint.name, "radius": joint.bearing_radius, PRELOAD: joint.friction.values[PRELOAD]}
+            yield Load(f"{PRELOAD} of {joint.name}", PRELOAD, values, friction=joint.friction)
 
 
 def _mechanism(section: Tree) -> Mechanism:
@@ -119,6 +129,11 @@ def _wear(section: Tree) -> Wear:
     return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), along or 1)
 
 
+def _thermal(section: Tree) -> Thermal:
+    expansion, values = _taken(section, "expansion")
+    return Thermal(**values, **(expansion or {}))
+
+
 def _film(section: Tree) -> Film:
     transition, viscosity, thermal, values = _taken(section, "transition", "viscosity", "thermal")
     if transition:
@@ -155,6 +170,7 @@ _OF_JOINT: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("friction", _friction),
     ("wear", _wear),
     ("film", _film),
+    ("thermal", _thermal),
 )
 
 

@@ -14,14 +14,15 @@ from .keys import Number
 from .life_keys import LIFE
 from .sampling import DISTRIBUTIONS, Distribution, distribution
 
-UNCERTAIN, FACTOR = "uncertain", "factor"
+UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"
 LARGEST = 1e3  # factor
 BODIES = ("bearing_coefficient", "journal_coefficient")
 _PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
 _TAILS = (0.025, 0.975)  # ends of an interval of 95 %
 TEXT = (
     "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value, "
-    "or a distribution of `sample`; a life gets a second interval from two further lives at the ends"
+    "a distribution of `sample`, or `published`, loguniform over the range of the wear pair that is named; a life gets "
+    "a second interval from two further lives at the ends"
 )
 
 
@@ -78,9 +79,19 @@ def _spread(draft: Draft, path: str, written: WrittenValue) -> dict[str, Any] | 
         sentence = f"found {factor:.6g}; allowed: above 1 and at most {LARGEST:g}"
         draft.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", sentence)
         return None
+    if written.value == PUBLISHED:
+        known = draft.taken.get(path)
+        if known is None:
+            sentence = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
+            draft.problems.add(written, where, sentence)
+            return None
+        ends = [WrittenValue(f"{end!r} {known.value.unit}", written.origin) for end in known.value[2:]]
+        written = WrittenValue({"loguniform": WrittenValue(ends, written.origin)}, written.origin)
     if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):
         forms = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
-        draft.problems.add(written, where, f"found {shown(written.value)}; expected {{factor: 3}} or one of {forms}")
+        draft.problems.add(
+            written, where, f"found {shown(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms}"
+        )
         return None
     wear = path.rpartition(".")[0]
     node = draft.shape[f"{wear}.{BODIES[0]}"]

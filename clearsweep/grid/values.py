@@ -2,17 +2,29 @@
 
 import math
 
-from ..contracts.case import column_name
 from ..contracts.catalogue import Catalogue, Field, Mechanism
-from ..contracts.layout import columns_of
 from ..language import quantity
 from ..language.errors import InputError, nearest, shown
-from . import added, fits, judged, life_keys, list_key, refined, sought, table_key, uncertain, variations, wear_unit
+from . import (
+    added,
+    fits,
+    judged,
+    life_keys,
+    list_key,
+    naming,
+    refined,
+    sought,
+    table_key,
+    uncertain,
+    variations,
+    wear_unit,
+)
 from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
+from .expected_figures import figures
 from .key_table import shape
-from .keys import Flag, Number, Section, Shape, Table, Word
+from .keys import Flag, Name, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 
 Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
@@ -26,12 +38,14 @@ def read_draft(
     mechanism = _mechanism(root, catalogue.mechanisms)
     if mechanism.outlined:
         mechanism = mechanism.outlined(outline)
+    root, taken = naming.put_numbers(root, problems)
     draft = Draft(problems, mechanism, outline)
     whole = shape(mechanism, catalogue)
     _walk(draft, root, "", whole)
     _activate(draft, whole)
     variations.find(draft, root, whole, fixed)
     fits.put_numbers(draft, lambda path: _ahead(draft, path))
+    draft.taken = {each.path: each for each in taken if each.path not in draft.swept}
     wear_unit.put_units(draft)
     variations.find_sought(draft, root, whole)
     added.find(draft, root, (sought.SEEK, refined.REFINE))
@@ -47,7 +61,7 @@ def read_draft(
     draft.axes = {path: draft.axes[path] for path in draft.swept if path in draft.axes}
     variations.check(draft)
     uncertain.read_into(draft, root)
-    draft.figures = _figures(draft, mechanism, catalogue)
+    draft.figures = figures(draft, mechanism, catalogue)
     judged.read_into(draft, root)
     draft.seek = sought.read(draft, root, draft.limits)
     draft.refine = refined.read(draft, root, draft.limits)
@@ -64,39 +78,6 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
         (name for name in named if name == word or f"'{name}'" in nearest(word, named)), mechanisms[0].name
     )
     return named[likeliest]
-
-
-def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
-    """Return the figures of merit that the cases will have, each with its unit."""
-    sections = [path.split(".") for path, node in draft.shape.items() if isinstance(node, Section)]
-    inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
-    parts = {
-        column_name(joint): {part for other, *rest in inside if other == joint for part in rest[:1]}
-        for joint, *_ in inside
-    }
-    for joint in mechanism.joints:
-        if column_name(joint.name) in parts and mechanism.spatial:
-            parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
-    until, life = str(draft.values.get("simulate.until.figure", "")), draft.values.get(f"{life_keys.LIFE}.joint")
-    asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in draft.values}
-    asked |= {name for name, there in (("until", until), ("life", life), ("uncertain", draft.uncertain)) if there}
-    for joint in mechanism.joints:
-        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(draft, joint.name):
-            parts[column_name(joint.name)].add("strength")
-    if life and column_name(life) in parts:
-        parts[column_name(life)].add("judged")
-    columns = columns_of(catalogue, mechanism, parts, asked, until)
-    return {column.name: column.unit for column in columns}
-
-
-def _strength(draft: Draft, joint: str) -> bool:
-    """Return whether a yield strength or a hardness is written of a joint with contact."""
-    own = f"joints.{joint}."
-    known = [path for path in (*draft.written, *draft.swept) if path.startswith(own)]
-    return f"{own}contact" in draft.shape and any(
-        path.endswith(".yield_strength") or path in (f"{own}wear.hardness", f"{own}roughness.hardness")
-        for path in known
-    )
 
 
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
@@ -174,7 +155,7 @@ def _activate(draft: Draft, whole: Shape) -> None:
         elif isinstance(node, Number) and path in draft.sections:  # there is a section in its place
             there = False
         held = not parent or parent in draft.shape or isinstance(whole.get(parent), Number)
-        if there and held and draft.broken.isdisjoint((path, parent)):
+        if there and held and not isinstance(node, Name) and draft.broken.isdisjoint((path, parent)):
             draft.shape[path] = node
             if isinstance(node, Section):
                 draft.sections.setdefault(path, draft.sections[parent])

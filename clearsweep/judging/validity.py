@@ -22,7 +22,7 @@ WORN_AWAY, PV_HIGH = "worn-away: ", "pv-high: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
 FILM_HELD, FILM_BEYOND, FILM_FLOW, FILM_FED = "film-limit: ", "film-beyond: ", "film-flow: ", "film-fed: "
 FED = 1e-3  # of a film's loss: what its pressure gives back below that is rounding
-UNBALANCED = "film-heat: the heat balance of a film did not converge; more revolutions, or a larger conductance, help"
+UNBALANCED = "film-heat: the heat balance of a joint did not converge; more revolutions, or a larger conductance, help"
 FILM_UNSURE = "film-unsure: "  # the temperature of its film is not known closely
 TAYLOR = 41.3  # above, vortices begin between cylinders of which the inner one turns (Taylor 1923)
 FRICTION_HEAT, HEATING, LEADS = "friction-heat: ", 100.0, 1.0  # K, W/K
@@ -148,7 +148,7 @@ _TOLD = {
     FILM_FLOW: "The flow in a film is no longer laminar",
     FILM_FED: "The law of a film feeds energy in",
     UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "A film's temperature is not known",
-    FRICTION_HEAT: f"Friction would heat a dry joint by more than {HEATING:g} K at {LEADS:g} W/K",
+    FRICTION_HEAT: f"Friction heats a dry joint by more than {HEATING:g} K, at {LEADS:g} W/K unless thermal says more",
     BALL: "A stiffness that follows from the material is that of a ball in a socket",
     FILM_UNSURE: "A film's temperature is uncertain by more than a tenth of its rise above ambient",
     IMBALANCE: "The energies do not add up as closely as the tolerance promises",
@@ -311,19 +311,20 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
 def unsure_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
     """Return the remark on films from (joint, temperature, half of its 95 % interval, rise above ambient, all in K)."""
     films = [
-        f"the film of {joint} is at {temperature:.2f} K, {rise:.3g} K above ambient, "
+        f"{joint} is at {temperature:.2f} K, {rise:.3g} K above ambient, "
         + (f"uncertain by {width:.3g} K (95 %)" if math.isfinite(width) else "from too few revolutions for an interval")
         for joint, temperature, width, rise in joints
     ]
     return f"{FILM_UNSURE}{'; '.join(films)}; more simulate.revolutions narrow it" if films else ""
 
 
-def friction_heat(joints: Iterable[tuple[str, float]]) -> str:
-    """Return the remark on dry joints whose friction, of a mean power (W), would heat them by more than HEATING."""
+def friction_heat(joints: Iterable[tuple[str, float, float | None]]) -> str:
+    """Return the remark on dry joints that their friction heats by more than HEATING: (joint, W, W/K or None)."""
     hot = [
-        f"{joint}: friction power {power:.3g} W would heat a dry joint by some {power / LEADS:.3g} K at {LEADS:g} W/K"
-        for joint, power in joints
-        if power > HEATING * LEADS
+        f"{joint}: friction power {power:.3g} W {'heats' if leads else 'would heat'} a dry joint by "
+        f"{'' if leads else 'some '}{power / (leads or LEADS):.3g} K at {leads or LEADS:g} W/K"
+        for joint, power, leads in joints
+        if power > HEATING * (leads or LEADS)
     ]
     return FRICTION_HEAT + "; ".join(hot) if hot else ""
 

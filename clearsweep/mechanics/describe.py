@@ -45,18 +45,21 @@ _KEYS = {
 }
 
 
-def text(name: str | None = None) -> str:
-    """Return what there is to say of the laws called `name`, or one line of each law.  Raises InputError."""
+def text(name: str | None = None, others: tuple[str, ...] = ()) -> str:
+    """Return what there is to say of the laws called `name`, or one line of each law.
+
+    `others` are further names that can be listed.  Raises InputError, which tells what is near.
+    """
     if name is None:
         return _list()
     everything = _everything()
     chosen = [law for law in everything if law.name == name]
     if not chosen:
-        known = dict.fromkeys(law.name for law in everything)
+        known = dict.fromkeys((*(law.name for law in everything), *others))
         like = likely(name, known)
         near = f"; did you mean '{like[0]}'?" if len(like) == 1 else f"; there are {', '.join(like)}" if like else ""
         rest = "`clearsweep list` tells all" if like else f"known: {', '.join(known)}"
-        raise InputError(f"list: unknown law '{name}'{near} ({rest})")
+        raise InputError(f"list: unknown name '{name}'{near} ({rest})")
     return "\n\n".join(map(_described, chosen))
 
 

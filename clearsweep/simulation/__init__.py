@@ -5,11 +5,10 @@ What sweeps and reports ask of mechanics is here, function by function.
 
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
-from ..mechanics.describe import text as laws_text
 from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
-from .advice import advice_text
+from .advice import advice_text, laws_text
 from .ensemble import compile_together, solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log

@@ -1,6 +1,7 @@
 """Which laws suit the joints of a case: by what each says of itself, in its own block, of where it holds."""
 
 import math
+import textwrap
 from collections.abc import Iterable, Iterator
 from os import PathLike
 from typing import NamedTuple
@@ -10,8 +11,11 @@ import numpy as np
 from .. import grid
 from ..contracts.case import Case, Joint
 from ..contracts.catalogue import Law
+from ..grid import library
 from ..language import wording
 from ..language.errors import InputError, nearest
+from ..mechanics import describe
+from ..mechanics.describe import WIDTH
 from ..mechanics.joint import registry
 from ..mechanics.joint.elastic.contract import static_penetration
 from ..mechanics.joint.material import plane_strain_modulus, relative_radius
@@ -55,6 +59,16 @@ def advice(case: Case) -> list[Advice]:
     """Return for each joint of a case which laws suit it."""
     peaks = ideal_peaks(case)
     return [_of_joint(joint, peaks.get(joint.name)) for joint in case.joints]
+
+
+def laws_text(name: str | None = None) -> str:
+    """Return what there is to say of a law, a library or an entry of one, or a line of each.  Raises InputError."""
+    if name is None:
+        lines = [f"  {kind:10}{', '.join(entries)}" for kind, entries in library.LIBRARIES.items()]
+        indent = " " * len(f"  {'':10}")
+        wrapped = [textwrap.fill(line, WIDTH, subsequent_indent=indent, break_on_hyphens=False) for line in lines]
+        return "\n".join([describe.text(), "", "libraries", *wrapped])
+    return library.text(name) or describe.text(name, library.names())
 
 
 def advice_text(source: str | PathLike, name: str | None = None) -> str:

@@ -1,4 +1,6 @@
-"""The temperature at which a film stands: what it takes is led away, and the warmer the oil, the thinner it is.
+"""The temperature at which a joint stands: what it loses is led away.
+
+The warmer its oil, the thinner that is; the warmer a dry joint, the wider or narrower its clearance.
 
 It is the equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance, not the hours of
 warming up.  The case is run at a temperature, its loss gives the next one by the secant method, until the two differ by
@@ -12,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contracts.case import Case, Film
+from ..contracts.case import COLD, Case, Joint
 from ..mechanics.solver import plan
-from ..mechanics.solver.accumulate.tally import HEAT
+from ..mechanics.solver.accumulate.tally import FRICTION_ENERGY, HEAT
 from ..mechanics.solver.event import Work
 from .run import integrated
 from .scene import Scene, build
@@ -25,7 +27,9 @@ NEAR = 0.01  # of the rise
 PATIENT = 8  # runs
 UNSURE = 0.1  # of the rise: a temperature that is known less closely is remarked on
 MOST = 30  # runs
-CAUTIOUS = 0.5  # of the way to where the loss points, in the first step
+CAUTIOUS = 0.5  # of the way to where the loss points, in the first step of a film, which thins as it warms up
+CLOSEST, EARLY = 1e-7, 5  # of the rise, as closely as a dry joint is known if it takes fewer runs than that
+TIGHTEST = 0.01  # of the cold clearance: a joint that is warmer than where this is left has seized
 
 
 class Balance(NamedTuple):
@@ -35,6 +39,9 @@ class Balance(NamedTuple):
     width: dict[str, float]  # K, half of the 95 % interval; inf: too few revolutions to give one
     rise: dict[str, float]  # K, above ambient
     stands: bool
+    cold: tuple[Joint, ...]  # all joints as they are given
+    found: dict[str, float]  # K, where the last loss points
+    seized: tuple[str, ...]  # dry joints, by column name, whose clearance closes before their heat balances
 
     def unsure(self) -> dict[str, tuple[float, float, float]]:
         """Return temperature, half-width and rise (K) of every joint whose temperature is known less than UNSURE."""
@@ -46,85 +53,109 @@ class Balance(NamedTuple):
 
 
 class _Blocks:
-    """Notes the heat of every film at the end of each revolution."""
+    """Notes the heat of every joint that is looked at, at the end of each revolution."""
 
     parts = 1
 
-    def __init__(self, rows: list[int]):
-        """Take the contacts to look at."""
-        self.rows = rows
+    def __init__(self, rows: list[int], columns: list[int]):
+        """Take the contacts to look at, and the column of each in which its heat stands."""
+        self.rows, self.columns = rows, columns
         self.times: list[float] = []
         self.sums: list[np.ndarray] = []
 
     def see(self, work: Work) -> bool:
         """Note the time (s) and what has been summed up (J); the run goes on."""
         self.times.append(float(work.y[work.time]))
-        self.sums.append(work.tally.joint[self.rows, HEAT].copy())  # type: ignore[attr-defined]
+        self.sums.append(work.tally.joint[self.rows, self.columns].copy())  # type: ignore[attr-defined]
         return False
 
 
 def has_balance(case: Case) -> bool:
-    """Return whether the temperature of a film is to be found."""
-    return any(joint.film and joint.film.thermal for joint in case.joints)
+    """Return whether the temperature of a joint is to be found."""
+    return any(joint.balance for joint in case.joints)
 
 
 def balanced(scene: Scene) -> tuple[Scene, Balance]:
-    """Return the scene of a case with its oils at the temperatures at which they stand, and these.
+    """Return the scene of a case with its joints at the temperatures at which they stand, and these.
 
     Where a run on the way fails, that is the scene that fails.
     """
-    joints = [joint for joint in scene.case.joints if joint.film and joint.film.thermal]
-    names = [joint.column for joint in joints]
-    thermals = [joint.film.thermal for joint in joints if joint.film and joint.film.thermal]
+    joints = [joint for joint in scene.case.joints if joint.balance]
+    names, cold = [joint.column for joint in joints], scene
+    thermals = [joint.balance for joint in joints if joint.balance]
     ambient = np.array([thermal.ambient for thermal in thermals])
     conductance = np.array([thermal.conductance for thermal in thermals])
-    here, last, missing = ambient.copy(), ambient.copy(), np.zeros(len(names))
-    width, stands = np.full(len(names), math.inf), False
+    dry, hottest = np.array([joint.film is None for joint in joints]), np.array(list(map(_hottest, joints)))
+    here, last, missing = np.minimum(ambient, hottest), ambient.copy(), np.zeros(len(names))
+    width, stands, found = np.full(len(names), math.inf), False, ambient
     for run in range(MOST):
-        scene = at_temperatures(scene, dict(zip(names, here, strict=True)))
+        scene = at_temperatures(cold, dict(zip(names, here, strict=True)))
         measured = _losses(scene, names)
         if measured is None:
             break
         loss, width = measured
         found, width = ambient + loss / conductance, width / conductance
-        before, missing = missing, found - here
+        before, missing = missing, np.minimum(found, hottest) - here
         allowed = np.maximum(CLOSE, NEAR * (found - ambient))
+        if run < EARLY:
+            allowed = np.where(dry, CLOSEST * (found - ambient), allowed)
         if run >= PATIENT:
             allowed = np.maximum(allowed, np.minimum(width, UNSURE * (found - ambient)))
         stands = run > 0 and bool(np.all(np.abs(missing) <= allowed))
         if stands or run == MOST - 1:
             break
-        step = CAUTIOUS * missing
+        step = np.where(dry, 1.0, CAUTIOUS) * missing
         if run:
             bend = missing - before
             moved = here - last
             secant = np.where(bend * moved < 0.0, -missing * moved / np.where(bend == 0.0, 1.0, bend), step)
             step = np.clip(secant, -2.0 * np.abs(missing), 2.0 * np.abs(missing))
-        last, here = here, np.maximum(here + step, ambient)
-    at, within, rise = (dict(zip(names, map(float, each), strict=True)) for each in (here, width, here - ambient))
-    return scene, Balance(at, within, rise, stands)
+        last, here = here, np.minimum(np.maximum(here + step, ambient), hottest)
+    at, within, rise, ahead = (
+        dict(zip(names, map(float, each), strict=True)) for each in (here, width, here - ambient, found)
+    )
+    closed = tuple(joint.column for joint in joints if _closed(joint, ahead[joint.column]))
+    return scene, Balance(at, within, rise, stands, cold.case.joints, ahead, closed)
+
+
+def _hottest(joint: Joint) -> float:
+    """Return the temperature (K) at which TIGHTEST is left of the clearance of a joint; inf where it never closes."""
+    if not joint.thermal:
+        return math.inf
+    narrower = (joint.thermal.journal - joint.thermal.bearing) * (joint.bearing_radius or 0.0)
+    return COLD + (1.0 - TIGHTEST) * joint.clearance / narrower if narrower > 0.0 else math.inf
+
+
+def _closed(joint: Joint, temperature: float) -> bool:
+    """Return whether the clearance of a dry joint is at or below zero at a temperature (K)."""
+    return joint.thermal is not None and joint.warm_clearance(temperature) <= 0.0
 
 
 def at_temperatures(scene: Scene, temperatures: dict[str, float]) -> Scene:
-    """Return the scene with the oil of some joints at other temperatures (K)."""
+    """Return the scene with some joints at other temperatures (K): the oil of a film, the bodies of a dry joint."""
     joints = tuple(
-        joint._replace(film=_at(joint.film, temperatures[joint.column])) if joint.column in temperatures else joint
+        _warm(joint, temperatures[joint.column]) if joint.column in temperatures else joint
         for joint in scene.case.joints
     )
     return dataclasses.replace(build(scene.case._replace(joints=joints), scene.worn), deadline=scene.deadline)
 
 
-def _at(film: Film | None, temperature: float) -> Film:
-    assert film is not None  # asked of films whose oil is known
-    assert film.oil is not None
-    return film._replace(temperature=temperature, viscosity=film.oil.viscosity(temperature))
+def _warm(joint: Joint, temperature: float) -> Joint:
+    if joint.film is None:
+        return joint._replace(clearance=joint.warm_clearance(temperature), temperature=temperature)
+    assert joint.film.oil is not None  # asked of films whose oil is known
+    viscosity = joint.film.oil.viscosity(temperature)
+    return joint._replace(film=joint.film._replace(temperature=temperature, viscosity=viscosity))
 
 
 def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean loss (W) in some joints over the window, and half of its 95 % interval; None: the run failed."""
     ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
-    rows = [int(end) - 1 for end, joint in zip(ends, scene.layout.joints, strict=True) if joint.name in names]
-    settings, blocks = scene.case.simulate, _Blocks(rows)
+    looked = [
+        (int(end) - 1, joint) for end, joint in zip(ends, scene.layout.joints, strict=True) if joint.name in names
+    ]
+    rows, columns = [row for row, _ in looked], [HEAT if joint.film else FRICTION_ENERGY for _, joint in looked]
+    settings, blocks = scene.case.simulate, _Blocks(rows, columns)
     end = scene.turning.at(settings.revolutions)
     run = integrated(scene, np.empty(0), end, (blocks,), turned=True)
     if run.status != plan.OK:

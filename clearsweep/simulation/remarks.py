@@ -36,7 +36,9 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     )
     oiled = films(_lubricated(scene, window, summary)) if any(part.film for part, _ in parts) else ()
     dry = [(part, joint) for part, joint in parts if part.friction and not part.film]
-    heat = friction_heat([(joint.name, summary[f"{part.name}_friction_power"]) for part, joint in dry])
+    leads = [joint.thermal.conductance if joint.thermal else None for _, joint in dry]
+    powers = [(joint.name, summary[f"{part.name}_friction_power"]) for part, joint in dry]
+    heat = friction_heat([(*power, lead) for power, lead in zip(powers, leads, strict=True)])
     balls = ball_stiffness([joint.name for _, joint in parts if scene.mechanism.turns and registry.is_ball(joint)])
     return limits, kept_onsets(_lasting(scene, window)), *oiled, heat, balls, *_nonsense(scene, window, summary)
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts.case import Case
-from ..contracts.machine import GROUND, Constant, Guide, Machine, Push, Rubbing, Spring
+from ..contracts.machine import GROUND, Braking, Constant, Guide, Machine, Push, Rubbing, Spring
 from ..language.errors import InputError
 from ..mechanics.mechanism import planar
 from ..mechanics.mechanism.planar.ideal import ideal_of
@@ -120,7 +120,7 @@ def _start_angle(machine: Machine) -> float:
 
 
 def _load(load: Any, place: Callable[[str, str], np.ndarray], joints: list[SketchedJoint]) -> SketchedLoad:
-    if isinstance(load, Rubbing):
+    if isinstance(load, (Rubbing, Braking)):
         return SketchedLoad(load.name, next(joint.place for joint in joints if joint.name == load.joint), None)
     if isinstance(load, Spring):
         return SketchedLoad(load.name, place(*load.second), None, place(*load.first))

@@ -16,7 +16,6 @@ from ..grid import check_memory, history_bytes
 from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
 from ..language import phases
 from ..language.errors import InputError, shown
-from ..language.wording import joint_name
 from ..mechanics.compiled.family import NO_ENTRY, empty_entries
 from ..mechanics.compiled.kept import Kept
 from ..mechanics.solver import event as events
@@ -77,14 +76,16 @@ def _simulated(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher
     """Return the trajectory of a scene, by all the integrations that its case asks for."""
     balance = None
     if has_balance(scene.case):
-        with phases.phase("temperature of the oil", whole=True):
+        with phases.phase("temperature of the joints", whole=True):
             scene, balance = balanced(scene)
+        if balance.seized:
+            return _seized(scene, balance)
     if scene.case.life:
         trajectory = _live(scene, times, watchers, Ageing(scene, log))
     else:
         trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
     if balance:
-        trajectory = _with_balance(trajectory, balance)
+        trajectory = _with_balance(scene, trajectory, balance)
     if scene.layout.error_check:
         with phases.phase("the same at a tenth of the tolerance"):
             trajectory = _error_checked(scene, trajectory)
@@ -97,13 +98,32 @@ def judged(scene: Scene, trajectory: Trajectory) -> Trajectory:
     return trajectory
 
 
-def _with_balance(trajectory: Trajectory, balance: Balance) -> Trajectory:
-    """Return a trajectory that tells how far the temperatures of its films are known."""
+def _seized(scene: Scene, balance: Balance) -> Trajectory:
+    """Return the failed trajectory of a case in which a joint closes as it warms up."""
+    trajectory = _simulate(scene, NOWHERE)
+    spent = {figure.name: trajectory.summary[figure.name] for figure in COST}
+    told = [
+        f"{joint.name}, with {1e6 * cold.clearance:.4g} um of clearance at 20 degC, closes on its way to "
+        f"{balance.found[joint.column]:.4g} K"
+        for joint, cold in zip(scene.case.joints, balance.cold, strict=True)
+        if joint.column in balance.seized
+    ]
+    message = f"{'; '.join(told)}; a larger clearance or thermal.conductance helps, or less friction"
+    summary = dict.fromkeys(trajectory.summary) | spent
+    return dataclasses.replace(
+        trajectory, status="seized", message=message, summary=summary, channels={}, wear={}, poincare={}
+    )
+
+
+def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Trajectory:
+    """Return a trajectory that tells how far the temperatures of its joints are known."""
+    kinds = {joint.column: "film_temperature" if joint.film else "temperature" for joint in scene.case.joints}
     for joint, width in balance.width.items():
-        trajectory.summary[f"{joint}_film_temperature_ci"] = width if math.isfinite(width) else None
+        trajectory.summary[f"{joint}_{kinds[joint]}_ci"] = width if math.isfinite(width) else None
     if trajectory.status != "ok":
         return trajectory
-    unsure = unsure_films([(joint_name(joint), *told) for joint, told in balance.unsure().items()])
+    whose = {joint.column: f"the film of {joint.name}" if joint.film else joint.name for joint in scene.case.joints}
+    unsure = unsure_films([(whose[joint], *told) for joint, told in balance.unsure().items()])
     remark = unsure if balance.stands else UNBALANCED
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
 

@@ -35,7 +35,7 @@ def approach_loss(chi: float) -> float:
     """Return chi - ln(1 + chi), without cancellation where chi is small."""
     if chi > 0.1:
         return chi - math.log1p(chi)
-    return chi * chi * sum((-chi) ** k / (k + 2) for k in range(16))
+    return chi * chi * math.fsum((-chi) ** k / (k + 2) for k in range(16))
 
 
 @functools.lru_cache(1024)

@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping
 
 from ...contracts.case import Case
-from ...contracts.catalogue import Channel, Keys, Mechanism, Output
-from ...contracts.machine import Constant, Machine
+from ...contracts.catalogue import Channel, Choice, Field, Keys, Mechanism, Output
+from ...contracts.machine import Constant, Elastic, Machine
 from ...contracts.outline import GROUND, Outline
 from . import drives, loads, planar
 
@@ -44,21 +44,45 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     return None
 
 
-def channels_of(bodies: tuple[str, ...], output: Output, names: tuple[str, str, str]) -> tuple[Channel, ...]:
+def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
+    """Return the sections of a link that gives; `points`: its own, where it is not known which two it lies between."""
+    elastic = Keys(f"{path}.elastic", "it gives along the line between its pins; left out: rigid", _ELASTIC, "optional")
+    if not points:
+        return (elastic,)
+    words = tuple(Choice(str(k), points, f"the {word} point") for k, word in enumerate(("first", "second")))
+    return elastic, Keys(f"{path}.elastic.between", "the points of its two pins", words=words)
+
+
+def elastic_of(values: Mapping, path: str, ends: tuple[str, str] | None = None) -> Elastic | None:
+    """Return how a link of a case gives between the points `ends`, by default those written; None: it is rigid."""
+    own = f"{path}.elastic"
+    if f"{own}.axial_stiffness" not in values:
+        return None
+    near, far = ends or (values[f"{own}.between.0"], values[f"{own}.between.1"])
+    return Elastic(near, far, *(values[f"{own}.{field.name}"] for field in _ELASTIC))
+
+
+def channels_of(
+    bodies: tuple[str, ...],
+    output: Output,
+    names: tuple[str, str, str],
+    elastic: frozenset[str] = frozenset(),
+) -> tuple[Channel, ...]:
     """Return the time histories, in the order in which a machine describes itself.
 
-    bodies : the ground among them; names : of the output's place, rate and acceleration.
+    bodies : the ground among them; names : of the output's place, rate and acceleration; elastic : links that give.
     """
     units = (output.unit, f"{output.unit}/s", f"{output.unit}/s^2")
     texts = (f"place of the {output.name}, by which it is judged", "its rate", "its acceleration")
     if output.unit == "rad":
         texts = (f"angle of the {output.name}, by which it is judged", *texts[1:])
     moving = [column_name(body) for body in bodies if body != GROUND]
+    stretched = {column_name(body): (Channel(f"{column_name(body)}/extension", *EXTENSION),) for body in elastic}
     return (
         Channel("crank_angle", "rad", "crank angle, unwrapped"),
         Channel("crank/torque" if "crank" in moving else "drive/torque", "N*m", "drive torque on the crank"),
         *(Channel(f"{output.name}/{name}", *rest) for name, *rest in zip(names, units, texts, strict=True)),
-        *(channel for body in moving for channel in body_channels(body)),
+        *(channel for body in moving for channel in (*body_channels(body), *stretched.get(body, ()))),
     )
 
 
@@ -67,6 +91,20 @@ def body_channels(body: str) -> tuple[Channel, ...]:
     return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for name, unit, text in BODY)
 
 
+EXTENSION = ("m", "by which the line between its pins is longer than unloaded")
+_ELASTIC = (
+    Field("axial_stiffness", "N/m", "E A / l of the whole link, a uniform bar of its mass"),
+    Field("segments", "1", "springs in a row, masses between them", 1, 12, False, False, default=4, whole=True),
+    Field(
+        "damping",
+        "1",
+        "ratio of the first axial mode of the link, free at both ends; grows with frequency",
+        0.0,
+        1.0,
+        low_open=False,
+        default=0.0,
+    ),
+)
 #: The time histories of every moving body.
 BODY = (
     ("x", "m", "{}'s centre of mass, x"),

@@ -31,6 +31,7 @@ _SITES = (
 )
 _BODIES = ("ground", "crank", "coupler", "rocker")
 _OUTPUT = Output("rocker", "rad")
+_MOTION = ("place", "speed", "acceleration")
 _BRANCH = Choice(
     "branch",
     ("open", "crossed"),
@@ -39,7 +40,11 @@ _BRANCH = Choice(
 )
 _KEYS = (
     Keys("mechanism.ground", "the crank's pivot is at the origin, the rocker's at (length, 0)", (_LENGTH,)),
-    *(Keys(f"mechanism.{body}", f"the {body}", _LINK) for body in _BODIES[1:]),
+    *(
+        section
+        for body in _BODIES[1:]
+        for section in (Keys(f"mechanism.{body}", f"the {body}", _LINK), *described.elastic_keys(f"mechanism.{body}"))
+    ),
     Keys("mechanism", "", (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),), words=(_BRANCH,)),
 )
 
@@ -47,7 +52,8 @@ _KEYS = (
 def outlined(outline: Outline) -> Mechanism:
     """Return the four-bar with the drive and the loads of a grid."""
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), tuple(site.name for site in _SITES))
-    return MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free)
+    channels = described.channels_of(_BODIES, _OUTPUT, _MOTION, outline.elastic)
+    return MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free, channels=channels)
 
 
 def closed(values, angle: float) -> tuple[float, float]:
@@ -67,7 +73,11 @@ def machine(case: Case) -> Machine:
     bodies = {"ground": Body(0.0, 0.0, (0.0, 0.0), {"first": (0.0, 0.0), "second": (values["ground.length"], 0.0)})}
     for name in _BODIES[1:]:
         length, mass, inertia, center = (values[f"{name}.{key}"] for key in ("length", "mass", "inertia", "center"))
-        bodies[name] = Body(mass, inertia, (center, 0.0), {"first": (0.0, 0.0), "second": (length, 0.0)})
+        points, elastic = (
+            {"first": (0.0, 0.0), "second": (length, 0.0)},
+            described.elastic_of(values, name, ("first", "second")),
+        )
+        bodies[name] = Body(mass, inertia, (center, 0.0), points, elastic)
     pins = (
         Pin("ground-crank", At("ground", "first"), At("crank", "first")),
         Pin("crank-coupler", At("crank", "second"), At("coupler", "first")),
@@ -90,7 +100,7 @@ MECHANISM = Mechanism(
     bodies=_BODIES,
     joints=_SITES,
     keys=_KEYS,
-    channels=described.channels_of(_BODIES, _OUTPUT, ("place", "speed", "acceleration")),
+    channels=described.channels_of(_BODIES, _OUTPUT, _MOTION),
     turns=True,
     build=None,
     output=_OUTPUT,

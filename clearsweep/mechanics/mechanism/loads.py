@@ -7,7 +7,7 @@ import numpy as np
 
 from ...contracts import case, machine
 from ...contracts.catalogue import Choice, Columns, Field, Keys, Law
-from ...contracts.outline import ANY, GROUND, LoadOutline
+from ...contracts.outline import ANY, GROUND, SIZES, LoadOutline
 from ..joint.recipe import compiled_term
 
 CENTER = "center"  # the point of a body that is its centre of mass
@@ -78,10 +78,14 @@ LOADS = {
             "load",
             "friction",
             "friction in a joint without clearance",
-            "in a pin a couple coefficient x |reaction| x radius, in a guide a force coefficient x |reaction|",
+            "in a pin a couple coefficient x |reaction| x radius, in a guide a force coefficient x |reaction|; or the "
+            "couple `torque`, or the force `force`, of a size of its own",
             "",
             (_RADIUS,),
-            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law without memory.",
+            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law without memory.  A blade, a seal "
+            "or a brake has friction of a given size: friction: {law, torque: 3 N*m, ...} in a pin, {law, force: 20 N, "
+            "...} in a guide, with static_torque or static_force where the law has two coefficients, and speeds in "
+            "rad/s in a pin.",
         ),
     )
 }
@@ -105,6 +109,9 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     between = Keys(f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {held}", words=ends)
     anchor = Keys(f"{path}.anchor", "where it holds on to the first body", _ANCHOR)
     rubbing = Keys(f"{path}.friction", "the friction", (_RADIUS,), family="friction")
+    braking = {
+        size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given=size) for size in SIZES
+    }
     on_joint = Keys(path, LOADS["friction"].summary, (), "optional", (on._replace(options=joints),))
     forms = {
         "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", at), force),
@@ -114,12 +121,13 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
             between,
             anchor,
         ),
-        "friction": (on_joint, rubbing),
+        "friction": (on_joint, braking.get(load.given, rubbing)),
     }
     if load.form != ANY:
         return forms[load.form]
     everything = Keys(path, "a load", (_TORQUE, _SCALE, *_SPRING), "optional", at, (_TABLE,))
-    return everything, force, *(each._replace(need="optional") for each in (between, anchor, rubbing))
+    frictions = (rubbing, *braking.values())
+    return everything, force, *(each._replace(need="optional") for each in (between, anchor, *frictions))
 
 
 class Places:
@@ -170,9 +178,22 @@ def _spring(load: case.Load, places: Places) -> machine.Spring:
     return machine.Spring(load.name, first, second, values["stiffness"], values["free_length"], values["damping"])
 
 
-def _rubbing(load: case.Load, places: Places) -> machine.Rubbing:
+def _rubbing(load: case.Load, places: Places) -> machine.Rubbing | machine.Braking:
+    given = next((size for size in SIZES if size in load.friction.values), "")
+    if given:
+        names = {given: "coefficient", f"static_{given}": "static_coefficient"}
+        values = {names.get(key, key): value for key, value in load.friction.values.items()}
+        term = compiled_term(
+            "friction", load.friction.law, load._replace(friction=load.friction._replace(values=values))
+        )
+        return machine.Braking(load.name, load.values["on"], term)
     term = compiled_term("friction", load.friction.law, load)
     return machine.Rubbing(load.name, load.values["on"], term, load.friction.values.get("radius", 0.0))
 
 
-_FORMS = {"force": _push, "table": _tabled, "spring": _spring, "friction": _rubbing}
+def _preload(load: case.Load, places: Places) -> machine.Braking:
+    term = compiled_term("friction", load.friction.law, load)
+    return machine.Braking(load.name, load.values["on"], term, load.values["radius"], load.values["preload"])
+
+
+_FORMS = {"preload": _preload, "force": _push, "table": _tabled, "spring": _spring, "friction": _rubbing}

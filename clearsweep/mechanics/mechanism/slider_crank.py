@@ -44,9 +44,12 @@ _SITES = (
 _GUIDE = JointSite("slider-ground", "ground", "slider", "guide")
 _BODIES = ("ground", "crank", "rod", "slider")
 _OUTPUT = Output("slider", "m")
+_COURSE = ("place", "v", "a")
 _KEYS = (
     Keys("mechanism.crank", "the crank", _CRANK),
+    *described.elastic_keys("mechanism.crank"),
     Keys("mechanism.rod", "the rod", _ROD),
+    *described.elastic_keys("mechanism.rod"),
     Keys("mechanism.slider", "the slider", _SLIDER),
     Keys(
         "mechanism",
@@ -63,7 +66,8 @@ def outlined(outline: Outline) -> Mechanism:
         return slider_crank_in_space.mechanism(outline, MECHANISM)
     joints = tuple(site.name for site in MECHANISM.joints)
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints)
-    return MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free)
+    channels = described.channels_of(_BODIES, _OUTPUT, _COURSE, outline.elastic)
+    return MECHANISM._replace(keys=(*_KEYS, *sections), channels=channels, free=outline.free)
 
 
 def machine(case: Case) -> Machine:
@@ -93,7 +97,8 @@ def machine(case: Case) -> Machine:
 def _link(values, name: str, length: float) -> Body:
     center = (values[f"{name}.center"], 0.0)
     points = {"near": (0.0, 0.0), "far": (length, 0.0)}
-    return Body(values[f"{name}.mass"], values[f"{name}.inertia"], center, points)
+    elastic = described.elastic_of(values, name, ("near", "far"))
+    return Body(values[f"{name}.mass"], values[f"{name}.inertia"], center, points, elastic)
 
 
 MECHANISM = Mechanism(
@@ -105,7 +110,7 @@ MECHANISM = Mechanism(
     bodies=_BODIES,
     joints=(*_SITES, _GUIDE),
     keys=_KEYS,
-    channels=described.channels_of(_BODIES, _OUTPUT, ("place", "v", "a")),
+    channels=described.channels_of(_BODIES, _OUTPUT, _COURSE),
     turns=True,
     build=None,
     output=_OUTPUT,

@@ -33,7 +33,7 @@ def outlined(outline: Outline) -> Mechanism:
         bodies=bodies,
         joints=tuple(map(_site, outline.joints)),
         keys=(*_keys(outline), *sections),
-        channels=described.channels_of(bodies, output, ("place", "rate", "acceleration")),
+        channels=described.channels_of(bodies, output, ("place", "rate", "acceleration"), outline.elastic),
         output=output,
         free=outline.free,
     )
@@ -58,6 +58,8 @@ def _keys(outline: Outline) -> Iterable[Keys]:
             center = tuple(field._replace(default=0.0) for field in _PLACE)
             yield Keys(f"{path}.center", "centre of mass; default: the frame's origin", center, "implied")
         yield Keys(f"{path}.points", "its points by name", need="implied")
+        if not fixed:
+            yield from described.elastic_keys(path, body.points)
         for point in body.points:
             yield Keys(f"{path}.points.{point}", "a point", _PLACE)
     yield Keys("mechanism.joints", "how the bodies hang together, by name")
@@ -76,7 +78,7 @@ def machine(case: Case) -> Machine:
         mass, inertia = (0.0, 0.0) if fixed else (values[f"{at}.mass"], values[f"{at}.inertia"])
         center = (0.0, 0.0) if fixed else pair_of(values, f"{at}.center")
         points = {point: pair_of(values, f"{at}.points.{point}") for point in body.points}
-        bodies[body.name] = Body(mass, inertia, center, points)
+        bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, at))
     joints = tuple(joint_of(values, joint) for joint in outline.joints)
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))

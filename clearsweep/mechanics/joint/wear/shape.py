@@ -72,7 +72,7 @@ def shapes_of(bearing: np.ndarray, journal: np.ndarray, clearance: float, least:
     while True:
         splines = smoothed(bearing, width), smoothed(journal, width)
         knots = splines[0].x
-        sharpest = sum(float(np.min(spline(knots) + spline(knots, 2))) for spline in splines)
+        sharpest = math.fsum(float(np.min(spline(knots) + spline(knots, 2))) for spline in splines)
         if clearance + sharpest >= least * clearance:
             return shape_of(splines[0]), shape_of(splines[1]), width
         width *= WIDER

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.catalogue import Channel
-from ....contracts.machine import GROUND, Aim, At, Course, Guide, Machine, Motor
+from ....contracts.machine import GROUND, Aim, At, Course, Guide, Machine, Motor, Stretch
 from ...joint.contract import Load
 from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
@@ -18,10 +18,11 @@ from .closure import Alike, ClosureError, MobilityError, extent
 from .course import course
 from .drive import drive_of, driven
 from .equations import function_of
-from .form import AngleAim, Hinge, Planar, PointAim, Slide, direction_of, numbered, point_of
+from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
 from .hanging import ANGLE, Coordinate
 from .ideal import Ideal, ideal_of, masses_of
 from .loads import loads_of, stops_of
+from .segments import in_segments
 
 __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
 
@@ -47,6 +48,8 @@ def channels(machine: Machine) -> tuple[Channel, ...]:
                 Channel(f"{name}/angle", "rad", f"angle of {body}, counter-clockwise"),
                 Channel(f"{name}/rate", "rad/s", "its rate"),
             ]
+            if machine.bodies[body].elastic:
+                found.append(Channel(f"{name}/extension", "m", f"by which {body} is longer than unloaded"))
     return tuple(found)
 
 
@@ -56,6 +59,7 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
     proximal one where the motion begins, at rest relative to each other.  Raises ClosureError, MobilityError.
     """
+    machine = in_segments(machine)
     known, names = ideal_of(machine), frozenset(joints)
     if names not in known.opened:
         known.opened[names] = _opened(machine, names)
@@ -151,10 +155,12 @@ def _value(machine: Machine, opened: frozenset[str]) -> Planar:
     numbers = {name: numbered(i) for i, name in enumerate([GROUND, *_moving(machine)])}
     placed = []
     for joint in machine.joints:
-        site = Open() if joint.name in opened else Closed()
+        site: tuple = Open() if joint.name in opened else Closed()
         ends = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_point(machine, joint.proximal), _point(machine, joint.distal))
-        if isinstance(joint, Guide):
+        if isinstance(joint, (Guide, Stretch)):
+            held = isinstance(joint, Stretch)
+            site = Sprung(joint.stiffness, joint.damping) if held else site
             axis = direction_of(math.cos(joint.axis), math.sin(joint.axis))
             placed.append(Slide(site, *ends, *points, axis))
         else:

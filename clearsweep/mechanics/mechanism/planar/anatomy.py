@@ -2,11 +2,12 @@
 
 from typing import Any, NamedTuple
 
+from ...joint.friction.stick import Karnopp
 from ..contract import Open
 from .drive import Free, Steady
-from .form import AlongX, Centre, OnAxis, Planar, PointAim, Slide
+from .form import AlongX, Centre, OnAxis, Planar, PointAim, Segment, Slide, Sprung
 from .hanging import Coordinate, Hanging, Link, hanging
-from .loads import Rubbed, Springing
+from .loads import Braked, Rubbed, Springing
 
 Vector = tuple[str | None, str | None]
 
@@ -28,10 +29,12 @@ class LoadKind(NamedTuple):
 
 
 class Rub(NamedTuple):
-    """Friction in a joint without clearance."""
+    """Friction in a joint without clearance, or of a given size in any joint."""
 
     load: int  # its number among the loads
     joint: int
+    given: bool  # it does not depend on the reaction
+    sticks: bool = False  # below a rate its law holds the bodies
 
 
 class Anatomy(NamedTuple):
@@ -46,6 +49,7 @@ class Anatomy(NamedTuple):
     loads: tuple[LoadKind | None, ...]  # None where it is friction
     rubs: tuple[Rub, ...]
     aim: tuple  # (number of the body, point or None, direction)
+    segments: tuple[int, ...] = ()  # numbers of the bodies that are further masses of an elastic link
 
     @property
     def bodies(self) -> int:
@@ -67,6 +71,22 @@ class Anatomy(NamedTuple):
         """Return the joints with clearance."""
         return [j for j, site in enumerate(self.sites) if site.link.open]
 
+    @property
+    def sprung(self) -> list[int]:
+        """Return the joints between masses of elastic links."""
+        return [j for j, site in enumerate(self.sites) if site.link.sprung]
+
+    @property
+    def whole(self) -> list[tuple[int, ...]]:
+        """Return the bodies that move, those together that are the masses of one elastic link."""
+        found: list[tuple[int, ...]] = []
+        for body in range(1, self.bodies):
+            if body in self.segments:
+                found[-1] = (*found[-1], body)
+            else:
+                found.append((body,))
+        return found
+
 
 def kinds_of(value: Any) -> Any:
     """Return the types in nested tuples, or of the compiler's type of them, in one form."""
@@ -83,7 +103,9 @@ def anatomy(kinds: tuple) -> Anatomy:
     crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
     hang = hanging(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
     rubs = tuple(
-        Rub(i, _number(_of(kind, "joint"))) for i, kind in enumerate(_of(kinds, "loads")[1:]) if kind[0] is Rubbed
+        Rub(i, _number(_of(kind, "joint")), kind[0] is Braked, _of(kind, "friction")[0] is Karnopp)
+        for i, kind in enumerate(_of(kinds, "loads")[1:])
+        if kind[0] in (Rubbed, Braked)
     )
     loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_of(kinds, "loads")[1:]))
     aim, path = _of(kinds, "aim"), "mechanism.aim"
@@ -101,6 +123,7 @@ def anatomy(kinds: tuple) -> Anatomy:
         loads,
         rubs,
         (_number(_of(aim, "body")), point, along),
+        tuple(i for i, kind in enumerate(_of(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
     )
 
 
@@ -114,13 +137,14 @@ def _number(kinds: tuple) -> int:
 
 def _site(kinds: tuple, path: str) -> Site:
     slides = kinds[0] is Slide
-    link = Link(slides, _of(kinds, "site")[0] is Open, _number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
+    site, ends = _of(kinds, "site")[0], (_number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
+    link = Link(slides, site is Open, *ends, site is Sprung)
     axis = _vector(_of(kinds, "axis"), f"{path}.axis") if slides else (None, None)
     return Site(link, _vector(_of(kinds, "near"), f"{path}.near"), _vector(_of(kinds, "far"), f"{path}.far"), axis)
 
 
 def _load(kinds: tuple, path: str) -> LoadKind | None:
-    if kinds[0] is Rubbed:
+    if kinds[0] in (Rubbed, Braked):
         return None
     pairs = (("first", "near"), ("second", "far")) if kinds[0] is Springing else (("body", "at"),)
     ends = tuple((_number(_of(kinds, body)), _vector(_of(kinds, at), f"{path}.{at}")) for body, at in pairs)

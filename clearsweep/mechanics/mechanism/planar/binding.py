@@ -9,7 +9,7 @@ from .anatomy import Anatomy
 from .drive import Steady
 from .equations import function_of
 from .form import Planar
-from .hanging import ANGLE, Coordinate
+from .hanging import ANGLE, RUN, Coordinate
 
 LOOKS = 36  # places of a turn that are looked at
 
@@ -30,7 +30,8 @@ def bound_of(value: Planar, machine: Anatomy, courses: list) -> list[int]:
         y = np.array([*(course[0][k] for course in courses), *(0.0 for _ in courses), time])
         looks.append(np.array(loops(value, place(value, y))))
     rows = np.array(looks)
-    may = [i for i, item in enumerate(machine.hang.coordinates) if item != Coordinate(ANGLE, machine.hang.crank)]
+    never = {Coordinate(ANGLE, machine.hang.crank), *(Coordinate(RUN, j) for j in machine.sprung)}
+    may = [i for i, item in enumerate(machine.hang.coordinates) if item not in never]
     scale = np.max(np.abs(rows), axis=(0, 2), keepdims=True)
     rows = (rows / scale)[:, :, may]
     rows /= np.maximum(np.max(np.abs(rows), axis=(0, 1)), 1e-300)

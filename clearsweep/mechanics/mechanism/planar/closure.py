@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, At, Guide, Machine
+from ....contracts.machine import GROUND, At, Guide, Machine, Stretch
 from .turn import Turn, between
 
 STATIONS = 720  # of a turn, at which the machine is closed
@@ -60,11 +60,12 @@ class Closure:
         self.machine, self.offsets = machine, offsets or {}
         self.names = [name for name in machine.bodies if name != GROUND]
         self.index = {name: i for i, name in enumerate(self.names)}
-        self.size = _size(machine)
+        self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
         self.crank = self.index[_driven(machine).distal.body]
-        self.rows = 2 * len(machine.joints) + 1
+        self.held = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
+        self.rows = 2 * len(machine.joints) + 1 + len(self.held)
         if self.rows != 3 * len(self.names):
-            free = 3 * len(self.names) - 2 * len(machine.joints)
+            free = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
                 f"without clearance it can move in {free} ways (3 for each body that moves, less 2 for each joint); "
                 "the drive needs exactly 1"
@@ -110,14 +111,11 @@ class Closure:
         jacobian = np.zeros((*q.shape[:-1], self.rows, q.shape[-1]))
         for row, joint in zip(range(0, self.rows, 2), self.machine.joints, strict=False):
             near, far = (self._end(at, columns, rates, turned) for at in (joint.proximal, joint.distal))
-            ends = [
-                (3 * self.index[at.body], sign, end)
-                for at, sign, end in ((joint.proximal, -1.0, near), (joint.distal, 1.0, far))
-                if at.body != GROUND
-            ]
+            both = ((joint.proximal.body, -1.0, near), (joint.distal.body, 1.0, far))
+            ends = [(3 * self.index[body], sign, end) for body, sign, end in both if body != GROUND]
             gap_x, gap_y = far.x - near.x, far.y - near.y
             bend_x, bend_y = far.ddx - near.ddx, far.ddy - near.ddy
-            if isinstance(joint, Guide):
+            if isinstance(joint, Guide | Stretch):
                 angle, rate = (self.angle(joint.proximal.body, each) for each in (q, first))
                 c, s = np.cos(angle + joint.axis), np.sin(angle + joint.axis)
                 values[..., row] = self.angle(joint.distal.body, q) - angle
@@ -137,9 +135,26 @@ class Closure:
                 for i, sign, end in ends:
                     jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
                     jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = sign * end.lever_x, sign * end.lever_y
+        for row, joint in enumerate(self.held, 2 * len(self.machine.joints)):
+            values[..., row], lacking[..., row] = self._stretched(joint, q, first, jacobian[..., row, :])
         values[..., -1] = q[..., 3 * self.crank + 2] - angles
         jacobian[..., -1, 3 * self.crank + 2] = 1.0
         return values, jacobian, lacking
+
+    def _stretched(self, joint: Stretch, q, first, row):
+        """Return the stretch (m) of a spring and what its second derivative lacks; put its derivatives into `row`."""
+        near, far = (self.end(at, q, first) for at in (joint.proximal, joint.distal))
+        turned, rate = self.angle(joint.proximal.body, q) + joint.axis, self.angle(joint.proximal.body, first)
+        c, s = np.cos(turned), np.sin(turned)
+        x, y = far.x - near.x, far.y - near.y
+        for at, sign, end in ((joint.proximal, -1.0, near), (joint.distal, 1.0, far)):
+            i = 3 * self.index[at.body]
+            row[..., i], row[..., i + 1] = sign * c, sign * s
+            row[..., i + 2] = sign * (c * end.lever_x + s * end.lever_y)
+        row[..., 3 * self.index[joint.proximal.body] + 2] += c * y - s * x
+        across = c * (far.dy - near.dy) - s * (far.dx - near.dx)
+        bend = c * (far.ddx - near.ddx) + s * (far.ddy - near.ddy)
+        return c * x + s * y, bend + 2.0 * rate * across - rate**2 * (c * x + s * y)
 
     def angle(self, body: str, q: np.ndarray) -> Any:
         """Return the angle (rad) of a body, or its rate, (...)."""
@@ -149,12 +164,11 @@ class Closure:
 
     def _scaled(self, jacobian):
         """Return the derivatives with lengths measured by the machine's size."""
-        scale = np.tile([self.size, self.size, 1.0], len(self.names))
-        unit = np.ones(self.rows)
-        row = 0
+        scale, unit, row = np.tile([self.size, self.size, 1.0], len(self.names)), np.ones(self.rows), 0
         for joint in self.machine.joints:
-            unit[row : row + 2] = (1.0, self.size) if isinstance(joint, Guide) else (self.size, self.size)
+            unit[row : row + 2] = (1.0, self.size) if isinstance(joint, (Guide, Stretch)) else (self.size, self.size)
             row += 2
+        unit[row:-1] = self.size
         return jacobian * scale / unit[:, None]
 
     def _weakest(self, q, angle) -> tuple[float, str]:
@@ -231,7 +245,7 @@ class Closure:
                     (
                         joint
                         for joint in self.machine.joints
-                        if isinstance(joint, Guide) == guides
+                        if isinstance(joint, (Guide, Stretch)) == guides
                         and (joint.proximal.body in placed) != (joint.distal.body in placed)
                     ),
                     None,
@@ -276,7 +290,7 @@ class Closure:
         angles = given.copy()
         angles[self.crank] = angle
         values, _, _ = self.evaluate(self._hung(angles), angle)
-        joint = self.machine.joints[int(np.argmax(np.abs(values[:-1]))) // 2]
+        joint = self.machine.joints[int(np.argmax(np.abs(values[: 2 * len(self.machine.joints)]))) // 2]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
     # ------------------------------------------------------------------------------------------ a turn
@@ -338,7 +352,10 @@ class Closure:
 def turn_of(machine: Machine) -> Turn:
     """Return the turn of a machine from the start of its crank; cases that differ in masses and loads share it."""
     bodies = {name: (tuple(body.center), dict(body.points)) for name, body in machine.bodies.items()}
-    key = (bodies, machine.joints, machine.driven, dict(machine.start), machine.drive.start_angle)
+    joints = [
+        each._replace(stiffness=0.0, damping=0.0) if isinstance(each, Stretch) else each for each in machine.joints
+    ]
+    key = (bodies, joints, machine.driven, dict(machine.start), machine.drive.start_angle)
     return _kept_turn(pickle.dumps(key), Alike(machine))
 
 
@@ -364,11 +381,6 @@ def _driven(machine: Machine):
     return next(joint for joint in machine.joints if joint.name == machine.driven)
 
 
-def _size(machine: Machine) -> float:
-    """Return the sum of the largest lengths of all bodies, m."""
-    return sum(extent(body) for name, body in machine.bodies.items()) or 1.0
-
-
 def extent(body) -> float:
     """Return the largest distance (m) between two points of a body, its centre of mass among them."""
     points = np.array([body.center, *body.points.values()])
@@ -382,6 +394,5 @@ def _columns(q: np.ndarray) -> list:
 
 def _turned(columns: list) -> list:
     """Return cosine and sine of the angle of each body."""
-    many = isinstance(columns[0], np.ndarray)
-    cos, sin = (np.cos, np.sin) if many else (math.cos, math.sin)
+    cos, sin = (np.cos, np.sin) if isinstance(columns[0], np.ndarray) else (math.cos, math.sin)
     return [(cos(angle), sin(angle)) for angle in columns[2::3]]

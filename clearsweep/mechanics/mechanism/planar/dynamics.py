@@ -6,7 +6,7 @@ its LDL factors, which are written out as well.  Where loops bind coordinates, t
 """
 
 from .anatomy import Anatomy, Vector
-from .hanging import ANGLE, Coordinate
+from .hanging import ANGLE, RUN, Coordinate
 from .kinematics import Bodies, Columns
 from .loops import Solver, equations
 from .writer import Lines, number, packed, tupled
@@ -170,6 +170,8 @@ class Dynamics(Bodies):
                 turning = lines.total(*moment[body], spun)
                 for item, value in self.turning[group].items():
                     terms[item].append(lines.product(value, turning))
+        for j in self.machine.sprung:
+            terms[Coordinate(RUN, j)].append(lines.minus(self.tension(j)))
         return {item: lines.total(*parts) for item, parts in terms.items()}
 
     def motion(self) -> tuple[str, Row]:
@@ -212,8 +214,11 @@ def impact_masses(machine: Anatomy) -> str:
     """Return the code of the family's member of that name.
 
     The mass is 1 / (n^T J M^-1 J^T n), see `contract.impact_masses`; 0 where a gap is closed and has no direction.
+    Elastic links count as rigid: the mass at a pin alone would fall without end with the number of segments.
     """
     write = Dynamics(machine, "mechanism", "pose", "relative")
+    held = {Coordinate(RUN, j) for j in machine.sprung}
+    write.unknown = [item for item in write.unknown if item not in held]
     lines, masses = write.lines, []
     lower, inverse = write.factored()
     for i, j in enumerate(machine.open):

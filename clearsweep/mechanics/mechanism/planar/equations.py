@@ -9,10 +9,11 @@ import linecache
 from collections.abc import Callable
 
 from ...compiled import calculus
+from ...compiled.choosing import where
 from ...compiled.dual import Dual, as_type_of, plain, value
 from ...compiled.family import inlined, kernel
 from ...joint.dry import Gap
-from ...joint.friction.contract import friction_force
+from ...joint.friction.contract import friction_force, static_limit
 from ...joint.guide import GuideGap
 from ..contract import Motion
 from . import dynamics, rubbing
@@ -20,6 +21,7 @@ from .anatomy import Anatomy, Vector, anatomy, kinds_of
 from .course import at_angle
 from .drive import driven, torque_at
 from .dynamics import mass_of
+from .hanging import RUN, Coordinate
 from .kinematics import Bodies
 from .loads import by_table
 from .placing import closed, loops, place, step
@@ -62,6 +64,8 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
         "Motion": Motion,
         "RubbedMotion": rubbing.RubbedMotion,
         "friction_force": friction_force,
+        "static_limit": static_limit,
+        "where": where,
         "Pose": Pose,
         "Turn": Turn,
     }
@@ -138,6 +142,8 @@ def _energy(machine: Anatomy) -> str:
     for body, point, force, torque in write.applied():
         velocity = write.along(write.columns(write.way(body, point)), write.rate)
         power += [*lines.dot(force, velocity), lines.product(torque, write.spin(body))]
+    for j in machine.sprung:
+        power.append(lines.minus(lines.product(write.tension(j), write.rate[Coordinate(RUN, j)])))
     return lines.function("energy", f"({number(kinetic)}, {number(lines.total(*power))})")
 
 
@@ -146,13 +152,28 @@ def _describe(machine: Anatomy) -> str:
     lines, crank = write.lines, machine.groups.index(machine.hang.crank)
     place, velocity = _aim(write)
     values = ["pose.time", f"pose.turns[{crank}].angle", "motion.torque", place, velocity, "motion.output"]
-    for body in range(1, machine.bodies):
-        way, group = write.way(body), machine.hang.group[body]
-        values += [*write.place(way), *write.along(write.columns(way), write.rate)]
-        values += [f"pose.turns[{machine.groups.index(group)}].angle", write.spin(body)] if group else [None, None]
+    for masses in machine.whole:
+        group = machine.hang.group[masses[0]]
+        values += _center(write, masses)
+        values += [f"pose.turns[{machine.groups.index(group)}].angle", write.spin(masses[0])] if group else [None, None]
+        if masses[1:]:
+            runs = (write.run[j] for j in machine.sprung if machine.sites[j].link.distal in masses)
+            values.append(lines.total(*runs))
     for i, name in enumerate(values):
         lines.text.append(f"out[{i}] = {number(name)}")
     return lines.function("describe", str(len(values)))
+
+
+def _center(write: Bodies, masses: tuple[int, ...]) -> list[str | None]:
+    """Return place and velocity of the centre of mass of a body, or of the masses of an elastic link."""
+    lines, ways = write.lines, [write.way(body) for body in masses]
+    found = [(*write.place(way), *write.along(write.columns(way), write.rate)) for way in ways]
+    if not masses[1:]:
+        return list(found[0])
+    weights = [mass_of(lines, body)[0] for body in masses]
+    share = lines.let(f"1.0 / {number(lines.total(*weights))}")
+    parts = zip(*found, strict=True)
+    return [lines.product(share, lines.total(*map(lines.product, weights, part))) for part in parts]
 
 
 def _body_angles(machine: Anatomy) -> str:

@@ -15,6 +15,20 @@ class Mass(NamedTuple):
     inertia: float  # kg m^2, about the centre of mass
 
 
+class Segment(NamedTuple):
+    """A further mass of the elastic link before it, held by a spring."""
+
+    mass: float  # kg
+    inertia: float  # kg m^2, about its centre of mass
+
+
+class Sprung(NamedTuple):
+    """A guide between two masses of an elastic link, with a spring and damper along it."""
+
+    stiffness: float  # N/m
+    damping: float  # N s/m
+
+
 class Centre(NamedTuple):
     """The centre of mass of a body, or the origin of the ground."""
 
@@ -56,7 +70,7 @@ class Hinge(NamedTuple):
 class Slide(NamedTuple):
     """A prismatic joint."""
 
-    site: tuple
+    site: tuple  # Ideal(), Open() or Sprung
     proximal: tuple
     distal: tuple
     near: tuple
@@ -81,7 +95,7 @@ class AngleAim(NamedTuple):
 class Planar(NamedTuple):
     """The compiled form of a planar machine."""
 
-    bodies: tuple  # of Mass, without the ground
+    bodies: tuple  # of Mass and Segment, without the ground
     joints: tuple  # of Hinge and Slide, in the order in which they were written
     bound: tuple  # numbers of the coordinates that loops determine
     crank: tuple  # number of the driven body

@@ -18,6 +18,7 @@ class Link(NamedTuple):
     open: bool
     proximal: int  # number of a body, 0 for the ground
     distal: int
+    sprung: bool = False  # holds two masses of an elastic link together
 
 
 class Coordinate(NamedTuple):
@@ -78,7 +79,8 @@ def _tree(count: int, links: tuple) -> tuple:
         if root in order:
             continue
         order.append(root)
-        layer = [root]
+        layer = [root, *_chained(links, root, order, parents, used)]
+        order += layer[1:]
         while layer:
             layer = _following(links, layer, order, parents, used)
             order += layer
@@ -94,4 +96,23 @@ def _following(links: tuple, layer: list, placed: list, parents: list, used: set
                 parents[far] = (near, j)
                 used.add(j)
                 found.append(far)
+                found += _chained(links, far, [*placed, *found], parents, used)
+    return found
+
+
+def _chained(links: tuple, body: int, placed: list, parents: list, used: set) -> list:
+    """Return the masses of the elastic link that `body` is one of, hung on each other: no spring closes a loop."""
+    found: list[int] = []
+    held = [body]
+    while held:
+        near = held.pop()
+        for j, link in enumerate(links):
+            if not link.sprung or near not in (link.proximal, link.distal):
+                continue
+            far = link.distal if near == link.proximal else link.proximal
+            if far not in placed and far not in found:
+                parents[far] = (near, j)
+                used.add(j)
+                found.append(far)
+                held.append(far)
     return found

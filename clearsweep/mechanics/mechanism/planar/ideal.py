@@ -8,12 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from ....contracts.machine import GROUND, At, Constant, Course, Guide, Machine, Motor, Push, Rubbing, Spring, Tabled
+from ....contracts.machine import (
+    GROUND,
+    At,
+    Braking,
+    Constant,
+    Course,
+    Guide,
+    Machine,
+    Motor,
+    Push,
+    Rubbing,
+    Spring,
+    Stretch,
+    Tabled,
+)
 from ...joint.friction.contract import friction_force
 from ..contract import IdealMotion
 from .closure import Alike, Closure, turn_of
 from .drive import drive_of, torque_at, when
-from .form import Mass
+from .form import Mass, Segment
 from .free_crank import Passage
 from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .loads import by_rows, table_of
@@ -124,7 +138,10 @@ class Ideal:
         outside = self.outside(there, rate, time)
         _, jacobian, _ = self.closure.evaluate(there.q, there.angles)
         reactions: dict[str, np.ndarray] = {}
-        rubbing, forces = np.zeros_like(outside), [load for load in self.machine.loads if isinstance(load, Rubbing)]
+        rubbing, forces = (
+            np.zeros_like(outside),
+            [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))],
+        )
         for _ in range(SWEEPS):
             acceleration = self.accelerated(there, rate, time, outside + rubbing)
             moved = there.second * (rate**2)[:, None] + there.first * acceleration[:, None]
@@ -192,6 +209,8 @@ class Ideal:
         for load in forces:
             joint = next(joint for joint in self.machine.joints if joint.name == load.joint)
             normal = np.hypot(*reactions[joint.name].T)
+            if isinstance(load, Braking):
+                normal = np.full(len(rate), load.normal)
             turns = [self.closure.angle(at.body, there.first) * rate for at in (joint.distal, joint.proximal)]
             slip = load.radius * (turns[0] - turns[1])
             if isinstance(joint, Guide):
@@ -207,7 +226,7 @@ class Ideal:
 
     def _reaction(self, joint, there: Turn, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
-        if isinstance(joint, Guide):
+        if isinstance(joint, Guide | Stretch):
             along = joint.axis + self.closure.angle(joint.proximal.body, there.q)
             return -multipliers[:, 1:] * np.stack([-np.sin(along), np.cos(along)], -1)
         return -multipliers
@@ -226,12 +245,13 @@ class Ideal:
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / mass) or 1.0
 
 
-def masses_of(machine: Machine) -> list[Mass]:
+def masses_of(machine: Machine) -> list[Mass | Segment]:
     """Return mass and moment of inertia of every body that moves; a flywheel turns with the crank."""
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
     wheel = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
+    held = {joint.distal.body for joint in machine.joints if isinstance(joint, Stretch)}
     return [
-        Mass(body.mass, body.inertia + (wheel if name == crank else 0.0))
+        (Segment if name in held else Mass)(body.mass, body.inertia + (wheel if name == crank else 0.0))
         for name, body in machine.bodies.items()
         if name != GROUND
     ]

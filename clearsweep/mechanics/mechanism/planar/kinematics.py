@@ -202,6 +202,12 @@ class Bodies(Kinematics):
             found.append((body, point, parts[:2], parts[2]))
         return found
 
+    def tension(self, j: int) -> str:
+        """Return the force (N) with which the spring number `j` of an elastic link pulls its ends together."""
+        lines, path = self.lines, f"mechanism.joints[{j}].site"
+        stretched = lines.product(f"{path}.stiffness", self.run[j])
+        return lines.let(lines.total(stretched, lines.product(f"{path}.damping", self.rate[Coordinate(RUN, j)])))
+
     def _springing(self, path: str, load: LoadKind) -> list[tuple[int, Vector, Vector, None]]:
         """Return what a spring and damper do at both of their ends."""
         lines = self.lines

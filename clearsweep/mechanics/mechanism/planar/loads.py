@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import Push, Rubbing, Spring, Tabled
+from ....contracts.machine import Braking, Push, Rubbing, Spring, Tabled
 from ...compiled.dual import plain
 from ...compiled.family import kernel
 from ...compiled.held import Held, held, item_of, row_of
@@ -68,6 +68,15 @@ class Rubbed(NamedTuple):
     joint: tuple  # number
     friction: tuple  # of a friction law
     radius: float  # m, of a pin
+
+
+class Braked(NamedTuple):
+    """Friction of a given size in a joint."""
+
+    joint: tuple  # number
+    friction: tuple  # of a friction law
+    radius: float  # m
+    normal: float  # N
 
 
 @kernel
@@ -148,6 +157,8 @@ def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
             found.append(Springing(*ends, load.stiffness, load.free_length, load.damping))
         elif isinstance(load, Rubbing):
             found.append(Rubbed(joint(load.joint), load.friction, load.radius))
+        elif isinstance(load, Braking):
+            found.append(Braked(joint(load.joint), load.friction, load.radius, load.normal))
     return tuple(found)
 
 

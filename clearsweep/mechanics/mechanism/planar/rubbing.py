@@ -1,4 +1,4 @@
-"""Friction in joints of a planar machine that have no clearance, written out for its type.
+"""Friction in joints of a planar machine that have no clearance, or a size of its own, written out for its type.
 
 The friction in a pin is a couple, in a guide a force, by a friction law of the reaction, and the reactions depend on
 all friction.  Both are found in turn until nothing changes: the couples are small beside what the reactions do at the
@@ -17,6 +17,7 @@ from .loops import Solver, equations
 from .writer import number, tupled
 
 SWEEPS = 200  # over friction and reactions
+LEAST_YIELD = 1e-6  # rad/s^2 for N m, m/s^2 for N: what yields less moves as the crank says, and cannot stick
 SETTLED = 1e-15  # of the largest friction, by which it still changes
 
 _SOLVED = """def accelerate(mechanism, pose, loads):
@@ -36,6 +37,33 @@ _SOLVED = """def accelerate(mechanism, pose, loads):
     motion = under_friction(mechanism, pose, loads, rub)[0]
     lost = {power}
     return RubbedMotion(motion.accelerations, motion.output, motion.torque, lost if settled else math.nan * lost)
+"""
+
+
+_GIVEN = """def accelerate(mechanism, pose, loads):
+    rub = {friction}
+    motion = under_friction(mechanism, pose, loads, rub)[0]
+    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power})
+"""
+
+
+#: Karnopp 1985: below the band each couple or force is the one that lets the slip die away with the rate of the crank,
+#: within its limits; several are found in turn (projected Gauss-Seidel).
+_STICKING = """def accelerate(mechanism, pose, loads):
+    rub = {friction}
+    pace = under_friction(mechanism, pose, loads, rub)[2]
+    yields, stuck, limits, slips = {yields}, {stuck}, {limits}, {slips}
+    for _ in range({sweeps}):
+        before = rub
+{turns}
+        change, largest = 0.0, 0.0
+        for i in range({count}):
+            change = max(change, abs(plain(rub[i]) - plain(before[i])))
+            largest = max(largest, abs(plain(rub[i])))
+        if change <= {near} * largest:
+            break
+    motion = under_friction(mechanism, pose, loads, rub)[0]
+    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power})
 """
 
 
@@ -82,8 +110,13 @@ class Reacting(Dynamics):
         return force, moment
 
     def normals(self, found: Row) -> list[str | None]:
-        """Return the size of the reaction in each joint that rubs, for the accelerations of all coordinates."""
+        """Return the size of the reaction in each joint that rubs, for the accelerations of all coordinates.
+
+        It is 0 where the friction has a size of its own.
+        """
         lines, machine = self.lines, self.machine
+        if all(rub.given for rub in machine.rubs):
+            return ["0.0"] * len(machine.rubs)
         missing, turning = self._missing(found)
         closing = self._multipliers(missing, turning)
         for j, pull in closing.items():
@@ -92,13 +125,29 @@ class Reacting(Dynamics):
             missing[link.proximal] = self.sum(missing[link.proximal], pull)
         sizes = []
         for rub in machine.rubs:
+            if rub.given:
+                sizes.append("0.0")
+                continue
             reaction = closing.get(rub.joint) or self._through(rub.joint, missing)
             if machine.sites[rub.joint].link.slides:
                 across = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
                 sizes.append(f"abs({across})")
             else:
                 sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
-        return [lines.let(size) for size in sizes]
+        return [size if size == "0.0" else lines.let(size) for size in sizes]
+
+    def pace(self, rub: Rub, found: Row) -> str | None:
+        """Return how the slip of a joint changes (rad/s^2 or m/s^2), for the accelerations of all coordinates."""
+        lines, link = self.lines, self.machine.sites[rub.joint].link
+        if not link.slides:
+            turned = (found.get(Coordinate(ANGLE, self.hang.group[body])) for body in (link.distal, link.proximal))
+            distal, proximal = turned
+            return lines.total(distal, lines.minus(proximal))
+        way, axis = self.between(*self.site(rub.joint)), self.axis(rub.joint)
+        columns = self.columns(way)
+        moved = self.sum(self.bias(way), self.along({item: columns[item] for item in columns if item in found}, found))
+        across = lines.total(*lines.dot(self.left(axis), self.along(columns, self.rate)))
+        return lines.total(*lines.dot(axis, moved), lines.product(self.spin(link.proximal), across))
 
     def _missing(self, found: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
         """Return force and moment on each body that its joints give it."""
@@ -158,16 +207,25 @@ def accelerate(machine: Anatomy) -> str:
     """Return the code of the family's member of that name, for machines with friction in joints without clearance."""
     write = Reacting(machine, "mechanism", "pose", "loads", "rub")
     motion, found = write.motion()
-    first = write.lines.function("under_friction", f"({motion}, {tupled(write.normals(found))})")
+    sizes, paces = write.normals(found), [write.pace(rub, found) for rub in machine.rubs if rub.sticks]
+    returned = (motion, tupled(sizes), tupled([number(pace) for pace in paces])) if paces else (motion, tupled(sizes))
+    first = write.lines.function("under_friction", tupled(list(returned)))
     seen, friction, power = Bodies(machine, "mechanism", "pose"), [], []
     for i, rub in enumerate(machine.rubs):
         slip, path = _slip(seen, rub), f"mechanism.loads[{rub.load}]"
-        if machine.sites[rub.joint].link.slides:
+        if rub.given and machine.sites[rub.joint].link.slides:
+            friction.append(f"friction_force({path}.friction, {path}.normal, {slip})")
+        elif rub.given:
+            arm = f"{path}.radius"
+            friction.append(f"{arm} * friction_force({path}.friction, {path}.normal, {arm} * {slip})")
+        elif machine.sites[rub.joint].link.slides:
             friction.append(f"friction_force({path}.friction, normal[{i}], {slip})")
         else:
             friction.append(f"{path}.radius * friction_force({path}.friction, normal[{i}], {path}.radius * {slip})")
         power.append(f"rub[{i}] * {slip}")
-    head, body = _SOLVED.split("\n", 1)
+    if any(rub.sticks for rub in machine.rubs):
+        return f"{first}\n\n{_sticking(machine, seen, friction, power)}"
+    head, body = (_GIVEN if all(rub.given for rub in machine.rubs) else _SOLVED).split("\n", 1)
     text = body.format(
         zeros=tupled(["0.0"] * len(friction)),
         friction=tupled(friction),
@@ -178,6 +236,48 @@ def accelerate(machine: Anatomy) -> str:
     )
     slips = "".join(f"    {line}\n" for line in seen.lines.text)
     return f"{first}\n\n{head}\n{slips}{text}"
+
+
+def _sticking(machine: Anatomy, seen: Bodies, friction: list[str], power: list[str]) -> str:
+    """Return the code of `accelerate` for a machine in which joints stick."""
+    held = [i for i, rub in enumerate(machine.rubs) if rub.sticks]
+    paths = {i: f"mechanism.loads[{machine.rubs[i].load}]" for i in held}
+    slips = {i: _slip(seen, machine.rubs[i]) for i in held}
+    reach = {i: "1.0" if machine.sites[machine.rubs[i].joint].link.slides else f"{paths[i]}.radius" for i in held}
+    rate = f"abs(pose.turns[{machine.groups.index(machine.hang.crank)}].rate)"
+
+    def with_one(i: int, value: str, name: str = "rub") -> str:
+        return tupled([value if j == i else f"{name}[{j}]" for j in range(len(friction))])
+
+    yields, stuck, limits, turns = [], [], [], []
+    for k, i in enumerate(held):
+        pushed = with_one(i, f"rub[{i}] + 1.0")
+        yields.append(f"under_friction(mechanism, pose, loads, {pushed})[2][{k}] - pace[{k}]")
+        stuck.append(f"abs({reach[i]} * {slips[i]}) < {paths[i]}.friction.band")
+        limits.append(f"{reach[i]} * {paths[i]}.normal * static_limit({paths[i]}.friction)")
+        turns += [
+            "pace = under_friction(mechanism, pose, loads, rub)[2]",
+            f"there = where(yields[{k}] > {LEAST_YIELD}, yields[{k}], 1.0)",
+            f"wanted = rub[{i}] - (pace[{k}] + {rate} * slips[{k}]) / there",
+            f"wanted = min(max(wanted, -limits[{k}]), limits[{k}])",
+            f"held = where(yields[{k}] > {LEAST_YIELD}, wanted, rub[{i}])",
+            f"rub = {with_one(i, f'where(stuck[{k}], held, rub[{i}])')}",
+        ]
+    head, body = _STICKING.split("\n", 1)
+    text = body.format(
+        friction=tupled(friction),
+        yields=tupled(yields),
+        stuck=tupled(stuck),
+        limits=tupled(limits),
+        slips=tupled([slips[i] for i in held]),
+        sweeps=SWEEPS,
+        turns="\n".join(f"        {turn}" for turn in turns),
+        count=len(friction),
+        near=SETTLED,
+        power=" + ".join(power),
+    )
+    lines = "".join(f"    {line}\n" for line in seen.lines.text)
+    return f"{head}\n{lines}{text}"
 
 
 def _slip(write: Bodies, rub: Rub) -> str:

@@ -1,0 +1,39 @@
+"""Materials, oils and wear pairs by name: typical values, each with its range and its source."""
+
+from collections.abc import Mapping
+
+from ...language.errors import InputError, nearest, shown
+from .entry import Entry, Value
+from .listing import listed
+from .materials import MATERIALS
+from .oils import OILS
+from .pairs import PAIRS
+
+#: What `clearsweep list NAME` prints as a whole.
+LIBRARIES: Mapping[str, Mapping[str, Entry]] = {"materials": MATERIALS, "oils": OILS, "pairs": PAIRS}
+
+__all__ = ["LIBRARIES", "MATERIALS", "OILS", "PAIRS", "Entry", "Value", "text"]
+
+
+def text(name: str) -> str | None:
+    """Return a library, or the entry called `name`, as text; None where neither is called so."""
+    if name in LIBRARIES:
+        return "\n\n".join(listed(entry) for entry in LIBRARIES[name].values())
+    found = [library[name] for library in LIBRARIES.values() if name in library]
+    return "\n\n".join(map(listed, found)) or None
+
+
+def names() -> tuple[str, ...]:
+    """Return everything that `text` knows."""
+    return (*LIBRARIES, *(name for library in LIBRARIES.values() for name in library))
+
+
+def entry(library: Mapping[str, Entry], name: str) -> Entry:
+    """Return an entry by its name, in whatever case it is written.  Raises InputError with the nearest name."""
+    folded = {" ".join(known.split()).casefold(): known for known in library}
+    known = folded.get(" ".join(name.split()).casefold())
+    if known is None:
+        kind = next(kind for kind, each in LIBRARIES.items() if each is library)
+        hint = nearest(name, library)
+        raise InputError(f"unknown name {shown(name)}{hint} (`clearsweep list {kind}` prints all {len(library)})")
+    return library[known]

@@ -1,0 +1,105 @@
+"""Lubricating oils: ISO viscosity grades and SAE grades as viscosities at 40 and 100 degC.
+
+What a standard fixes is one viscosity and its tolerance; the other follows from a viscosity index by ASTM D2270.
+"""
+
+import math
+
+from .entry import Entry, Value
+
+VG_INDEX = 95.0  # of a mineral oil refined with solvents (API group I)
+_SPREAD = (90.0, 105.0)  # of such oils
+#: L and H (mm^2/s at 40 degC) are quadratic in the viscosity at 100 degC (mm^2/s) below the first number of a row:
+#: ASTM D2270-10, appendix X2, table X2.1.
+_ROWS = """
+3.8   1.14673  1.7576   -0.109   0.84155  1.5521  -0.077
+4.4   3.38095 -15.4952  33.196   0.78571  1.7929  -0.183
+5.0   2.5000  -7.2143   13.812   0.82143  1.5679   0.119
+6.4   0.10100  16.6350 -45.469   0.04985  9.1613 -18.557
+7.0   3.35714 -23.5643  78.466   0.22619  7.7369 -16.656
+7.7   0.01191  21.4750 -72.870   0.79762 -0.7321  14.610
+9.0   0.41858  16.1558 -56.040   0.05794  10.5156 -28.240
+12    0.88779  7.5527  -16.600   0.26665  6.7015 -10.810
+15    0.76720  10.7972 -38.180   0.20073  8.4658 -22.490
+18    0.97305  5.3135   -2.200   0.28889  5.9741  -4.930
+22    0.97256  5.2500   -0.980   0.24504  7.4160 -16.730
+28    0.91413  7.4759  -21.820   0.20323  9.1267 -34.230
+40    0.87031  9.7157  -50.770   0.18411  10.1015 -46.750
+55    0.84703  12.6752 -133.310  0.17029  11.4866 -80.620
+70    0.85921  11.1009 -83.190   0.17130  11.3680 -76.940
+inf   0.83531  14.6731 -216.246  0.16841  11.8493 -96.947
+"""
+_REFERENCE = [tuple(map(float, row.split())) for row in _ROWS.strip().splitlines()]
+_D2270 = "viscosity index by ASTM D2270"
+_VG_SOURCE = f"ISO 3448 (viscosity at 40 degC within 10 %); {_D2270}, 95 for a solvent-refined mineral oil"
+_DENSITY = Value("kg/m^3", 880.0, 840.0, 920.0)  # mineral oils at 15 degC
+_GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
+#: SAE grade -> viscosity at 100 degC from, to (mm^2/s; SAE J300), viscosity index typical, from, to.
+_SAE = {
+    "SAE 20": (6.9, 9.3, 100.0, 90.0, 110.0),
+    "SAE 30": (9.3, 12.5, 100.0, 90.0, 110.0),
+    "SAE 40": (12.5, 16.3, 100.0, 90.0, 110.0),
+    "SAE 50": (16.3, 21.9, 98.0, 90.0, 110.0),
+    "SAE 60": (21.9, 26.1, 98.0, 90.0, 110.0),
+    "SAE 5W-30": (9.3, 12.5, 165.0, 150.0, 180.0),
+    "SAE 10W-40": (12.5, 16.3, 155.0, 140.0, 170.0),
+    "SAE 15W-40": (12.5, 16.3, 138.0, 125.0, 150.0),
+    "SAE 20W-50": (16.3, 21.9, 125.0, 115.0, 140.0),
+}
+_SAE_SOURCE = f"SAE J300 (viscosity at 100 degC); {_D2270}, typical of data sheets, without shear thinning"
+
+
+def warm_viscosity(hot: float, index: float) -> float:
+    """Return the kinematic viscosity (mm^2/s) at 40 degC of an oil with one at 100 degC and a viscosity index.
+
+    Procedure A (VI up to 100, equation 3) and B (above, equations 4 and 5) of ASTM D2270, solved for U.
+    """
+    *_, a, b, c, d, e, f = next(row for row in _REFERENCE if hot < row[0])
+    low, high = a * hot**2 + b * hot + c, d * hot**2 + e * hot + f
+    if index <= 100.0:
+        return low - index / 100.0 * (low - high)
+    power = math.log10(1.0 + 0.00715 * (index - 100.0))
+    warm: float = high / hot**power
+    return warm
+
+
+def hot_viscosity(warm: float, index: float) -> float:
+    """Return the kinematic viscosity (mm^2/s) at 100 degC of an oil with one at 40 degC and a viscosity index.
+
+    By bisection between 2 mm^2/s, where ASTM D2270 begins, and `warm`.
+    """
+    low, high = 2.0, warm
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if warm_viscosity(middle, index) < warm else (low, middle)
+    return 0.5 * (low + high)
+
+
+def _viscosity(typical: float, low: float, high: float) -> Value:
+    """Return a kinematic viscosity and its range, from mm^2/s."""
+    return Value("m^2/s", 1e-6 * typical, 1e-6 * low, 1e-6 * high)
+
+
+def _vg(grade: int) -> Entry:
+    least, most = 0.9 * grade, 1.1 * grade
+    ends = hot_viscosity(least, _SPREAD[0]), hot_viscosity(most, _SPREAD[1])
+    values = {
+        "at_40C": _viscosity(grade, least, most),
+        "at_100C": _viscosity(hot_viscosity(grade, VG_INDEX), *ends),
+        "density": _DENSITY,
+    }
+    return Entry(f"ISO VG {grade}", "mineral oil, viscosity index 95", values, _VG_SOURCE)
+
+
+def _sae(name: str) -> Entry:
+    low, high, index, least, most = _SAE[name]
+    middle = math.sqrt(low * high)
+    values = {
+        "at_40C": _viscosity(warm_viscosity(middle, index), warm_viscosity(low, most), warm_viscosity(high, least)),
+        "at_100C": _viscosity(middle, low, high),
+        "density": _DENSITY,
+    }
+    return Entry(name, f"engine oil, viscosity index {index:g}", values, _SAE_SOURCE)
+
+
+OILS = {entry.name: entry for entry in (*map(_vg, _GRADES), *map(_sae, _SAE))}

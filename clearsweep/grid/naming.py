@@ -1,0 +1,151 @@
+"""Puts numbers in place of the names of materials, oils and wear pairs; numbers that are written beside stay."""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from ..language.errors import InputError, shown
+from . import library
+from .document import Problems, WrittenValue
+from .library import Entry, Value
+
+MATERIAL, OIL, PAIR = "name", "oil", "pair"  # the keys under which a name is written
+BODIES = ("bearing", "journal")
+OF_MATERIAL = ("young", "poisson", "yield_strength")
+LAW = "archard"  # of wear, where a pair is named and no law is
+_CONTACTS = ("contact", "axial")
+
+
+class Taken(NamedTuple):
+    """A number that is taken from a library."""
+
+    path: str  # where it was put
+    name: str  # of the entry
+    value: Value
+
+
+class _Named:
+    """What a document takes from the libraries."""
+
+    def __init__(self, problems: Problems):
+        self.problems, self.taken = problems, list[Taken]()
+        self.materials: dict[str, Entry] = {}  # path -> what is named there
+
+    def joint(self, path: str, joint: WrittenValue) -> WrittenValue:
+        """Return a joint with numbers in place of names."""
+        for contact in _CONTACTS:
+            joint = _within(joint, f"{path}.{contact}", contact, self._contact)
+        joint = _within(joint, f"{path}.film", "film", self._film)
+        joint = _within(joint, f"{path}.thermal", "thermal", self._thermal)
+        return _within(joint, f"{path}.wear", "wear", self._wear)
+
+    def _thermal(self, path: str, thermal: WrittenValue) -> WrittenValue:
+        """Return a heat balance with the expansion of materials that are named."""
+        if not isinstance(thermal.value, dict):
+            return thermal
+        both = f"{path.rpartition('.')[0]}.contact.material"
+        known = {body: self.materials.get(f"{both}.{body}", self.materials.get(both)) for body in BODIES}
+        written = thermal.value.get("expansion", _like(thermal, {}))
+        if None in known.values() or not isinstance(written.value, dict):
+            return thermal
+        inside = dict(written.value)
+        for body, entry in known.items():
+            if body not in inside and entry is not None:
+                value = entry.values["expansion"]
+                inside[body] = _like(written, _written(value))
+                self.taken.append(Taken(f"{path}.expansion.{body}", entry.name, value))
+        return _like(thermal, thermal.value | {"expansion": _like(written, inside)})
+
+    def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
+        def material(inner: str, written: WrittenValue) -> WrittenValue:
+            for body in BODIES:
+                written = _within(written, f"{inner}.{body}", body, self._material)
+            return self._material(inner, written)
+
+        return _within(contact, f"{path}.material", "material", material)
+
+    def _material(self, path: str, written: WrittenValue) -> WrittenValue:
+        """Return a material as a section: of a name alone, or of a section with one."""
+        if isinstance(written.value, str):
+            name, inside = written, dict[str, WrittenValue]()
+        elif isinstance(written.value, dict) and MATERIAL in written.value:
+            name, inside = written.value[MATERIAL], {k: v for k, v in written.value.items() if k != MATERIAL}
+        else:
+            return written
+        entry = self.materials[path] = self._entry(library.MATERIALS, path, name)
+        return _like(written, self._filled(path, inside, entry, OF_MATERIAL, name))
+
+    def _film(self, path: str, film: WrittenValue) -> WrittenValue:
+        if not isinstance(film.value, dict) or OIL not in film.value:
+            return film
+        name, viscosity = film.value[OIL], film.value.get("viscosity")
+        if viscosity is not None and not isinstance(viscosity.value, dict):
+            sentence = "is written beside viscosity, which it gives; remove one of the two"
+            self.problems.add(film.key_place(OIL), f"{path}.{OIL}", sentence)
+            return _like(film, {key: value for key, value in film.value.items() if key != OIL})
+        inside = {} if viscosity is None else viscosity.value
+        entry = self._entry(library.OILS, f"{path}.{OIL}", name)
+        filled = self._filled(f"{path}.viscosity", inside, entry, tuple(entry.values), name)
+        whole = {key: value for key, value in film.value.items() if key != OIL}
+        return _like(film, whole | {"viscosity": _like(viscosity or name, filled)})
+
+    def _wear(self, path: str, wear: WrittenValue) -> WrittenValue:
+        if not isinstance(wear.value, dict) or PAIR not in wear.value:
+            return wear
+        name = wear.value[PAIR]
+        inside = {key: value for key, value in wear.value.items() if key != PAIR}
+        inside.setdefault("law", _like(name, LAW))
+        entry = self._entry(library.PAIRS, f"{path}.{PAIR}", name)
+        return _like(wear, self._filled(path, inside, entry, ("coefficient",), name))
+
+    def _entry(self, known: Mapping[str, Entry], path: str, name: WrittenValue) -> Entry:
+        """Return the entry of a name; of a wrong one, which is noted, any: its numbers are never used."""
+        if isinstance(name.value, str):
+            try:
+                return library.entry(known, name.value)
+            except InputError as error:
+                self.problems.add(name, path, str(error))
+        else:
+            kind = next(kind for kind, each in library.LIBRARIES.items() if each is known)
+            sentence = f"found {shown(name.value)}; expected a name that `clearsweep list {kind}` prints"
+            self.problems.add(name, path, sentence)
+        return next(iter(known.values()))
+
+    def _filled(
+        self, path: str, inside: dict[str, WrittenValue], entry: Entry, keys: tuple[str, ...], name: WrittenValue
+    ) -> dict[str, WrittenValue]:
+        """Return a section with the numbers of an entry that are not written in it, and note them."""
+        missing = [key for key in keys if key not in inside]
+        self.taken += [Taken(f"{path}.{key}", entry.name, entry.values[key]) for key in missing]
+        return inside | {key: _like(name, _written(entry.values[key])) for key in missing}
+
+
+def put_numbers(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, list[Taken]]:
+    """Return a document in which numbers stand for names of the libraries, and what was taken."""
+    named = _Named(problems)
+
+    def joints(path: str, section: WrittenValue) -> WrittenValue:
+        for name in section.value if isinstance(section.value, dict) else ():
+            section = _within(section, f"{path}.{name}", name, named.joint)
+        return section
+
+    return _within(root, "joints", "joints", joints), named.taken
+
+
+def _within(
+    section: WrittenValue, path: str, key: str, change: Callable[[str, WrittenValue], WrittenValue]
+) -> WrittenValue:
+    """Return a section in which the value of `key`, if it has one, is changed."""
+    if not isinstance(section.value, dict) or key not in section.value:
+        return section
+    changed = change(path, section.value[key])
+    return section if changed is section.value[key] else _like(section, section.value | {key: changed})
+
+
+def _like(written: WrittenValue, value: object) -> WrittenValue:
+    """Return another value at the same place."""
+    return WrittenValue(value, written.origin, written.line, written.column, written.keys)
+
+
+def _written(value: Value) -> str | float:
+    """Return a typical value as a user would write it."""
+    return value.typical if value.unit == "1" else f"{value.typical!r} {value.unit}"

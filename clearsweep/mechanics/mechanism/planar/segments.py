@@ -1,0 +1,92 @@
+"""Elastic links as chains of masses: each segment of a uniform bar is a spring between two of them.
+
+The masses stand at the ends of the segments (m / 2n at the ends of the bar, m / n between them), the springs have n
+times the stiffness of the whole: the lumped bar of Craig & Kurdila 2006, "Fundamentals of Structural Dynamics", 2nd
+ed., section 9.1.  All masses turn as one, so that mass, centre of mass and moment of inertia of the link are as given
+where nothing is stretched: what the masses on the line lack of them is shared out evenly.
+"""
+
+import math
+
+import numpy as np
+
+from ....contracts.machine import At, Body, Elastic, Machine, Stretch
+
+
+def in_segments(machine: Machine) -> Machine:
+    """Return a machine with a chain of masses in place of every elastic link; others as they are."""
+    links = {name: body.elastic for name, body in machine.bodies.items() if body.elastic}
+    if not links:
+        return machine
+    bodies: dict[str, Body] = {}
+    stretches: list[Stretch] = []
+    for name, body in machine.bodies.items():
+        bodies |= _chain(name, body, body.elastic) if body.elastic else {name: body}
+        stretches += _springs(name, body, body.elastic) if body.elastic else []
+
+    def moved(at: At) -> At:
+        elastic = links.get(at.body)
+        return At(node(at.body, elastic.segments), at.point) if elastic and at.point == elastic.far else at
+
+    joints = tuple(each._replace(proximal=moved(each.proximal), distal=moved(each.distal)) for each in machine.joints)
+    start = {
+        each: angle
+        for name, angle in machine.start.items()
+        for each in ([node(name, i) for i in range(links[name].segments + 1)] if name in links else [name])
+    }
+    loads = tuple(
+        load._replace(**{end: moved(getattr(load, end)) for end in ("at", "first", "second") if hasattr(load, end)})
+        for load in machine.loads
+    )
+    aim = machine.aim
+    if aim.point:
+        aim = aim._replace(body=moved(At(aim.body, aim.point)).body)
+    return machine._replace(bodies=bodies, joints=(*joints, *stretches), start=start, loads=loads, aim=aim)
+
+
+def node(link: str, i: int) -> str:
+    """Return the name of mass number `i` of a link; the first one has the link's own."""
+    return f"{link}~{i}" if i else link
+
+
+def axial_rate(body: Body) -> float:
+    """Return the angular frequency (rad/s) of the first axial mode of a link that is free at both ends."""
+    assert body.elastic is not None  # asked of elastic links
+    return math.pi * math.sqrt(body.elastic.stiffness / body.mass)
+
+
+def _line(body: Body, elastic: Elastic) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first point of the line (m, in the frame of the link) and the way to its second."""
+    near, far = (np.array(body.points[point]) for point in (elastic.near, elastic.far))
+    return near, far - near
+
+
+def _chain(name: str, body: Body, elastic: Elastic) -> dict[str, Body]:
+    """Return the masses of a link by name."""
+    (near, way), count = _line(body, elastic), elastic.segments
+    share = np.full(count + 1, 1.0 / count)
+    share[[0, -1]] *= 0.5
+    aside = np.array(body.center) - (near + 0.5 * way)  # of the centre of mass from the middle of the line
+    places = [near + way * (i / count) + aside for i in range(count + 1)]
+    away = math.fsum(
+        part * body.mass * float(np.sum((at - body.center) ** 2)) for part, at in zip(share, places, strict=True)
+    )
+    inertia = float(body.inertia - away) / (count + 1)  # below 0 is sound: the masses turn as one
+    joints = {f"~{i}": tuple(map(float, near + way * (i / count))) for i in range(1, count + 1)}
+    points = {**body.points, **joints}
+    return {
+        node(name, i): Body(float(part) * body.mass, inertia, (float(at[0]), float(at[1])), points)
+        for i, (part, at) in enumerate(zip(share, places, strict=True))
+    }
+
+
+def _springs(name: str, body: Body, elastic: Elastic) -> list[Stretch]:
+    """Return the springs of a link."""
+    _, way = _line(body, elastic)
+    stiffness = elastic.segments * elastic.stiffness
+    damping = stiffness * 2.0 * elastic.damping / axial_rate(body)
+    axis = math.atan2(way[1], way[0])
+    return [
+        Stretch(f"{name}~{i}", At(node(name, i - 1), f"~{i}"), At(node(name, i), f"~{i}"), axis, stiffness, damping)
+        for i in range(1, elastic.segments + 1)
+    ]

@@ -1,0 +1,199 @@
+"""Links that give along the line between their pins, against the continuous bar, other equations and rigid links."""
+
+import copy
+import math
+
+import elastic_bar
+import numpy as np
+import planar_machines
+import pytest
+from elastic_machine import Rod
+from mechanism_cases import JOINT, slider_crank
+
+import clearsweep
+from clearsweep.contracts.machine import Elastic
+from clearsweep.language.errors import InputError
+from clearsweep.mechanics.mechanism.planar.segments import axial_rate, in_segments
+
+STIFFNESS = 3.9e8  # N/m: a steel rod of 190 mm^2 and 0.12 m between its pins has 3.3e8
+SPEED = 5000.0 * math.pi / 30.0  # rad/s
+ROD = {"axial_stiffness": STIFFNESS, "segments": 4, "damping": 0.02}
+
+
+def solved(elastic=None, times=None, **changes):
+    """Return the motion of the slider-crank with clearance at the slider's pin over a quarter of a turn."""
+    given = {"simulate.revolutions": 0.25, "simulate.tolerance": 1e-10, "joints.rod-slider.contact.onset": "first"}
+    given |= {"mechanism.rod.elastic": elastic} if elastic else {}
+    return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=given | changes)), times=times)
+
+
+@pytest.mark.parametrize("speed", [0.2, 1.0, 4.4])
+def test_an_impact_on_six_segments_is_that_on_the_continuous_bar(speed):
+    peak, duration = elastic_bar.continuous(speed)
+    found = elastic_bar.in_segments(speed, 6)
+    assert found == pytest.approx((peak, duration), rel=0.01)
+
+
+def test_more_segments_come_nearer_to_the_continuous_bar():
+    peak, _ = elastic_bar.continuous(4.4, steps=8000)
+    errors = [abs(elastic_bar.in_segments(4.4, segments)[0] / peak - 1.0) for segments in (1, 4, 12)]
+    assert errors[0] > 0.2
+    assert errors[1] < 0.02
+    assert errors[2] < 0.0015
+
+
+@pytest.mark.parametrize("share", [0.25, pytest.param(1.0, marks=pytest.mark.slow)])
+def test_a_crank_with_an_elastic_rod_moves_as_equations_of_its_own_say(share):
+    end = share * math.pi / SPEED
+    begun, state = Rod(SPEED, STIFFNESS, 4, damping=0.02).run(end)
+    path = solved(ROD, times=np.array([0.0, end]), **{"simulate.revolutions": 0.5, "simulate.tolerance": 1e-11})
+    events = path.events[(path.events["kind"] == "on") & (path.events["t"] <= end)]
+    assert len(events) == len(begun) > 2
+    np.testing.assert_allclose(events["t"], [time for time, _ in begun], rtol=1e-6)
+    np.testing.assert_allclose(events["rate"], [rate for _, rate in begun], rtol=1e-5)
+    found = [path[name][-1] for name in ("slider/x", "slider/v", "rod/angle", "rod/extension")]
+    assert found == pytest.approx([state[5], state[11], state[0], state[4]], rel=1e-6)
+    assert path.summary["energy_residual"] < 1e-9
+
+
+def test_a_rod_that_hardly_gives_moves_as_a_rigid_one():
+    rigid, stiff = (solved(elastic).summary for elastic in (None, ROD | {"axial_stiffness": 1e4 * STIFFNESS}))
+    for figure in ("rod_slider_force_peak", "rod_slider_force_rms", "slider_acceleration_peak", "crank_torque_peak"):
+        assert stiff[figure] == pytest.approx(rigid[figure], rel=1e-4)
+    assert stiff["rod_slider_force_peak_ideal"] == rigid["rod_slider_force_peak_ideal"]
+
+
+def test_a_steel_rod_halves_the_first_peak():
+    rigid, elastic = (solved(given).summary["rod_slider_force_peak"] for given in (None, ROD | {"damping": 0.0}))
+    assert rigid == pytest.approx(45.9e3, rel=0.005)
+    assert elastic == pytest.approx(24.0e3, rel=0.02)
+
+
+def test_mass_centre_and_inertia_are_as_given_where_nothing_is_stretched():
+    made = planar_machines.slider_crank()
+    points = {"big": (0.01, 0.02), "small": (0.11, -0.03)}
+    rod = made.bodies["rod"]._replace(center=(0.04, 0.03), points=points, elastic=Elastic("big", "small", 1e8, 3, 0.1))
+    split = in_segments(made._replace(bodies={**made.bodies, "rod": rod}))
+    masses = [body for name, body in split.bodies.items() if name.startswith("rod")]
+    assert len(masses) == 4
+    assert sum(body.mass for body in masses) == pytest.approx(rod.mass, rel=1e-14)
+    center = sum(body.mass * np.array(body.center) for body in masses) / rod.mass
+    np.testing.assert_allclose(center, rod.center, rtol=1e-13)
+    inertia = sum(body.inertia + body.mass * np.sum((np.array(body.center) - center) ** 2) for body in masses)
+    assert inertia == pytest.approx(rod.inertia, rel=1e-12)
+
+
+def test_the_damping_is_that_of_the_first_axial_mode():
+    made = planar_machines.slider_crank()
+    rod = made.bodies["rod"]._replace(elastic=Elastic("big", "small", STIFFNESS, 12, 0.05))
+    split = in_segments(made._replace(bodies={**made.bodies, "rod": rod}))
+    springs = [joint for joint in split.joints if joint.name.startswith("rod~")]
+    mass = np.diag([body.mass for name, body in split.bodies.items() if name.startswith("rod")])
+    pull = np.zeros((13, 13))
+    for i in range(12):
+        pull[i : i + 2, i : i + 2] += [[1.0, -1.0], [-1.0, 1.0]]
+    rates = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, springs[0].stiffness * pull)).real)[1:])
+    assert rates[0] == pytest.approx(axial_rate(rod), rel=0.005)
+    assert springs[0].damping / springs[0].stiffness * axial_rate(rod) / 2.0 == pytest.approx(0.05, rel=1e-12)
+
+
+def test_every_planar_mechanism_takes_elastic_links():
+    four_bar = {
+        "mechanism": {
+            "type": "four-bar",
+            "ground": {"length": 0.13},
+            "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
+            "coupler": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "elastic": {"axial_stiffness": 1e8}},
+            "rocker": {
+                "length": 0.1,
+                "mass": 0.25,
+                "inertia": 2.2e-4,
+                "elastic": {"axial_stiffness": 1e8, "segments": 2},
+            },
+        },
+        "drive": {"speed": "600 rpm"},
+        "joints": {"coupler-rocker": JOINT},
+        "simulate": {"revolutions": 0.2, "discard": 0, "tolerance": 1e-8},
+        "save": {"orbits": "all"},
+    }
+    path = clearsweep.simulate(clearsweep.load_case(four_bar))
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] < 1e-7
+    for link in ("coupler", "rocker"):
+        assert 1e-9 < np.max(np.abs(path[f"{link}/extension"])) < 1e-4
+
+
+def test_a_planar_grid_says_where_a_link_gives():
+    grid = copy.deepcopy(PLANAR)
+    assert clearsweep.simulate(clearsweep.load_case(grid)).summary["rod_slider_force_peak"] == pytest.approx(
+        solved({"axial_stiffness": STIFFNESS}).summary["rod_slider_force_peak"], rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "sentence"),
+    [
+        ("mechanism.bodies.rod.elastic.between", ["big", "big"], "lies between rod.big and itself"),
+        ("mechanism.bodies.rod.elastic.between", ["big", "middle"], "rod-slider, at rod.small, is on it"),
+        ("mechanism.bodies.rod.elastic.segments", 13, "out of range"),
+        ("mechanism.bodies.rod.mass", 0, "a bar of this mass"),
+        ("loads", {"push": {"on": "rod", "force": ["1 N", "0 N"]}}, "off its pins"),
+    ],
+)
+def test_what_is_not_known_is_refused(path, value, sentence):
+    grid = copy.deepcopy(PLANAR)
+    *sections, last = path.split(".")
+    inside = grid
+    for section in sections:
+        inside = inside[section]
+    inside[last] = value
+    with pytest.raises(InputError, match=sentence):
+        clearsweep.load_case(grid)
+
+
+def test_a_load_at_the_pin_of_an_elastic_link_acts_there():
+    grid = copy.deepcopy(PLANAR) | {"loads": {"push": {"on": "rod", "point": "small", "force": ["-50 N", "0 N"]}}}
+    path = clearsweep.simulate(clearsweep.load_case(grid))
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] < 1e-9
+
+
+def test_a_link_in_space_does_not_give():
+    with pytest.raises(InputError, match="unknown key 'elastic'"):
+        clearsweep.load_case(slider_crank(changes={"mechanism.rod.elastic": ROD, "mechanism.spatial": True}))
+
+
+def points(**named):
+    """Return the points of a body as a grid has them."""
+    return {name: [x, 0.0] for name, x in named.items()}
+
+
+PLANAR = {
+    "mechanism": {
+        "type": "planar",
+        "bodies": {
+            "ground": {"points": points(main=0.0)},
+            "crank": {"mass": 0.3, "inertia": 1e-4, "center": [0.025, 0.0], "points": points(pivot=0.0, pin=0.05)},
+            "rod": {
+                "mass": 0.21,
+                "inertia": 2.5e-4,
+                "center": [0.06, 0.0],
+                "points": points(big=0.0, middle=0.06, small=0.12),
+                "elastic": {"between": ["big", "small"], "axial_stiffness": STIFFNESS},
+            },
+            "slider": {"mass": 0.14, "inertia": 1e-4, "points": points(pin=0.0)},
+        },
+        "joints": {
+            "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
+            "big-end": {"type": "revolute", "between": ["crank.pin", "rod.big"]},
+            "rod-slider": {"type": "revolute", "between": ["rod.small", "slider.pin"], "journal": "rod"},
+            "guide": {"type": "prismatic", "between": ["ground.main", "slider.pin"]},
+        },
+        "driven": "main",
+        "output": {"body": "slider", "point": "pin"},
+    },
+    "drive": {"speed": "5000 rpm"},
+    "joints": {"rod-slider": {**JOINT, "contact": {**JOINT["contact"], "onset": "first"}}},
+    "simulate": {"revolutions": 0.25, "discard": 0, "tolerance": 1e-10},
+    "save": {"orbits": "none"},
+}

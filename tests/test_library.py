@@ -1,0 +1,148 @@
+"""Materials, oils and wear pairs by name: values within their ranges, standards, what a case makes of a name."""
+
+import copy
+
+import pytest
+from click.testing import CliRunner
+from mechanism_cases import slider_crank
+
+from clearsweep import cli, grid, simulation
+from clearsweep.grid import library
+from clearsweep.grid.library.oils import hot_viscosity, warm_viscosity
+from clearsweep.language.errors import InputError
+from clearsweep.sweeping.simulator import SIMULATION
+from clearsweep.sweeping.sweep import facts
+
+ENTRIES = [(kind, entry) for kind, known in library.LIBRARIES.items() for entry in known.values()]
+JOINT = "joints.rod-slider"
+BOTH = {"bearing": "CuSn8", "journal": "100Cr6"}
+
+
+def with_joint(section, value, **more):
+    changes = {f"{JOINT}.{section}": value, f"{JOINT}.length": "20 mm"} | more
+    return grid.load(slider_crank("rod-slider", changes=copy.deepcopy(changes)), simulation.catalogue())
+
+
+def test_every_value_lies_in_its_range_and_every_entry_has_a_source():
+    for kind, entry in ENTRIES:
+        assert entry.source, (kind, entry.name)
+        assert entry.summary, (kind, entry.name)
+        for key, value in entry.values.items():
+            assert 0.0 < value.low <= value.typical <= value.high, (entry.name, key)
+            assert value.low < value.high, (entry.name, key)
+
+
+def test_materials_are_what_the_issue_of_a_bearing_needs():
+    names = " ".join(library.MATERIALS)
+    for wanted in ("100Cr6", "GJL", "CuSn", "EN AW", "PTFE", "POM", "PA66"):
+        assert wanted in names
+    for entry in library.MATERIALS.values():
+        assert set(entry.values) == {"young", "poisson", "density", "yield_strength", "hardness", "expansion"}
+        assert entry.values["poisson"].high < 0.5
+        assert entry.values["hardness"].typical > entry.values["yield_strength"].typical
+
+
+def test_the_viscosity_index_is_that_of_the_examples_of_the_standard():
+    # ASTM D2270: 73.30 and 8.86 mm^2/s have VI 92 (L 119.94, H 69.48); 22.83 and 5.05 have 156
+    assert warm_viscosity(8.86, 92.4) == pytest.approx(73.30, rel=1e-3)
+    assert warm_viscosity(5.05, 156.4) == pytest.approx(22.83, rel=2e-3)
+    # its reference oils: L and H at 5, 10, 20 and 30 mm^2/s
+    for hot, low, high in ((5.0, 40.23, 28.49), (10.0, 147.7, 82.87), (20.0, 493.2, 229.5), (70.0, 4905.0, 1558.0)):
+        assert warm_viscosity(hot, 0.0) == pytest.approx(low, rel=2e-3)
+        assert warm_viscosity(hot, 100.0) == pytest.approx(high, rel=2e-3)
+
+
+def test_the_formula_of_the_viscosity_index_has_no_jumps():
+    for border in (3.8, 4.4, 5.0, 6.4, 7.0, 7.7, 9.0, 12.0, 15.0, 18.0, 22.0, 28.0, 40.0, 55.0, 70.0):
+        for index in (0.0, 95.0):
+            below, above = warm_viscosity(border * (1.0 - 1e-9), index), warm_viscosity(border, index)
+            assert above == pytest.approx(below, rel=3e-3), border
+
+
+def test_a_grade_has_its_viscosity_at_40_degrees_and_index_95():
+    for grade in (10, 46, 320, 1500):
+        values = library.OILS[f"ISO VG {grade}"].values
+        assert values["at_40C"].typical == pytest.approx(grade * 1e-6)
+        assert warm_viscosity(1e6 * values["at_100C"].typical, 95.0) == pytest.approx(grade, rel=1e-9)
+    assert hot_viscosity(46.0, 95.0) == pytest.approx(6.65, abs=0.05)  # 6.6 to 6.8 on data sheets
+
+
+def test_a_name_gives_the_case_of_its_numbers():
+    values = {name: library.MATERIALS[name].values for name in BOTH.values()}
+    written = {
+        body: {key: values[name][key].typical for key in ("young", "poisson", "yield_strength")}
+        for body, name in BOTH.items()
+    }
+    contact = {"law": "lankarani-nikravesh", "restitution": 0.8}
+    named, plain = (with_joint("contact", contact | {"material": each}) for each in (BOTH, written))
+    assert named.case_id(0) == plain.case_id(0)
+    assert named.case(0).joints[0].contact.material.bearing.young == pytest.approx(115e9)
+
+
+def test_numbers_beside_a_name_override():
+    one = {"name": "cusn8", "young": "100 GPa"}
+    contact = {"law": "lankarani-nikravesh", "restitution": 0.8, "material": one}
+    made = with_joint("contact", contact)
+    bearing, journal = made.case(0).joints[0].contact.material
+    assert bearing == journal
+    assert (bearing.young, bearing.poisson) == (100e9, 0.34)
+    assert [each.path.rpartition(".")[2] for each in made.taken] == ["poisson", "yield_strength"]
+    wear = with_joint("wear", {"pair": "steel/bronze greased", "coefficient": "1e-15 m^2/N"}).case(0).joints[0].wear
+    assert (wear.values["bearing_coefficient"], wear.law) == (1e-15, "archard")
+
+
+def test_an_oil_gives_the_viscosity_at_a_temperature():
+    film = with_joint("film", {"oil": "ISO VG 46", "temperature": "40 degC"}).case(0).joints[0].film
+    assert film.viscosity == pytest.approx(46e-6 * 880.0, rel=1e-9)
+    both = with_joint(
+        "film", {"oil": "iso vg 46", "viscosity": {"density": "900 kg/m^3"}, "temperature": "40 degC"}
+    ).case(0)
+    assert both.joints[0].film.viscosity == pytest.approx(46e-6 * 900.0, rel=1e-9)
+
+
+def test_what_is_taken_is_told_with_its_range():
+    made = with_joint("wear", {"pair": "steel/bronze greased"})
+    told, _ = facts(made, SIMULATION)
+    path = f"{JOINT}.wear.coefficient (steel/bronze greased"
+    known = library.PAIRS["steel/bronze greased"].values["coefficient"]
+    assert told[f"{path})"]["min"] == known.typical
+    assert (told[f"{path}, published range)"]["min"], told[f"{path}, published range)"]["max"]) == known[2:]
+    swept = with_joint("wear", {"pair": "steel/bronze greased"}, sweep={f"{JOINT}.wear.coefficient": [1e-15, 2e-15]})
+    assert (swept.taken, len(swept)) == ((), 2)
+
+
+def test_the_published_range_is_an_uncertainty_of_a_life():
+    path = f"{JOINT}.wear.coefficient"
+    life = {"limit": "20 um", "joint": "rod-slider"}
+    made = with_joint("wear", {"pair": "steel/bronze greased"}, life=life, uncertain={path: "published"})
+    known = library.PAIRS["steel/bronze greased"].values["coefficient"]
+    (each,) = made.case(0).uncertain
+    assert each.low == pytest.approx(known.low * (known.high / known.low) ** 0.025, rel=1e-9)
+    assert each.high == pytest.approx(known.low * (known.high / known.low) ** 0.975, rel=1e-9)
+    with pytest.raises(InputError, match="needs the range of a wear pair"):
+        with_joint("wear", {"law": "archard", "coefficient": 1e-15}, life=life, uncertain={path: "published"})
+
+
+@pytest.mark.parametrize(
+    ("section", "value", "sentence"),
+    [
+        ("wear", {"pair": "steel/bronze gresed"}, "did you mean 'steel/bronze greased'.*list pairs"),
+        ("wear", {"pair": 3}, "expected a name that `clearsweep list pairs` prints"),
+        ("film", {"oil": "ISO VG 47", "temperature": "60 degC"}, "did you mean 'ISO VG 46'.*list oils"),
+        ("film", {"oil": "ISO VG 46", "viscosity": "0.1 Pa*s"}, "film.oil: is written beside viscosity"),
+        ("film", {"oil": "ISO VG 46"}, "film.temperature: is missing"),
+    ],
+)
+def test_mistakes_are_told(section, value, sentence):
+    with pytest.raises(InputError, match=sentence):
+        with_joint(section, value)
+
+
+def test_every_library_and_entry_is_printed():
+    run = CliRunner()
+    for kind, known in library.LIBRARIES.items():
+        printed = run.invoke(cli.verbs, ["list", kind]).output
+        for name, entry in known.items():
+            assert f"{name}: {entry.summary}"[:60] in printed
+            assert "source:" in run.invoke(cli.verbs, ["list", name]).output
+    assert "did you mean 'materials'" in str(run.invoke(cli.verbs, ["list", "matrials"]).exception)

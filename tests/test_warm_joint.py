@@ -1,0 +1,136 @@
+"""Dry joints that friction warms: their temperature, clearance, and when they seize."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+from mechanism_cases import slider_crank
+
+import clearsweep
+from clearsweep.language.errors import InputError
+from clearsweep.simulation import heat
+
+ALPHA = {"bearing": 18e-6, "journal": 12e-6}
+THERMAL = {"conductance": "2 W/K", "ambient": "30 degC", "expansion": ALPHA}
+DRY = {
+    "joints.rod-slider.friction": {"law": "ambrosio", "coefficient": 0.1, "v0": 1e-4, "v1": 1e-3},
+    "joints.rod-slider.clearance": 5e-5,
+    "joints.rod-slider.thermal": THERMAL,
+    "drive.speed": "600 rpm",
+    "mechanism.gravity": 9.81,
+    "simulate.revolutions": 3,
+    "simulate.discard": 1,
+    "simulate.tolerance": 1e-6,
+}
+
+
+def scene(**changes):
+    named = {key.replace("__", "."): value for key, value in changes.items()}
+    thermal = copy.deepcopy(THERMAL) | named.pop("thermal", {})
+    given = copy.deepcopy(DRY) | {"joints.rod-slider.thermal": thermal} | named
+    return clearsweep.load_case(slider_crank("rod-slider", changes=given))
+
+
+def with_losses(monkeypatch, loss):
+    """Let the loss (W) of the joint be `loss` of its clearance (m)."""
+
+    def losses(scene, names):
+        return np.array([loss(scene.case.joints[0].clearance)]), np.zeros(1)
+
+    monkeypatch.setattr(heat, "_losses", losses)
+
+
+def test_a_joint_with_a_constant_loss_stands_where_the_closed_form_says(monkeypatch):
+    with_losses(monkeypatch, lambda clearance: 124.0)
+    warm, balance = heat.balanced(scene())
+    assert balance.stands
+    temperature = 303.15 + 124.0 / 2.0
+    assert balance.temperature["rod_slider"] == pytest.approx(temperature, rel=1e-9)
+    wider = (ALPHA["bearing"] - ALPHA["journal"]) * 0.01 * (temperature - 293.15)
+    assert warm.case.joints[0].clearance == pytest.approx(5e-5 + wider, rel=1e-9)
+    assert warm.value.joints[0].clearance == pytest.approx(5e-5 + wider, rel=1e-9)
+
+
+def test_a_loss_that_follows_the_clearance_has_its_closed_form_too(monkeypatch):
+    slope, pull = 2e6, 0.01 * (ALPHA["bearing"] - ALPHA["journal"])  # W/m, m/K
+    with_losses(monkeypatch, lambda clearance: slope * clearance)
+    _, balance = heat.balanced(scene())
+    # T = Ta + slope (c + pull (T - 293.15)) / G
+    temperature = (303.15 + slope / 2.0 * (5e-5 - pull * 293.15)) / (1.0 - slope / 2.0 * pull)
+    assert balance.temperature["rod_slider"] == pytest.approx(temperature, rel=1e-6)
+
+
+def test_temperature_clearance_and_power_of_a_run_fit_each_other():
+    path = clearsweep.simulate(scene())
+    found = path.summary
+    power, temperature = found["rod_slider_friction_power"], found["rod_slider_temperature"]
+    assert power > 0.01
+    assert temperature == pytest.approx(303.15 + power / 2.0, rel=1e-6)
+    clearance = 5e-5 + (ALPHA["bearing"] - ALPHA["journal"]) * 0.01 * (temperature - 293.15)
+    assert found["rod_slider_clearance_warm"] == pytest.approx(clearance, rel=1e-9)
+    cold = scene(**{"joints__rod-slider__clearance": found["rod_slider_clearance_warm"]}).case
+    as_wide = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=_without_thermal(cold))))
+    assert as_wide.summary["rod_slider_force_peak"] == pytest.approx(found["rod_slider_force_peak"], rel=1e-9)
+
+
+def _without_thermal(case):
+    given = copy.deepcopy(DRY) | {"joints.rod-slider.clearance": case.joints[0].clearance}
+    del given["joints.rod-slider.thermal"]
+    return given
+
+
+def test_a_joint_whose_clearance_closes_has_seized():
+    tight = {"expansion": {"bearing": 12e-6, "journal": 24e-6}, "conductance": "0.1 mW/K"}
+    path = clearsweep.simulate(scene(thermal=tight))
+    assert path.status == "seized"
+    assert "rod-slider, with 50 um of clearance" in path.message
+    assert path.summary["rod_slider_force_peak"] is None
+    assert path.summary["steps"] > 0
+
+
+def test_a_clearance_that_narrows_without_closing_is_found(monkeypatch):
+    # constant loss: c = 50 um - 6e-6 * 0.01 m * (T - 293.15 K); 10 um are left at 960 K
+    with_losses(monkeypatch, lambda clearance: 1300.0)
+    _, balance = heat.balanced(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
+    assert balance.stands
+    assert not balance.seized
+    assert balance.temperature["rod_slider"] == pytest.approx(953.15, rel=1e-9)
+    with_losses(monkeypatch, lambda clearance: 1700.0)
+    _, balance = heat.balanced(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
+    assert balance.seized == ("rod_slider",)
+
+
+def test_the_remark_goes_by_the_conductance_that_is_written():
+    hot = clearsweep.simulate(scene(thermal={"conductance": "1 mW/K", "expansion": {"bearing": 0.0, "journal": 0.0}}))
+    assert "friction-heat: rod-slider" in hot.message
+    assert "at 0.001 W/K" in hot.message
+    assert "friction-heat" not in clearsweep.simulate(scene()).message
+
+
+def test_named_materials_bring_their_expansion():
+    contact = {"law": "lankarani-nikravesh", "restitution": 0.9, "stiffness": 6.61e10, "exponent": 1.5}
+    contact |= {"material": {"bearing": "CuSn8", "journal": "100Cr6"}}
+    thermal = {"conductance": "2 W/K", "ambient": "30 degC"}
+    changes = copy.deepcopy(DRY) | {"joints.rod-slider.contact": contact, "joints.rod-slider.thermal": thermal}
+    case = clearsweep.load_case(slider_crank("rod-slider", changes=changes)).case
+    assert (case.joints[0].thermal.bearing, case.joints[0].thermal.journal) == pytest.approx((18.2e-6, 12e-6))
+
+
+def test_without_expansion_the_clearance_stays(monkeypatch):
+    with_losses(monkeypatch, lambda clearance: 10.0)
+    changes = copy.deepcopy(DRY) | {"joints.rod-slider.thermal": {"conductance": "2 W/K", "ambient": "30 degC"}}
+    warm, _ = heat.balanced(clearsweep.load_case(slider_crank("rod-slider", changes=changes)))
+    assert warm.case.joints[0].clearance == 5e-5
+    assert math.isclose(warm.case.joints[0].temperature, 308.15)
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(InputError, match=r"thermal: is the balance of a dry joint.*write film\.thermal"):
+        scene(**{"joints__rod-slider__film": {"oil": "ISO VG 46", "temperature": "60 degC"}})
+    changes = copy.deepcopy(DRY)
+    del changes["joints.rod-slider.friction"]
+    with pytest.raises(InputError, match="has nothing that heats the joint"):
+        clearsweep.load_case(slider_crank("rod-slider", changes=changes))
+    with pytest.raises(InputError, match=r"expansion\.journal: is missing"):
+        scene(thermal={"expansion": {"bearing": 18e-6}})
