@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from clearsweep import cli
 from clearsweep.verify import measured
-from clearsweep.verify.measured import film_at_rest, hertz, page
+from clearsweep.verify.measured import film_at_rest, hertz, oblique, page
 from clearsweep.verify.measured.points import KINDS, Row
 
 pytestmark = pytest.mark.heavy
@@ -46,6 +46,43 @@ def test_every_film_settles_where_both_tables_say_and_drags_as_tabulated():
     assert largest(published, "attitude", "reynolds") < 4.0
     drag = [row for row in rows if row.quantity == "friction variable"]
     assert all(row.computed == pytest.approx(row.reference, rel=0.012) for row in drag)
+
+
+def at(rows, quantity, variant, low, high):
+    """Return the rows of a quantity and a law whose incidence lies between two angles (deg)."""
+    found = [row for row in rows if (row.quantity, row.variant) == (quantity, variant)]
+    return [row for row in found if low <= float(row.point.split()[1]) <= high]
+
+
+def test_a_ball_that_sticks_springs_back_with_bristles_and_stops_without():
+    rows = oblique.measure(quick=True)
+    for row in at(rows, "tangential restitution", "tanh", 0.0, 30.0):
+        assert row.computed == pytest.approx(5.0 / 7.0, abs=1e-3)
+    bristles = at(rows, "tangential restitution", "dahl", 10.0, 25.0)
+    assert [row.computed for row in bristles] == pytest.approx([row.reference for row in bristles], abs=0.04)
+
+
+@slow
+@pytest.mark.parametrize("law", oblique.LAWS)
+def test_every_friction_law_gives_the_measured_rebound_of_a_ball_that_slides(law, impacts):
+    restitution = at(impacts, "tangential restitution", law, 30.0, 90.0)
+    assert len(restitution) == 6
+    assert [row.computed for row in restitution] == pytest.approx([row.reference for row in restitution], abs=0.025)
+    spin = at(impacts, "rebound spin", law, 45.0, 90.0)
+    assert [row.computed for row in spin] == pytest.approx([row.reference for row in spin], rel=0.06)
+
+
+@slow
+def test_bristles_alone_let_the_contact_point_of_a_ball_spring_back(impacts):
+    for law in oblique.LAWS:
+        (back,) = at(impacts, "rebound angle of the contact point", law, 20.0, 21.0)
+        springs = law in ("dahl", "lugre", "elasto-plastic")
+        assert back.difference < 2.5 if springs else back.computed == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.fixture(scope="module")
+def impacts():
+    return oblique.measure()
 
 
 @pytest.fixture

@@ -13,6 +13,17 @@ import numpy as np
 GROUND = "ground"  # the body that does not move
 
 
+class Initial(NamedTuple):
+    """Where and how fast a free body starts; its centre of mass, in the fixed frame."""
+
+    x: float  # m
+    y: float
+    angle: float  # rad, of its frame
+    vx: float  # m/s
+    vy: float
+    rate: float  # rad/s
+
+
 class Body(NamedTuple):
     """A rigid body; its frame turns with it."""
 
@@ -20,6 +31,7 @@ class Body(NamedTuple):
     inertia: float  # kg m^2, about the centre of mass
     center: tuple[float, float]  # m, centre of mass in its own frame
     points: Mapping[str, tuple[float, float]]  # m, by name, in its own frame
+    initial: Initial | None = None  # of a body that no ideal joint holds; None: it starts as in the ideal machine
 
 
 class At(NamedTuple):

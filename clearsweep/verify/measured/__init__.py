@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from ...language import phases
-from . import film_at_rest, hertz
+from . import film_at_rest, hertz, oblique
 from .points import Row
 
-BENCHMARKS = (film_at_rest, hertz)
+BENCHMARKS = (oblique, film_at_rest, hertz)
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:

@@ -12,12 +12,12 @@ PICTURES = "measured"  # folder of the pictures, beside the page
 
 def text(rows: list[Row]) -> str:
     """Return how far each quantity of each benchmark is from its reference."""
-    lines = [f"{'benchmark and quantity':<66}{'kind':<12}{'points':>7}{'rms':>12}{'largest':>12}  unit"]
+    lines = [f"{'benchmark and quantity':<86}{'kind':<12}{'points':>7}{'rms':>12}{'largest':>12}  unit"]
     for group in groups(rows):
         name = ", ".join(filter(None, (group[0].benchmark, group[0].quantity, group[0].variant)))
         rms, largest = spread(group)
         numbers = f"{len(group):>7}{rms:>12.3g}{largest:>12.3g}"
-        lines.append(f"{name:<66}{group[0].kind:<12}{numbers}  {group[0].unit}")
+        lines.append(f"{name:<86}{group[0].kind:<12}{numbers}  {group[0].unit}")
     lines.append(f"{len({row[:5] for row in rows})} points; rms and largest: of computed less reference")
     return "\n".join(lines)
 

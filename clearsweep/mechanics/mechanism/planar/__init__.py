@@ -18,8 +18,8 @@ from .course import course
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, direction_of, numbered, point_of
-from .hanging import ANGLE, Coordinate
-from .ideal import ideal, ideal_of, masses_of
+from .hanging import ANGLE, RUN, Coordinate
+from .ideal import ideal, ideal_of, masses_of, start_of
 from .loads import loads_of, stops_of
 
 __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
@@ -118,6 +118,10 @@ def _start(machine: Machine, state: list[Coordinate], offsets: Mapping) -> np.nd
     places = [float(values[0][0]) for values in found]
     speed = crank_speed(machine)
     rates = [speed * float(values[1][0]) for values in found]
+    for i, item in enumerate(state):
+        initial = None if item.kind == RUN else machine.bodies[_moving(machine)[item.of - 1]].initial
+        if initial is not None:
+            places[i], rates[i] = start_of(initial, item.kind)
     return np.array([*places, *rates, 0.0])
 
 
