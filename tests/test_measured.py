@@ -3,12 +3,13 @@
 import json
 from collections.abc import Iterable
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from clearsweep import cli
 from clearsweep.verify import measured
-from clearsweep.verify.measured import film_at_rest, hertz, oblique, page
+from clearsweep.verify.measured import film_at_rest, hertz, oblique, page, squeezer, worn
 from clearsweep.verify.measured.points import KINDS, Row
 
 pytestmark = pytest.mark.heavy
@@ -78,6 +79,29 @@ def test_bristles_alone_let_the_contact_point_of_a_ball_spring_back(impacts):
         (back,) = at(impacts, "rebound angle of the contact point", law, 20.0, 21.0)
         springs = law in ("dahl", "lugre", "elasto-plastic")
         assert back.difference < 2.5 if springs else back.computed == pytest.approx(0.0, abs=0.1)
+
+
+def test_the_squeezer_ends_where_the_reference_of_its_fourteen_numbers_is():
+    rows = squeezer.measure(quick=True)
+    assert len(rows) == 14
+    assert largest(rows, "angle at 0.03 s", "all pins ideal") < 1e-8
+    assert largest(rows, "rate at 0.03 s", "all pins ideal") < 5e-6
+
+
+@slow
+def test_a_pin_of_the_squeezer_opened_by_ten_micrometres_moves_it_by_less_than_a_tenth_of_a_radian():
+    opened = [row for row in squeezer.measure() if row.variant == "one pin open"]
+    assert 1e-3 < largest(opened, "angle at 0.03 s", "one pin open") < 0.1
+
+
+@slow
+def test_pressure_laws_agree_on_the_worn_volume_and_joints_in_space_wear_at_their_edges():
+    rows = worn.measure()
+    assert largest(rows, "ratio of worn volumes") < 0.05
+    assert largest(rows, "place of the deepest wear") == 0.0
+    profiles = worn.profiles()
+    apart = [np.sqrt(np.mean((depth - profiles["persson"]) ** 2)) for depth in profiles.values()]
+    assert max(apart) < 0.1 * profiles["persson"].mean()  # the page says that they hardly differ
 
 
 @pytest.fixture(scope="module")

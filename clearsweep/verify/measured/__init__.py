@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from ...language import phases
-from . import film_at_rest, hertz, oblique
+from . import film_at_rest, hertz, oblique, squeezer, worn
 from .points import Row
 
-BENCHMARKS = (oblique, film_at_rest, hertz)
+BENCHMARKS = (oblique, film_at_rest, squeezer, hertz, worn)
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
