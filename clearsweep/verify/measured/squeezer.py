@@ -62,8 +62,8 @@ def grid(clearance: float = 0.0) -> dict[str, Any]:
         "lower": _body(0.00706, 5.667e-7, [0.00579, 0.0], h=still, e=[0.02, 0.0]),
         "right": _body(0.05498, 1.912e-5, [0.01228, -0.00449], a=still, h=[0.0, -0.04]),
     }
-    ends = ("ground.o crank.o", "crank.pin link.pin", "ground.b lever.b", "ground.a left.a", "ground.a right.a")
-    ends += ("left.k upper.k", "right.h lower.h", "link.e lever.e", "link.e upper.e", "link.e lower.e")
+    ends = ["ground.o crank.o", "crank.pin link.pin", "ground.b lever.b", "ground.a left.a", "ground.a right.a"]
+    ends += ["left.k upper.k", "right.h lower.h", "link.e lever.e", "link.e upper.e", "link.e lower.e"]
     pins = {f"p{i}": pin for i, pin in enumerate(ends)} | ({} if clearance else {"rest": "ground.o weight.middle"})
     if not clearance:  # a grid has a joint with clearance: that of a body that lies still
         bodies["weight"] = _body(1.0, 1.0, still, middle=still) | {"initial": {}}
