@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from ...language import phases
-from . import film_at_rest, hertz, oblique, squeezer, worn
+from . import crank_pin, databooks, film_at_rest, hertz, oblique, squeezer, stick_slip, whirl, worn
 from .points import Row
 
-BENCHMARKS = (oblique, film_at_rest, squeezer, hertz, worn)
+BENCHMARKS = (oblique, crank_pin, film_at_rest, whirl, stick_slip, squeezer, hertz, worn, databooks)
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:

@@ -11,12 +11,13 @@ from .points import Reference, Row, reference
 
 NAME = "Films at rest in their load"
 TEXT = """A housing that shifts but does not turn carries a constant load on a shaft that turns. The run starts with
-the shaft in the middle and ends after 30 revolutions. The load is that of the table, so eccentricity and attitude are
-results.
+the shaft in the middle and ends after 30 revolutions. The load is that of the table, so eccentricity and attitude
+are results.
 
 * `reynolds` solves the same equation as the tables. Its attitude is larger for a light load on a long bearing: the
   tables begin the film where it is thickest, here it begins wherever its pressure can be above zero.
-* `finite` is a fit of the same tables, `short` leaves out the flow round the bearing. Both are shown with their error.
+* `finite` is a fit of the same tables, `short` leaves out the flow round the bearing. Both are shown with their
+  error.
 * The table of Raimondi & Boyd adds the friction of the shaft, (R / c) f = torque / (load c)."""
 RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: of no influence on the figures
 MASS = 0.01  # kg: so light that the housing cannot whirl

@@ -12,20 +12,23 @@ from .points import Row, reference
 
 NAME = "Oblique impact of a ball"
 TEXT = """An aluminium oxide ball of 5 mm meets thick glass at 3.9 m/s. In the grid the ball is a free body with
-`initial`. The wall is the inside of a bearing of 1 m radius: the ball slides 25 um, over which it is flat to 0.002 deg.
-Normal law `exact` with restitution 0.98, Hertz's stiffness 2.672e10 N/m^1.5 of the ball on a rigid wall, and friction
-0.092 for every law are from the source. Nothing is fitted. The laws with bristles take Mindlin's tangential stiffness
-over the load, 6 G* / (E* depth) = 1.61e5 /m, at the greatest depth of a normal impact, without damping.
+`initial`. The wall is the inside of a bearing of 1 m radius: the ball slides 25 um, over which it is flat to 0.002
+deg. Normal law `exact` with restitution 0.98, Hertz's stiffness 2.672e10 N/m^1.5 of the ball on a rigid wall, and
+friction 0.092 for every law are from the source. Nothing is fitted. The laws with bristles take Mindlin's tangential
+stiffness over the load, 6 G* / (E* depth) = 1.61e5 /m, at the greatest depth of a normal impact, without damping.
 
-* **Beyond 30 degrees** the contact slides throughout. Every law gives Coulomb's restitution, which is the measured one
-  to 0.007.
-* **Below 25 degrees** the contact sticks. A law of the sliding speed alone stops it and cannot do more: its tangential
-  restitution is at most 5/7 = 0.714 and its contact point stays at rest. The measured contact point springs back, to
-  -8.5 deg at 20 deg. `dahl`, `lugre` and `elasto-plastic` store that energy in their bristles and follow the trend.
+* **Beyond 30 degrees** the contact slides throughout. Every law gives Coulomb's restitution, which is the measured
+  one to 0.007.
+* **Below 25 degrees** the contact sticks. A law of the sliding speed alone stops it and cannot do more: its
+  tangential restitution is at most 5/7 = 0.714 and its contact point stays at rest. The measured contact point
+  springs back, to -8.5 deg at 20 deg. `dahl`, `lugre` and `elasto-plastic` store that energy in their bristles and
+  follow the trend.
 * `elasto-plastic` is nearest, because nothing slides for good below its elastic share of the friction.
-* What is left below 25 degrees has a likely cause: the stiffness per load is constant here, Mindlin's falls with depth.
-* Two spins, at 39 and 60 degrees, are 8 % and 6 % off for every law and off the trend of their neighbours: the scatter
-  of the experiment or of its digits. The rebound angles beyond 45 degrees are 1 to 2 deg larger than Coulomb's."""
+* What is left below 25 degrees has a likely cause: the stiffness per load is constant here, Mindlin's falls with
+  depth.
+* Two spins, at 39 and 60 degrees, are 8 % and 6 % off for every law and off the trend of their neighbours: the
+  scatter of the experiment or of its digits. The rebound angles beyond 45 degrees are 1 to 2 deg larger than
+  Coulomb's."""
 
 RADIUS, DENSITY, SPEED = 2.5e-3, 4000.0, 3.9  # m, kg/m^3, m/s
 STIFFNESS, RESTITUTION, FRICTION = 2.672e10, 0.98, 0.092

@@ -13,16 +13,17 @@ from . import bearing
 from .points import Row, reference
 
 NAME = "Onset of oil whirl"
-TEXT = """A housing of mass M hangs on a turning shaft by its film alone; its weight M g is the load. It is a free body with
-`initial`, of so large a moment of inertia that it does not turn. It starts beside its place of rest. `seek` finds the
-largest speed at which the film carries no more than 1.02 times the weight after 940 revolutions: below the onset the
-housing has come to rest, above it whirls. The threshold is that speed times sqrt(clearance / g).
+TEXT = """A housing of mass M hangs on a turning shaft by its film alone; its weight M g is the load. It is a free
+body with `initial`, of so large a moment of inertia that it does not turn. It starts beside its place of rest.
+`seek` finds the largest speed at which the film carries no more than 1.02 times the weight after 940 revolutions:
+below the onset the housing has come to rest, above it whirls. The threshold is that speed times sqrt(clearance / g).
 
-* **Closed form**: stiffness and damping of the short half film and Routh's criterion. The film's law is `short` and its
-  viscosity is that with which the housing rests at the tabulated eccentricity at the threshold. Stiffness, damping,
-  inertia and the integrator all enter.
-* **Nicholas, Barrett & Leader** give 2.1 for a bearing with two axial grooves, length / diameter 1, close to its centre.
-  Here the law is `reynolds`, without grooves. The difference is that of the bearings: a plain one whirls later.
+* **Closed form**: stiffness and damping of the short half film and Routh's criterion. The film's law is `short` and
+  its viscosity is that with which the housing rests at the tabulated eccentricity at the threshold. Stiffness,
+  damping, inertia and the integrator all enter.
+* **Nicholas, Barrett & Leader** give 2.1 for a bearing with two axial grooves, length / diameter 1, close to its
+  centre. Here the law is `reynolds`, without grooves. The difference is that of the bearings: a plain one whirls
+  later.
 * The whirl's own speed is taken from the motion at the largest stable speed."""
 GRAVITY = 9.81  # m/s^2
 RADIUS, CLEARANCE, MASS, SLENDERNESS = 0.02, 4e-5, 10.0, 0.25  # m, m, kg, of the closed form: of no influence on it
