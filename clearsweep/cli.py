@@ -239,12 +239,15 @@ def status(directory: Path, every_file: bool, as_json: bool) -> int:
 @verbs.command()
 @click.option("--quick", is_flag=True, help="Fewer problems and tolerances; ends within a minute.")
 @click.option("--json", "as_json", is_flag=True, help="Print the tables as JSON.")
-@click.option("--write", is_flag=True, help=f"Write {RESULTS}/accuracy.md and its figure, too.")
-def verify(quick: bool, as_json: bool, write: bool) -> None:
+@click.option("--write", is_flag=True, help=f"Write {RESULTS}/accuracy.md, or measured.md, and its figures, too.")
+@click.option("--measured", is_flag=True, help="Compare with measurements and published solutions instead.")
+def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
     """Print error against run time on problems with known answers, and the stability of extreme cases."""
     from . import verify as verification
+    from .verify import measured as comparison
 
-    verification.main(json=as_json, quick=quick, directory=RESULTS if write else None)
+    main = comparison.main if measured else verification.main
+    main(json=as_json, quick=quick, directory=RESULTS if write else None)
 
 
 @verbs.command("list")

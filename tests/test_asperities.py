@@ -94,7 +94,7 @@ def test_asperities_bear_what_hertz_says_of_all_their_pairs(depth):
 
 
 def test_asperities_bear_the_integral_of_their_pressure_over_the_arc():
-    term = GreenwoodTripp(0.0, 2e-6, 3.0, ROUGHNESS, CLEARANCE)
+    term = GreenwoodTripp(0.0, 2e-6, 3.0, ROUGHNESS, CLEARANCE, 0.0)
     for depth in (-1.9e-6, -0.5e-6, 0.0, 1e-6):
         eccentricity = CLEARANCE + depth
         edge = math.acos(min((CLEARANCE - 5.0 * ROUGHNESS) / eccentricity, 1.0))

@@ -23,6 +23,17 @@ class Elastic(NamedTuple):
     damping: float = 0.0  # 1, ratio of the first free-free axial mode; proportional to stiffness
 
 
+class Initial(NamedTuple):
+    """Where and how fast a free body starts; its centre of mass, in the fixed frame."""
+
+    x: float  # m
+    y: float
+    angle: float  # rad, of its frame
+    vx: float  # m/s
+    vy: float
+    rate: float  # rad/s
+
+
 class Body(NamedTuple):
     """A body, rigid but for what `elastic` says; its frame turns with it."""
 
@@ -31,6 +42,7 @@ class Body(NamedTuple):
     center: tuple[float, float]  # m, centre of mass in its own frame
     points: Mapping[str, tuple[float, float]]  # m, by name, in its own frame
     elastic: Elastic | None = None
+    initial: Initial | None = None  # of a body that no ideal joint holds; None: it starts as in the ideal machine
 
 
 class At(NamedTuple):

@@ -333,7 +333,7 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.remembers)))
+    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.sticks)))
 
 
 def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:

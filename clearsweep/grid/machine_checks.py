@@ -13,6 +13,7 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
     if draft.outline.bodies and "mechanism.bodies" in draft.shape:
         _bodies(draft)
         _driven(draft)
+        _initial(draft)
     for load in draft.outline.loads:
         path = f"loads.{load.name}"
         if path not in draft.shape:
@@ -77,6 +78,24 @@ def _driven(draft: Draft) -> None:
     if joint.name in draft.outline.clearances:
         sentence = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
         draft.problems.add(draft.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
+
+
+def _initial(draft: Draft) -> None:
+    """Check that a body whose start is written is held by no ideal joint, and that nothing else determines it."""
+    for body in draft.outline.bodies:
+        path = f"mechanism.bodies.{body.name}.initial"
+        if not draft.there(path):
+            continue
+        for joint in draft.outline.joints:
+            if body.name in joint.bodies and joint.name not in draft.outline.clearances:
+                sentence = (
+                    f"{joint.name} is ideal and holds {body.name}, so that it determines how {body.name} starts; leave "
+                    f"initial out, or give {joint.name} clearance"
+                )
+                draft.problems.add(draft.place(path), path, sentence)
+        if "seated" in draft.reached("simulate.start"):
+            sentence = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
+            draft.problems.add(draft.place("simulate.start"), "simulate.start", sentence)
 
 
 def _rubbing(draft: Draft, path: str, joint: str, given: str) -> None:

@@ -11,9 +11,9 @@ from .window import Window
 WITHIN = 1e-9  # of a peak: what is nearer is the same one
 
 
-def ideal_peak(window: Window, place: int) -> float:
+def ideal_peak(window: Window, place: int) -> float | None:
     """Return the largest reaction (N) in the mechanism without clearance."""
-    return window.ideal[window.case.joints[place].name]
+    return window.ideal.get(window.case.joints[place].name)
 
 
 def load_peak(window: Window, place: int) -> float:
@@ -25,7 +25,7 @@ def load_peak(window: Window, place: int) -> float:
 def peak_ratio(window: Window, place: int) -> float | None:
     """Return the largest resultant over the largest reaction without clearance, None where there is no reaction."""
     ideal = ideal_peak(window, place)
-    return load_peak(window, place) / ideal if ideal > 0.0 else None
+    return load_peak(window, place) / ideal if ideal else None
 
 
 def peak_turn(window: Window, place: int) -> int | None:

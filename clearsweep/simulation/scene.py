@@ -20,10 +20,12 @@ from ..mechanics.coupling import rates
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import every_contact, every_internal_state, states_of
 from ..mechanics.joint.elastic.contract import static_penetration
+from ..mechanics.joint.guide import Guide as GuideTerm
+from ..mechanics.joint.guide import deepest_corner
 from ..mechanics.joint.wear.contract import Worn
 from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
-from ..mechanics.mechanism.contract import Built, body_angles
+from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
 from . import figures, turning
 from .ideal import ideal_motion, mechanism_of
@@ -102,14 +104,16 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     built, seated = _built(case, mechanism, machine, joints, offsets), offsets
     for _ in range(SEATINGS if pressed and any(worn_in(term) for term in terms) else 0):
         offsets = dict(seated)
-        for place, angles in enumerate(body_angles(built.value, built.start)):
-            if worn_in(terms[place]):
-                name, side = case.joints[place].name, terms[place].side
-                where, depth = seat(terms[place], side * seated[name], angles)
-                offsets[name], roots[place] = side * where, math.sqrt(depth)
+        for index, angles in enumerate(body_angles(built.value, built.start)):
+            if worn_in(terms[index]):
+                name, side = case.joints[index].name, terms[index].side
+                where, depth = seat(terms[index], side * seated[name], angles)
+                offsets[name], roots[index] = side * where, math.sqrt(depth)
         built = _built(case, mechanism, machine, joints, offsets)
     if mechanism.spatial:
         _check_apart(built, joints)
+    if machine is not None and any(body.initial for body in machine.bodies.values()):
+        _check_inside(built, joints)
     sigma = math.sqrt(min([term.clearance for term in terms]))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     internal = every_internal_state(terms) if states_of(value).integrated else []
@@ -161,19 +165,34 @@ def _check_apart(built: Built, joints: Mapping[str, Any]) -> None:
             )
 
 
+def _check_inside(built: Built, joints: Mapping[str, Any]) -> None:
+    """Raise InputError where the bodies of a planar joint penetrate each other at the start."""
+    relative = gaps(built.value, place(built.value, built.start))
+    for (name, joint), gap in zip(joints.items(), relative, strict=True):
+        if isinstance(joint, GuideTerm):
+            depth = deepest_corner(joint, gap)
+        else:
+            depth = math.hypot(gap.x, gap.y) - joint.clearance
+        if depth > 0.0:
+            raise InputError(
+                f"joints.{name}: its bodies penetrate each other by {1e6 * depth:.6g} um at the start; change "
+                "`initial` of a body that it joins, or widen the clearance"
+            )
+
+
 def _seated(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
     """Return where the distal pin of each joint starts relative to the proximal one, and the penetrations' roots.
 
     It is displaced along the load (N) of the ideal mechanism to static penetration.
     """
     offsets, roots = {}, np.zeros(len(joints))
-    for place, (name, joint) in enumerate(joints.items()):
+    for index, (name, joint) in enumerate(joints.items()):
         force = reactions[name]
         load = float(np.hypot(*force))
         if load == 0.0:
             raise InputError(f"simulate.start: seated needs a load, but {name} carries none at t = 0; use centred")
         depth = static_penetration(joint.elastic, load)
-        roots[place] = math.sqrt(depth)
+        roots[index] = math.sqrt(depth)
         offsets[name] = -(joint.clearance + depth) * force / load
     return offsets, roots
 

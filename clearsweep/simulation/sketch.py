@@ -99,7 +99,9 @@ def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
     except (planar.ClosureError, planar.MobilityError) as error:
         raise InputError(f"mechanism: {error}") from error
     frames = {GROUND: (np.zeros(2), 0.0)}
-    for name, (x, y, angle) in zip(known.closure.names, known.turn.q[0].reshape(-1, 3), strict=True):
+    starts = dict(zip(known.closure.names, known.turn.q[0].reshape(-1, 3), strict=True))
+    starts |= {name: body.initial[:3] for name, body in machine.bodies.items() if body.initial}
+    for name, (x, y, angle) in starts.items():
         c, s = math.cos(angle), math.sin(angle)
         cx, cy = machine.bodies[name].center
         frames[name] = (np.array([x - (c * cx - s * cy), y - (s * cx + c * cy)]), angle)

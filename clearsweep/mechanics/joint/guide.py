@@ -169,6 +169,16 @@ def _load_at_the_corners(joint, gap, place, present):
     )
 
 
+def deepest_corner(joint: Guide, gap: GuideGap) -> float:
+    """Return how deep (m) the deepest corner of a block is in its wall, negative where all are off it."""
+    return max(
+        sign * (gap.y + 0.5 * (gap.sine * along * joint.length + gap.cosine * sign * joint.height))
+        - 0.5 * joint.height
+        - joint.clearance
+        for along, sign in CORNERS
+    )
+
+
 @inlined
 def _moment(corner):
     return corner.x * corner.fy - corner.y * corner.fx

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from ...contracts.case import Case
 from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
-from ...contracts.machine import Aim, Body, Machine
+from ...contracts.machine import Aim, Body, Initial, Machine
 from ...contracts.outline import ANY, EVERYTHING, GROUND, JointOutline, Outline
 from . import described, topology_in_space
 from .drives import drive_of
@@ -17,6 +17,17 @@ _PLACE = tuple(Field(str(k), "m", f"{axis}, in the frame of the body", -math.inf
 _BODY = (
     Field("mass", "kg", "mass", low_open=False),
     Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
+)
+_INITIAL = tuple(
+    Field(name, unit, text, -math.inf, default=0.0)
+    for name, unit, text in (
+        ("x", "m", "place of its centre of mass in the fixed frame, x"),
+        ("y", "m", "the same, y"),
+        ("angle", "rad", "angle of its frame, counter-clockwise"),
+        ("vx", "m/s", "velocity of its centre of mass, x"),
+        ("vy", "m/s", "the same, y"),
+        ("rate", "rad/s", "its angular velocity, counter-clockwise"),
+    )
 )
 _GRAVITY = Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0)
 
@@ -57,6 +68,8 @@ def _keys(outline: Outline) -> Iterable[Keys]:
         if not fixed:
             center = tuple(field._replace(default=0.0) for field in _PLACE)
             yield Keys(f"{path}.center", "centre of mass; default: the frame's origin", center, "implied")
+            text = "where and how fast a body starts that no ideal joint holds; left out: as in the ideal mechanism"
+            yield Keys(f"{path}.initial", text, _INITIAL, "optional")
         yield Keys(f"{path}.points", "its points by name", need="implied")
         if not fixed:
             yield from described.elastic_keys(path, body.points)
@@ -78,7 +91,9 @@ def machine(case: Case) -> Machine:
         mass, inertia = (0.0, 0.0) if fixed else (values[f"{at}.mass"], values[f"{at}.inertia"])
         center = (0.0, 0.0) if fixed else pair_of(values, f"{at}.center")
         points = {point: pair_of(values, f"{at}.points.{point}") for point in body.points}
-        bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, at))
+        free = f"{at}.initial.x" in values
+        initial = Initial(*(values[f"{at}.initial.{name}"] for name in Initial._fields)) if free else None
+        bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, at), initial)
     joints = tuple(joint_of(values, joint) for joint in outline.joints)
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))

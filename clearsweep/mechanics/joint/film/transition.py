@@ -36,6 +36,7 @@ class GreenwoodTripp(NamedTuple):
     load: float  # N, of F_5/2, integrated over the arc
     roughness: float  # m, standard deviation of both surfaces together
     clearance: float  # m
+    mean_height: float  # m, of the asperities of both surfaces together
 
 
 @kernel
@@ -65,17 +66,17 @@ def shared_load(x):
 @asperity_load.member(GreenwoodTripp)
 def _greenwood_tripp(transition, depth):
     eccentricity = transition.clearance + depth
-    highest = HIGHEST * transition.roughness
+    highest = HIGHEST * transition.roughness + transition.mean_height
     if depth <= -highest:
         return as_type_of(0.0, depth)
     edge = max((transition.clearance - highest) / eccentricity, as_type_of(-1.0, depth))
     reach = (
         2.0 * calculus.atan(calculus.sqrt((1.0 - edge) / (1.0 + edge))) if edge > -1.0 else as_type_of(math.pi, depth)
     )
-    total = as_type_of(0.0, depth)
+    total, room = as_type_of(0.0, depth), transition.clearance - transition.mean_height
     for node, weight in NODES:
         cosine = calculus.cos(reach * node)
-        total += weight * shared_load((transition.clearance - eccentricity * cosine) / transition.roughness) * cosine
+        total += weight * shared_load((room - eccentricity * cosine) / transition.roughness) * cosine
     return 2.0 * transition.load * reach * total
 
 
@@ -86,7 +87,9 @@ def bounds(transition) -> tuple[float, float]:
 
 def bears_from(transition) -> float:
     """Return the depth (m) from which anything but the film bears."""
-    return -HIGHEST * transition.roughness if isinstance(transition, GreenwoodTripp) else transition.begin
+    if isinstance(transition, GreenwoodTripp):
+        return -HIGHEST * transition.roughness - transition.mean_height
+    return transition.begin
 
 
 enter(
@@ -108,7 +111,9 @@ def _greenwood(joint) -> GreenwoodTripp:
     modulus = values.get("modulus") or plane_strain_modulus(joint.contact.material)
     factor = 16.0 * math.sqrt(2.0) * math.pi / 15.0 * values["density"] ** 2 * math.sqrt(values["sharpness"])
     load = factor * modulus * joint.bearing_radius * joint.length
-    return GreenwoodTripp(film.begin, film.width, load, values["roughness"], joint.clearance)
+    return GreenwoodTripp(
+        film.begin, film.width, load, values["roughness"], joint.clearance, values.get("mean_height", 0.0)
+    )
 
 
 enter(
@@ -117,14 +122,22 @@ enter(
         "greenwood-tripp",
         "asperities bear a part of the load through the film, then as ramp",
         "F = (1 - w) (F_film + F_asperities) + w F_dry, p_asperities = (16 sqrt(2) pi / 15) density^2 sharpness^(1/2) "
-        "E* F_5/2(h / roughness) over the arc, F_5/2(x) the integral of (s - x)^(5/2) exp(-s^2 / 2) / (2 pi)^(1/2) "
-        "over s > x, 1 / E* = (1 - nu_1^2) / E_1 + (1 - nu_2^2) / E_2",
+        "E* F_5/2((h - mean_height) / roughness) over the arc, F_5/2(x) the integral of (s - x)^(5/2) exp(-s^2 / 2) / "
+        "(2 pi)^(1/2) over s > x, 1 / E* = (1 - nu_1^2) / E_1 + (1 - nu_2^2) / E_2",
         "after Greenwood & Tripp 1970, Proc. Instn. Mech. Engrs. 185:625; the factor derived anew from Hertz's law for "
         "a pair of paraboloids",
         (
             Field("roughness", "m", "standard deviation of the heights of both surfaces together"),
             Field("density", "1", "asperities per area times radius of their tips times roughness", default=0.05),
             Field("sharpness", "1", "roughness over radius of the tips", default=0.01),
+            Field(
+                "mean_height",
+                "m",
+                "mean height of the asperities of both surfaces together above where the film's thickness is counted "
+                "from; left out: 0",
+                low_open=False,
+                optional=True,
+            ),
             Field(
                 "modulus", "Pa", "E* of both bodies; follows from contact.material where that is given", optional=True
             ),

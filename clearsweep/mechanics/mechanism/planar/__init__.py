@@ -19,8 +19,8 @@ from .course import course
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
-from .hanging import ANGLE, Coordinate
-from .ideal import Ideal, ideal_of, masses_of
+from .hanging import ANGLE, RUN, Coordinate
+from .ideal import Ideal, ideal_of, masses_of, start_of
 from .loads import loads_of, stops_of
 from .segments import in_segments
 
@@ -77,7 +77,7 @@ def ideal(machine: Machine, angles) -> IdealMotion:
     """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
     shape = np.shape(angles)
     known = ideal_of(machine)
-    motion = known.motion(np.asarray(angles, dtype=float).ravel(), lambda: _opened(machine, frozenset()).value)
+    motion = known.motion(np.asarray(angles, dtype=float).ravel(), lambda: _opened(known.machine, frozenset()).value)
     reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
     torque = np.reshape(motion.torque, shape)
     return IdealMotion(*(np.reshape(part, shape) for part in motion[:3]), reactions, torque)
@@ -125,13 +125,17 @@ def _light(machine: Machine, value: Planar, start: np.ndarray) -> list[str]:
 
 def _start(known: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
     """Return coordinates, their rates and time."""
-    machine, angle = known.machine, known.machine.drive.start_angle
+    machine, angle = known.whole, known.machine.drive.start_angle
     there = known.apart(offsets, angle)
     if not np.all(np.isfinite(there.q)):
         raise ClosureError("its joints cannot begin as far apart as asked for", _moving(machine)[0], angle)
     found = [known.read(item, there) for item in state]
     speed = crank_speed(machine)
     places, rates = [float(place) for place, _ in found], [speed * float(slope) for _, slope in found]
+    for i, item in enumerate(state):
+        initial = None if item.kind == RUN else machine.bodies[_moving(machine)[item.of - 1]].initial
+        if initial is not None:
+            places[i], rates[i] = start_of(initial, item.kind)
     return np.array([*places, *rates, 0.0])
 
 

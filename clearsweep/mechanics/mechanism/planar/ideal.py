@@ -15,6 +15,7 @@ from ....contracts.machine import (
     Constant,
     Course,
     Guide,
+    Initial,
     Machine,
     Motor,
     Push,
@@ -25,7 +26,7 @@ from ....contracts.machine import (
 )
 from ...joint.friction.contract import friction_force
 from ..contract import IdealMotion
-from .closure import Alike, Closure, turn_of
+from .closure import Alike, Closure, MobilityError, turn_of
 from .drive import drive_of, torque_at, when
 from .form import Mass, Segment
 from .free_crank import Passage
@@ -41,9 +42,10 @@ class Ideal:
     """A machine without clearance, closed over a turn of its crank."""
 
     def __init__(self, machine: Machine):
-        self.machine, self.closure = machine, Closure(machine)
-        self.turn = turn_of(machine)
-        masses = masses_of(machine)
+        self.whole, self.machine = machine, determined(machine)
+        self.closure = Closure(self.machine)
+        self.turn = turn_of(self.machine)
+        masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
         self.opened: dict[frozenset[str], Any] = {}  # what `build` found of it with joints of these names open
@@ -82,11 +84,18 @@ class Ideal:
         return Turn(np.array(angle), q, *apart.derivatives(q, angle))
 
     def read(self, item: Coordinate, there: Turn) -> tuple[np.ndarray, np.ndarray]:
-        """Return a coordinate and its derivative by the crank's angle, each (...)."""
+        """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
+
+        That of a body that the ideal machine does not determine stays as it starts.
+        """
         if item.kind != RUN:
-            i = 3 * (item.of - 1) + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[item.kind]
+            name = [name for name in self.whole.bodies if name != GROUND][item.of - 1]
+            if name not in self.closure.index:
+                initial = self.whole.bodies[name].initial
+                return np.full(there.q.shape[:-1], start_of(initial, item.kind)[0]), np.zeros(there.q.shape[:-1])
+            i = 3 * self.closure.index[name] + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[item.kind]
             return there.q[..., i], there.first[..., i]
-        joint = self.machine.joints[item.of]
+        joint = self.whole.joints[item.of]
         turned, spin = (
             joint.axis + self.closure.angle(joint.proximal.body, there.q),
             self.closure.angle(joint.proximal.body, there.first),
@@ -243,6 +252,51 @@ class Ideal:
             return known
         mass = float(np.mean(np.sum(self.inertia * turn.first**2, -1)))
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / mass) or 1.0
+
+
+def determined(machine: Machine) -> Machine:
+    """Return a machine without its free bodies, where its joints do not determine them; raise MobilityError.
+
+    A free body is one whose start is given.  Its joints and the loads on it go with it.
+    """
+    free = {name for name, body in machine.bodies.items() if body.initial is not None}
+    if not free or _constraints(machine) == 3 * (len(machine.bodies) - 1):
+        return machine
+    if machine.aim.body in free:
+        raise MobilityError(
+            f"the output cannot be the free body {machine.aim.body!r}, which has no motion without clearance; choose a "
+            "body that ideal joints hold, such as the one that the drive turns"
+        )
+    joints = tuple(j for j in machine.joints if not free & {j.proximal.body, j.distal.body})
+    names = {joint.name for joint in joints}
+    loads = tuple(load for load in machine.loads if not free & _bodies_of(load) and names >= _joints_of(load))
+    bodies = {name: body for name, body in machine.bodies.items() if name not in free}
+    return machine._replace(bodies=bodies, joints=joints, loads=loads)
+
+
+def _constraints(machine: Machine) -> int:
+    """Return how many equations joints and drive make, springs being at rest."""
+    return 1 + sum(3 if isinstance(joint, Stretch) else 2 for joint in machine.joints)
+
+
+def _bodies_of(load: Any) -> set[str]:
+    """Return the bodies that a load acts on; friction in a joint is told by the joint."""
+    if isinstance(load, Rubbing | Braking):
+        return set()
+    return {load.first.body, load.second.body} if isinstance(load, Spring) else {load.at.body}
+
+
+def _joints_of(load: Any) -> set[str]:
+    return {load.joint} if isinstance(load, Rubbing | Braking) else set()
+
+
+def start_of(initial: Initial, kind: int) -> tuple[float, float]:
+    """Return a coordinate of a free body and its rate where the motion begins."""
+    return {
+        ANGLE: (initial.angle, initial.rate),
+        SHIFT_X: (initial.x, initial.vx),
+        SHIFT_Y: (initial.y, initial.vy),
+    }[kind]
 
 
 def masses_of(machine: Machine) -> list[Mass | Segment]:

@@ -1,0 +1,51 @@
+"""Beside measurements: what clearsweep computes for experiments and published solutions, point by point.
+
+A benchmark is a module with `NAME`, `TEXT` (what is compared, what agrees, what does not and why) and `measure`, which
+returns its rows; `picture` draws them where a picture says more than the table.
+"""
+
+import json as json_format
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ...language import phases
+from . import crank_pin, databooks, film_at_rest, hertz, oblique, squeezer, stick_slip, whirl, worn
+from .points import Row
+
+BENCHMARKS = (oblique, crank_pin, film_at_rest, whirl, stick_slip, squeezer, hertz, worn, databooks)
+
+
+def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
+    """Compute all benchmarks and print a table or JSON; `directory`: where `measured.md` is written, with pictures.
+
+    `quick` takes a few points of each benchmark.
+    """
+    from . import page
+
+    at = ["verify"]
+
+    def note(sentence: str) -> None:
+        at[0] = f"verify: {sentence}"
+        phases.say(at[0])
+
+    with phases.phase(lambda: at[0]):
+        rows = measure(quick=quick, note=note)
+    print(json_format.dumps(listed(rows), indent=2, allow_nan=False) if json else page.text(rows), flush=True)
+    if directory is not None:
+        phases.say(f"verify: wrote {page.write(rows, directory, BENCHMARKS)}")
+
+
+def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> list[Row]:
+    """Return the rows of all benchmarks."""
+    rows: list[Row] = []
+    for benchmark in BENCHMARKS:
+        if note:
+            note(benchmark.NAME)
+        rows += benchmark.measure(quick=quick)
+    return rows
+
+
+def listed(rows: list[Row]) -> list[dict[str, Any]]:
+    """Return rows as JSON can hold them."""
+    return [row._asdict() for row in rows]

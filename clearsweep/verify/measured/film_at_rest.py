@@ -1,0 +1,82 @@
+"""A film at rest in its load: a run that settles at the tabulated eccentricity and attitude, and drags as tabulated."""
+
+import math
+from collections.abc import Callable, Mapping
+
+from matplotlib.figure import Figure
+
+from . import bearing
+from .drawing import LOOK, REFERENCE, tidy
+from .points import Reference, Row, reference
+
+NAME = "Films at rest in their load"
+TEXT = """A housing that shifts but does not turn carries a constant load on a shaft that turns. The run starts with
+the shaft in the middle and ends after 30 revolutions. The load is that of the table, so eccentricity and attitude
+are results.
+
+* `reynolds` solves the same equation as the tables. Its attitude is larger for a light load on a long bearing: the
+  tables begin the film where it is thickest, here it begins wherever its pressure can be above zero.
+* `finite` is a fit of the same tables, `short` leaves out the flow round the bearing. Both are shown with their
+  error.
+* The table of Raimondi & Boyd adds the friction of the shaft, (R / c) f = torque / (load c)."""
+RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: of no influence on the figures
+MASS = 0.01  # kg: so light that the housing cannot whirl
+TURNS = 30
+LAWS = {"1": ("reynolds", "finite"), "0.5": ("reynolds", "finite"), "0.25": ("reynolds", "finite", "short")}
+
+
+def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
+    """Return what a bearing of this length / diameter comes to under F = So L D mu w / psi^2."""
+    load = sommerfeld * slenderness * (2.0 * RADIUS) ** 2 * VISCOSITY * SPEED * (RADIUS / CLEARANCE) ** 2
+    film = {"law": law, "viscosity": VISCOSITY}
+    joint = {"clearance": CLEARANCE, "bearing_radius": RADIUS, "length": 2.0 * RADIUS * slenderness, "film": film}
+    found = bearing.run(bearing.grid(joint, SPEED, load, mass=MASS, revolutions=TURNS))
+    return {
+        "eccentricity ratio": bearing.eccentricity(found) / CLEARANCE,
+        "attitude": math.degrees(bearing.attitude(found)),
+        "friction variable": bearing.torque(found) / (load * CLEARANCE),
+    }
+
+
+def measure(*, quick: bool = False) -> list[Row]:
+    """Return the rows of both tables."""
+    rows = _rows(reference(NAME, "butenschoen"), lambda number: number, LAWS, every=8 if quick else 1)
+    if quick:
+        return rows
+    laws = dict.fromkeys(LAWS, ("reynolds",))
+    return rows + _rows(reference(NAME, "raimondi-boyd"), lambda s: 0.5 / (math.pi * s), laws)
+
+
+def _rows(
+    table: Reference, so_of: Callable[[float], float], laws: Mapping[str, tuple[str, ...]], every: int = 1
+) -> list[Row]:
+    """Return the rows of a table; `so_of`: from the load number of the table to So."""
+    found: list[Row] = []
+    for point in list(dict.fromkeys(point for point, *_ in table.points))[::every]:
+        slenderness, _, number = (part.rpartition(" ")[2] for part in point.split(", "))
+        for law in laws[slenderness]:
+            there = settled(law, float(slenderness), so_of(float(number)))
+            found += table.rows({(point, name): value for name, value in there.items()}, law)
+    return found
+
+
+def picture(rows: list[Row]) -> Figure:
+    """Draw attitude over eccentricity ratio."""
+    page = Figure(figsize=(9.0, 3.4), layout="constrained")
+    panels = page.subplots(1, 3, sharey=True)
+    for panel, slenderness in zip(panels, LAWS, strict=True):
+        mine = [row for row in rows if row.point.startswith(f"L/D {slenderness},") and row.kind == "published"]
+        for law in LAWS[slenderness]:
+            ratio, angle = (
+                [r.computed for r in mine if r.variant == law and r.quantity == name]
+                for name in ("eccentricity ratio", "attitude")
+            )
+            panel.plot(ratio, angle, **LOOK[law], label=law)
+        table = [r for r in mine if r.variant == "reynolds"]
+        values = [[r.reference for r in table if r.quantity == name] for name in ("eccentricity ratio", "attitude")]
+        panel.plot(*values, **REFERENCE, label="Butenschoen 1976")
+        panel.set(title=f"length / diameter {slenderness}", xlabel="eccentricity ratio [1]")
+        tidy(panel)
+    panels[0].set_ylabel("attitude [deg]")
+    panels[-1].legend(frameon=False)
+    return page

@@ -1,0 +1,108 @@
+"""The rows as text of a fixed width and as the page `measured.md` with its pictures."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from .points import KINDS, Row
+
+PICTURES = "measured"  # folder of the pictures, beside the page
+
+
+def text(rows: list[Row]) -> str:
+    """Return how far each quantity of each benchmark is from its reference."""
+    lines = [f"{'benchmark and quantity':<86}{'kind':<12}{'points':>7}{'rms':>12}{'largest':>12}  unit"]
+    for group in groups(rows):
+        name = ", ".join(filter(None, (group[0].benchmark, group[0].quantity, group[0].variant)))
+        rms, largest = spread(group)
+        numbers = f"{len(group):>7}{rms:>12.3g}{largest:>12.3g}"
+        lines.append(f"{name:<86}{group[0].kind:<12}{numbers}  {group[0].unit}")
+    lines.append(f"{len({row[:5] for row in rows})} points; rms and largest: of computed less reference")
+    return "\n".join(lines)
+
+
+def groups(rows: list[Row]) -> list[list[Row]]:
+    """Return the rows that have a computed value, by source, quantity and variant."""
+    found: dict[tuple, list[Row]] = {}
+    for row in rows:
+        if row.computed is not None:
+            found.setdefault((row.benchmark, row.source, row.quantity, row.variant), []).append(row)
+    return list(found.values())
+
+
+def spread(rows: list[Row]) -> tuple[float, float]:
+    """Return the root mean square and the largest size of the differences of rows."""
+    differences = [abs(row.difference) for row in rows if row.difference is not None]
+    return math.sqrt(sum(d * d for d in differences) / len(differences)), max(differences)
+
+
+def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> Path:
+    """Write `measured.md` and its pictures below `directory`, a section for each benchmark; return its path."""
+    directory = Path(directory)
+    (directory / PICTURES).mkdir(parents=True, exist_ok=True)
+    lines = list(_head(rows))
+    for number, benchmark in enumerate(benchmarks, 1):
+        mine = [row for row in rows if row.benchmark == benchmark.NAME]
+        if not mine:
+            continue
+        lines += ["", f"## {number}. {benchmark.NAME}", "", benchmark.TEXT]
+        if hasattr(benchmark, "picture"):
+            file = f"{PICTURES}/{benchmark.__name__.rpartition('.')[2]}.svg"
+            benchmark.picture(mine).savefig(directory / file, metadata={"Date": None})
+            lines += ["", f"![{benchmark.NAME}]({file})"]
+        lines += ["", *_sources(mine), "", *_spreads(mine)]
+    lines += ["", "## Every point", "", *_every(rows)]
+    page = directory / "measured.md"
+    page.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return page
+
+
+def _head(rows: list[Row]) -> Iterator[str]:
+    """Yield the introduction."""
+    count = {kind: len({row[:5] for row in rows if row.kind == kind}) for kind in KINDS}
+    yield "# Beside measurements and published solutions"
+    yield ""
+    yield (
+        f"Written by `clearsweep verify --measured --write`: {sum(count.values())} points, of which "
+        f"{count['measured']} are measured, {count['published']} published and {count['remembered']} remembered."
+    )
+    yield ""
+    yield "* **measured**: an experiment; **published**: a table or a computation of others that was read;"
+    yield "  **remembered**: a published table typed from memory."
+    yield "* The spread is the root mean square and the largest size of computed less reference."
+    yield "  A further point of the same source is expected within the largest difference of its quantity."
+    yield "* No parameter is fitted to the points, unless the section says which."
+    yield "* No measured force of a mechanism with clearance was available. The page tests the ingredients of such a"
+    yield "  force: contact, friction, film, linkage."
+
+
+def _sources(rows: list[Row]) -> Iterator[str]:
+    """Yield the sources of rows."""
+    for source in dict.fromkeys((row.kind, row.source, row.benchmark) for row in rows):
+        yield f"* {source[0]}: {source[1]}."
+
+
+def _spreads(rows: list[Row]) -> Iterator[str]:
+    """Yield a table of the spread of rows."""
+    yield "| quantity | by | kind | points | rms difference | largest difference | unit |"
+    yield "| --- | --- | --- | ---: | ---: | ---: | --- |"
+    for group in groups(rows):
+        rms, largest = spread(group)
+        first = group[0]
+        cells = (first.quantity, first.variant, first.kind, len(group), f"{rms:.3g}", f"{largest:.3g}", first.unit)
+        yield f"| {' | '.join(map(str, cells))} |"
+
+
+def _every(rows: list[Row]) -> Iterator[str]:
+    """Yield the table of all points."""
+    yield "| benchmark | point | quantity | by | reference | computed | difference | unit |"
+    yield "| --- | --- | --- | --- | ---: | ---: | ---: | --- |"
+    for row in rows:
+        numbers = (f"{row.reference:.6g}", _number(row.computed), _number(row.difference, 3))
+        cells = (row.benchmark, row.point, row.quantity, row.variant, *numbers, row.unit)
+        yield f"| {' | '.join(cells)} |"
+
+
+def _number(value: float | None, digits: int = 6) -> str:
+    return "-" if value is None else f"{value:.{digits}g}"

@@ -1,0 +1,67 @@
+"""The points that clearsweep is held against, and how one is reported."""
+
+import functools
+import json
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any, NamedTuple
+
+KINDS = ("measured", "published", "remembered")
+FILE = "measured.json"  # benchmark -> kind, source, note, points: [[point, quantity, unit, value], ...]
+
+
+class Row(NamedTuple):
+    """One figure of a reference beside what is computed for it."""
+
+    benchmark: str
+    kind: str  # measured, published or remembered
+    source: str
+    point: str  # where: the value of what varies, with its name
+    quantity: str
+    unit: str
+    reference: float
+    computed: float | None  # None where the model has no such figure
+    difference: float | None  # computed less reference, in the unit
+    variant: str = ""  # the law by which it is computed, where several are
+
+
+class Reference(NamedTuple):
+    """The points of one source."""
+
+    benchmark: str
+    kind: str
+    source: str
+    note: str  # what a reader has to know of these points
+    points: tuple[tuple[str, str, str, float], ...]  # point, quantity, unit, value
+
+    def row(self, index: int, computed: float | None, variant: str = "") -> Row:
+        """Return the Row of a point."""
+        point, quantity, unit, value = self.points[index]
+        difference = None if computed is None else computed - value
+        return Row(self.benchmark, self.kind, self.source, point, quantity, unit, value, computed, difference, variant)
+
+    def rows(self, computed: Mapping[tuple[str, str], float], variant: str = "") -> list[Row]:
+        """Return the rows of all points; `computed`: (point, quantity) -> value, points that it lacks are left out."""
+        return [
+            self.row(i, computed[point, quantity], variant)
+            for i, (point, quantity, _, _) in enumerate(self.points)
+            if (point, quantity) in computed
+        ]
+
+    def values(self, quantity: str) -> dict[str, float]:
+        """Return point -> value of a quantity."""
+        return {point: value for point, name, _, value in self.points if name == quantity}
+
+
+@functools.cache
+def _file() -> dict[str, Any]:
+    file = resources.files(__package__).joinpath("..", "references", FILE)
+    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return found
+
+
+def reference(benchmark: str, name: str = "") -> Reference:
+    """Return the Reference of a benchmark; `name` chooses one where it has several."""
+    entry = _file()[f"{benchmark}/{name}" if name else benchmark]
+    points = tuple((str(point), quantity, unit, float(value)) for point, quantity, unit, value in entry["points"])
+    return Reference(benchmark, entry["kind"], entry["source"], entry["note"], points)

@@ -1,0 +1,130 @@
+"""Stick-slip: a block on a guide, drawn through a spring, by friction laws with internal state."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ...contracts.results import Trajectory
+from ...simulation.scene import load_case
+from ...simulation.trajectory import simulate
+from .drawing import COLOURS, REFERENCE, tidy
+from .points import Row, reference
+
+NAME = "Stick-slip of the LuGre paper"
+TEXT = """A block of 1 kg is drawn along a guide through a spring of 2 N/m whose end moves at 0.1 m/s. In the grid
+the block is a free body with `initial` in a guide with clearance, pressed on its wall by 1 N, so that coefficients
+per load are the forces of the paper: 1 N sliding, 1.5 N static, 0.4 N s/m viscous, bristles 1e5 N/m with sqrt(1e5) N
+s/m that do not fall. Nothing is fitted.
+
+* `lugre` is the law of the paper: end state, slips and peak speed.
+* `elasto-plastic` has the same cycle. It does not creep before it breaks away, so it rests a little elsewhere.
+* `karnopp` sticks, which guides with clearance do not know yet. It is not compared."""
+END, STEP = 25.0, 1e-3  # s
+SLIPS = 1e-3  # m/s: speed from which it slips
+DAMPING = 1e5**0.5
+LAW = {
+    "coefficient": 1.0,
+    "static_coefficient": 1.5,
+    "stribeck_velocity": 1e-3,
+    "shape": 2.0,
+    "viscous": 0.4,
+    "bristle_stiffness": 1e5,
+    "bristle_damping": DAMPING,
+    "damping_velocity": 1e6,
+}
+LAWS = {"lugre": LAW, "elasto-plastic": LAW}
+FAR = 1e4  # m, length of the spring: its direction hardly turns
+
+
+def grid(friction: dict[str, Any]) -> dict[str, Any]:
+    """Return the grid of a block that a spring draws along a guide."""
+    still, clearance = [0.0, 0.0], 1e-3
+    return {
+        "mechanism": {
+            "type": "planar",
+            "bodies": {
+                "ground": {"points": {"axle": still, "rail": still}},
+                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": still}},
+                "block": {"mass": 1.0, "inertia": 0.1, "points": {"middle": still}, "initial": {"y": -clearance}},
+            },
+            "joints": {
+                "axle": {"type": "revolute", "between": ["ground.axle", "wheel.axle"]},
+                "guide": {"type": "prismatic", "between": ["ground.rail", "block.middle"]},
+            },
+            "driven": "axle",
+            "output": {"body": "wheel"},
+        },
+        "drive": {"speed": 2.0 * np.pi / END},
+        "loads": {
+            "weight": {"on": "block", "force": [0.0, -1.0]},
+            "pull": {"on": "block", "table": {"time [s]": [0.0, END], "fx [N]": [0.0, 0.2 * END]}},
+            "spring": {
+                "between": ["ground", "block"],
+                "anchor": [-FAR, 0.0],
+                "point": "middle",
+                "stiffness": 2.0,
+                "free_length": FAR,
+            },
+        },
+        "joints": {
+            "guide": {
+                "clearance": clearance,
+                "length": 1.0,
+                "height": 1e-3,
+                "contact": {"law": "kelvin-voigt", "stiffness": 1e6, "damping": 1.4e3},
+                "friction": friction,
+            }
+        },
+        "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-9},
+        "save": {"orbits": "all"},
+    }
+
+
+def run(law: str) -> Trajectory:
+    """Return the run with a law of LAWS.  Raises RuntimeError."""
+    times = np.linspace(0.0, END, round(END / STEP) + 1)
+    found = simulate(load_case(grid({"law": law, **LAWS[law]})), times=times)
+    if found.status != "ok":
+        raise RuntimeError(f"a block did not slip: {found.message}")
+    return found
+
+
+def figures(found: Trajectory) -> dict[tuple[str, str], float]:
+    """Return what the reference has, of a run."""
+    t, x, v = found.t, found["block/x"], found["block/vx"]
+    fast = np.flatnonzero(np.diff((v > SLIPS).astype(int)))
+    crossed = t[fast] + STEP * (SLIPS - v[fast]) / (v[fast + 1] - v[fast])
+    begins, ends = crossed[::2], crossed[1::2]
+    values = {("at 25 s", "place"): x[-1], ("at 25 s", "velocity"): v[-1], ("all slips", "peak speed"): v.max()}
+    for i, (begin, end) in enumerate(zip(begins, ends, strict=False), 1):
+        values[f"slip {i}", "begins"] = begin
+        values[f"slip {i}", "ends"] = end
+        values[f"slip {i}", "rests at"] = np.interp(end + 0.2, t, x)
+    values["slip 1", "spring force where it begins"] = 0.2 * begins[0] - 2.0 * np.interp(begins[0], t, x)
+    return {key: float(value) for key, value in values.items()}
+
+
+def measure(*, quick: bool = False) -> list[Row]:
+    """Return the rows of both laws."""
+    laws = tuple(LAWS)[: 1 if quick else None]
+    return [row for law in laws for row in reference(NAME).rows(figures(run(law)), law)]
+
+
+def picture(rows: list[Row]) -> Figure:
+    """Draw place and speed over time."""
+    page = Figure(figsize=(9.0, 3.2), layout="constrained")
+    left, right = page.subplots(1, 2)
+    for law, colour in zip(LAWS, COLOURS, strict=False):
+        found = run(law)
+        left.plot(found.t, found["block/x"], color=colour, label=law)
+        right.plot(found.t, found["block/vx"], color=colour, label=law)
+    table = reference(NAME)
+    rests, ends = table.values("rests at"), table.values("ends")
+    left.plot([ends[slip] + 0.2 for slip in rests], list(rests.values()), **REFERENCE, label="published run")
+    left.set(xlabel="time [s]", ylabel="place [m]")
+    right.set(xlabel="time [s]", ylabel="speed [m/s]")
+    left.legend(frameon=False)
+    for panel in (left, right):
+        tidy(panel)
+    return page

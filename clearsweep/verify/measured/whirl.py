@@ -1,0 +1,144 @@
+"""Onset of oil whirl: the largest speed at which a rigid rotor stays where its film carries it."""
+
+import math
+import tempfile
+from typing import Any
+
+import numpy as np
+
+from ...simulation.scene import load_case
+from ...simulation.trajectory import simulate
+from ...sweeping.sweep import sweep
+from . import bearing
+from .points import Row, reference
+
+NAME = "Onset of oil whirl"
+TEXT = """A housing of mass M hangs on a turning shaft by its film alone; its weight M g is the load. It is a free
+body with `initial`, of so large a moment of inertia that it does not turn. It starts beside its place of rest.
+`seek` finds the largest speed at which the film carries no more than 1.02 times the weight after 940 revolutions:
+below the onset the housing has come to rest, above it whirls. The threshold is that speed times sqrt(clearance / g).
+
+* **Closed form**: stiffness and damping of the short half film and Routh's criterion. The film's law is `short` and
+  its viscosity is that with which the housing rests at the tabulated eccentricity at the threshold. Stiffness,
+  damping, inertia and the integrator all enter.
+* **Nicholas, Barrett & Leader** give 2.1 for a bearing with two axial grooves, length / diameter 1, close to its
+  centre. Here the law is `reynolds`, without grooves. The difference is that of the bearings: a plain one whirls
+  later.
+* The whirl's own speed is taken from the motion at the largest stable speed."""
+GRAVITY = 9.81  # m/s^2
+RADIUS, CLEARANCE, MASS, SLENDERNESS = 0.02, 4e-5, 10.0, 0.25  # m, m, kg, of the closed form: of no influence on it
+STIFF = 1e3  # kg m^2: a housing that does not turn
+ASIDE = 0.02  # of the clearance: how far from its place of rest the housing starts
+BOUND = 1.02  # times the weight: a film at rest carries that alone, a whirl begun as above more
+TURNS, WINDOW = 1000, 60  # revolutions of a probe, and those that are judged
+WITHIN = 0.003  # of the speed
+
+
+def short_film(ratio: float, speed: float) -> float:
+    """Return the viscosity (Pa s) with which a short half film carries MASS at an eccentricity ratio."""
+    length = 2.0 * RADIUS * SLENDERNESS
+    shape = ratio / (1.0 - ratio**2) ** 2 * math.sqrt(math.pi**2 * (1.0 - ratio**2) + 16.0 * ratio**2)
+    return MASS * GRAVITY * 4.0 * CLEARANCE**2 / (RADIUS * speed * length**3 * shape)
+
+
+def joint(law: str, viscosity: float, slenderness: float, radius: float, clearance: float) -> dict[str, Any]:
+    """Return a joint with a film alone."""
+    film = {"law": law, "viscosity": viscosity}
+    return {"clearance": clearance, "bearing_radius": radius, "length": 2.0 * radius * slenderness, "film": film}
+
+
+def rest(film: dict[str, Any], speed: float, mass: float) -> tuple[float, float]:
+    """Return where (m) the housing comes to rest: that of a housing without mass under the same load."""
+    found = bearing.run(bearing.grid(film, speed, mass * GRAVITY, mass=1e-4 * mass, revolutions=60))
+    return float(found["housing/x"][-1]), float(found["housing/y"][-1])
+
+
+def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
+    """Return the grid of a housing that hangs on its film; `speed` (rad/s): where its place of rest is looked for."""
+    x, y = rest(film, speed, mass)
+    clearance, still = film["clearance"], [0.0, 0.0]
+    away = 1.0 - ASIDE * clearance / math.hypot(x, y)
+    housing = {
+        "mass": mass,
+        "inertia": STIFF,
+        "points": {"bore": still},
+        "initial": {"x": away * x, "y": away * y},
+    }
+    return {
+        "mechanism": {
+            "type": "planar",
+            "gravity": GRAVITY,
+            "bodies": {
+                "ground": {"points": {"main": still}},
+                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": still}},
+                "housing": housing,
+            },
+            "joints": {
+                "main": {"type": "revolute", "between": ["ground.main", "shaft.pin"]},
+                "film": {"type": "revolute", "between": ["shaft.pin", "housing.bore"], "journal": "shaft"},
+            },
+            "driven": "main",
+            "output": {"body": "shaft"},
+        },
+        "drive": {"speed": speed},
+        "joints": {"film": film},
+        "simulate": {"revolutions": TURNS, "discard": TURNS - WINDOW, "tolerance": 1e-7},
+        "save": {"orbits": "none"},
+        "limits": {"film_load_peak": BOUND * mass * GRAVITY},
+    }
+
+
+def threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
+    """Return the largest stable speed (rad/s) by `seek`.  Raises RuntimeError where the range does not hold it."""
+    sought = {
+        "largest": "drive.speed",
+        "between": list(between),
+        "within": WITHIN * between[1],
+        "meeting": "limits",
+        "for": "all",
+    }
+    with tempfile.TemporaryDirectory() as directory:
+        result = sweep(
+            source | {"name": "whirl", "seek": sought}, directory + "/run", executor="serial", show_progress=False
+        )
+    (answer,) = result.answers
+    if answer.low is None or answer.high is None or answer.low == answer.high:
+        raise RuntimeError(f"no onset of whirl between {between[0]:g} and {between[1]:g} rad/s")
+    return 0.5 * (answer.low + answer.high)
+
+
+def whirl_ratio(source: dict[str, Any], speed: float) -> float:
+    """Return the speed of the whirl over that of the shaft, from a run close to the threshold."""
+    tried = source | {"drive": {"speed": speed}, "save": {"orbits": "last", "revolutions": 40, "samples": 36}}
+    found = simulate(load_case({key: value for key, value in tried.items() if key != "limits"}))
+    place = found["joints/film/x"] + 1j * found["joints/film/y"]
+    turned = np.unwrap(np.angle(place - place.mean()))
+    return float((turned[-1] - turned[0]) / (found["crank_angle"][-1] - found["crank_angle"][0]))
+
+
+def measure(*, quick: bool = False) -> list[Row]:
+    """Return the rows of the closed form and of Nicholas' two bearings."""
+    table = reference(NAME, "short film")
+    speeds = table.values("threshold speed")
+    found = {}
+    for point in list(speeds)[2:3] if quick else speeds:
+        there = speeds[point] * math.sqrt(GRAVITY / CLEARANCE)
+        film = joint("short", short_film(float(point.split()[-1]), there), SLENDERNESS, RADIUS, CLEARANCE)
+        source = grid(film, there, MASS)
+        onset = threshold(source, (0.94 * there, 1.06 * there))
+        found[point, "threshold speed"] = onset * math.sqrt(CLEARANCE / GRAVITY)
+        found[point, "whirl over shaft speed"] = whirl_ratio(source, onset)
+    rows = table.rows(found, "short")
+    return rows if quick else rows + _plain()
+
+
+def _plain() -> list[Row]:
+    """Return the rows of plain bearings like those of Nicholas, Barrett & Leader."""
+    table, found = reference(NAME, "nicholas"), {}
+    for point, *_ in table.points:
+        clearance = 1e-6 * float(point.split()[-2])
+        unit = math.sqrt(GRAVITY / clearance)
+        film = joint("reynolds", 0.0524, 1.0, 0.0127, clearance)
+        source = grid(film, 2.5 * unit, 66.278 / GRAVITY)
+        found[point, "threshold speed"] = threshold(source, (2.0 * unit, 3.2 * unit)) / unit
+    return table.rows(found, "reynolds")

@@ -1,0 +1,191 @@
+"""clearsweep beside measurements and published solutions: the claims of results/measured.md, and its own form."""
+
+import json
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from clearsweep import cli
+from clearsweep.verify import measured
+from clearsweep.verify.measured import (
+    crank_pin,
+    databooks,
+    film_at_rest,
+    hertz,
+    oblique,
+    page,
+    squeezer,
+    stick_slip,
+    whirl,
+    worn,
+)
+from clearsweep.verify.measured.points import KINDS, Row
+
+pytestmark = pytest.mark.heavy
+
+KEYS = {"benchmark", "kind", "source", "point", "quantity", "unit", "reference", "computed", "difference"}
+slow = pytest.mark.slow
+
+
+def largest(rows: Iterable[Row], quantity: str, variant: str = "") -> float:
+    """Return the largest difference of a quantity; there has to be one."""
+    found = [abs(row.difference) for row in rows if (row.quantity, row.variant) == (quantity, variant)]
+    assert found
+    return max(found)
+
+
+def test_a_hertz_impact_is_as_deep_hard_and_long_as_the_closed_form():
+    rows = hertz.measure()
+    assert len(rows) == 12
+    assert all(row.computed == pytest.approx(row.reference, rel=5e-5) for row in rows)
+
+
+def test_a_housing_settles_where_the_table_of_its_film_says():
+    rows = film_at_rest.measure(quick=True)
+    assert largest(rows, "eccentricity ratio", "reynolds") < 0.003
+    assert largest(rows, "attitude", "reynolds") < 4.0
+    assert largest(rows, "eccentricity ratio", "finite") < 0.01
+
+
+@slow
+def test_every_film_settles_where_both_tables_say_and_drags_as_tabulated():
+    rows = film_at_rest.measure()
+    published = [row for row in rows if row.kind == "published"]
+    assert len({row.point for row in published}) >= 24
+    assert largest(published, "eccentricity ratio", "reynolds") < 0.003
+    assert largest(published, "attitude", "reynolds") < 4.0
+    drag = [row for row in rows if row.quantity == "friction variable"]
+    assert all(row.computed == pytest.approx(row.reference, rel=0.012) for row in drag)
+
+
+def at(rows, quantity, variant, low, high):
+    """Return the rows of a quantity and a law whose incidence lies between two angles (deg)."""
+    found = [row for row in rows if (row.quantity, row.variant) == (quantity, variant)]
+    return [row for row in found if low <= float(row.point.split()[1]) <= high]
+
+
+def test_a_ball_that_sticks_springs_back_with_bristles_and_stops_without():
+    rows = oblique.measure(quick=True)
+    for row in at(rows, "tangential restitution", "tanh", 0.0, 30.0):
+        assert row.computed == pytest.approx(5.0 / 7.0, abs=1e-3)
+    bristles = at(rows, "tangential restitution", "dahl", 10.0, 25.0)
+    assert [row.computed for row in bristles] == pytest.approx([row.reference for row in bristles], abs=0.04)
+
+
+@slow
+@pytest.mark.parametrize("law", oblique.LAWS)
+def test_every_friction_law_gives_the_measured_rebound_of_a_ball_that_slides(law, impacts):
+    restitution = at(impacts, "tangential restitution", law, 30.0, 90.0)
+    assert len(restitution) == 6
+    assert [row.computed for row in restitution] == pytest.approx([row.reference for row in restitution], abs=0.025)
+    spin = at(impacts, "rebound spin", law, 45.0, 90.0)
+    assert [row.computed for row in spin] == pytest.approx([row.reference for row in spin], rel=0.06)
+
+
+@slow
+def test_bristles_alone_let_the_contact_point_of_a_ball_spring_back(impacts):
+    for law in oblique.LAWS:
+        (back,) = at(impacts, "rebound angle of the contact point", law, 20.0, 21.0)
+        springs = law in ("dahl", "lugre", "elasto-plastic")
+        assert back.difference < 2.5 if springs else back.computed == pytest.approx(0.0, abs=0.1)
+
+
+def test_the_squeezer_ends_where_the_reference_of_its_fourteen_numbers_is():
+    rows = squeezer.measure(quick=True)
+    assert len(rows) == 14
+    assert largest(rows, "angle at 0.03 s", "all pins ideal") < 1e-8
+    assert largest(rows, "rate at 0.03 s", "all pins ideal") < 5e-6
+
+
+def test_a_block_drawn_along_a_guide_sticks_and_slips_as_in_the_paper():
+    """A guide takes laws with internal state: each corner that touches bends bristles of its own."""
+    rows = stick_slip.measure(quick=True)
+    assert len(rows) == 13
+    assert largest(rows, "place", "lugre") < 1e-6
+    assert largest(rows, "begins", "lugre") < 2e-4
+    assert largest(rows, "peak speed", "lugre") < 1e-5
+
+
+def test_a_rig_has_the_torque_of_its_source_while_the_film_bears_alone():
+    rows = crank_pin.measure(quick=True)
+    found = {row.point: row for row in rows if row.quantity == "shaft torque"}
+    assert found["8 kN, 1000 rpm"].computed == pytest.approx(found["8 kN, 1000 rpm"].reference, rel=0.08)
+    assert found["4 kN, 250 rpm"].computed < 0.7 * found["4 kN, 250 rpm"].reference  # mixed friction: as the page says
+
+
+@slow
+def test_every_point_of_the_rig_stands_between_both_ways_to_count_the_film_or_is_a_full_film():
+    rows = [row for row in crank_pin.measure() if row.quantity == "shaft torque"]
+    by = {(row.point, row.variant): row.computed for row in rows}
+    points = {row.point: row.reference for row in rows}
+    assert len(points) == 15
+    for point, torque in points.items():
+        low, high = by[point, "reynolds"], by[point, crank_pin.MEAN_HEIGHTS]
+        assert low <= torque <= high or torque == pytest.approx(low, rel=0.13), point
+
+
+@slow
+def test_oil_whirl_begins_where_the_closed_form_says_and_a_plain_bearing_is_the_steadier():
+    rows = whirl.measure()
+    closed = [row for row in rows if row.variant == "short"]
+    assert len(closed) == 16
+    assert [row.computed for row in closed] == pytest.approx([row.reference for row in closed], rel=0.02)
+    assert all(2.1 < row.computed < 2.76 for row in rows if row.variant == "reynolds")
+
+
+@slow
+def test_grooves_move_a_journal_by_some_hundredths_of_the_clearance():
+    rows = databooks.measure()
+    assert len(rows) == 140
+    assert 0.01 < largest(rows, "eccentricity ratio", "reynolds") < 0.035
+    assert largest(rows, "attitude", "reynolds") < 15.0
+
+
+@slow
+def test_a_pin_of_the_squeezer_opened_by_ten_micrometres_moves_it_by_less_than_a_tenth_of_a_radian():
+    opened = [row for row in squeezer.measure() if row.variant == "one pin open"]
+    assert 1e-3 < largest(opened, "angle at 0.03 s", "one pin open") < 0.1
+
+
+@slow
+def test_pressure_laws_agree_on_the_worn_volume_and_joints_in_space_wear_at_their_edges():
+    rows = worn.measure()
+    assert largest(rows, "ratio of worn volumes") < 0.05
+    assert largest(rows, "place of the deepest wear") == 0.0
+    profiles = worn.profiles()
+    apart = [np.sqrt(np.mean((depth - profiles["persson"]) ** 2)) for depth in profiles.values()]
+    assert max(apart) < 0.1 * profiles["persson"].mean()  # the page says that they hardly differ
+
+
+@pytest.fixture(scope="module")
+def impacts():
+    return oblique.measure()
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Leave only what takes no time."""
+    monkeypatch.setattr(measured, "BENCHMARKS", (hertz,))
+
+
+@pytest.mark.usefixtures("few")
+def test_the_command_prints_rows_of_the_contract_as_json():
+    told = CliRunner().invoke(cli.verbs, ["verify", "--measured", "--json"])
+    assert told.exit_code == 0, told.output
+    rows = json.loads(told.stdout)
+    assert len(rows) == 12
+    for row in rows:
+        assert set(row) >= KEYS
+        assert row["kind"] in KINDS
+        assert row["difference"] == pytest.approx(row["computed"] - row["reference"])
+
+
+def test_the_page_has_every_point_its_source_and_its_spread(tmp_path):
+    rows = hertz.measure()
+    words = page.write(rows, tmp_path, (hertz,)).read_text(encoding="utf-8")
+    assert words.count("| Hertz impacts |") == 12
+    assert rows[0].source in words
+    assert "| depth |  | published | 4 |" in words
+    assert "Hertz impacts, depth" in page.text(rows)
