@@ -395,7 +395,7 @@ def test_the_schema_names_every_key_with_unit_and_range():
     assert joint["contact"]["properties"]["law"]["enum"] == list(CATALOGUE.names("law"))
     assert "N*s/m" in joint["contact"]["properties"]["damping"]["description"]
     assert set(schema["then"]["properties"]) == {
-        *("mechanism", "joints", "simulate", "save", "name"),
+        *("define", "mechanism", "joints", "simulate", "save", "name"),
         *("sweep", "zip", "cases", "sample", "figures", "limits", "uncertain", "seek", "refine"),
     }
 

@@ -2,6 +2,8 @@
 
 from ..contracts.catalogue import Catalogue, Field, Law
 from .changes import SET, SWEEP, Changed, read_options
+from .defined import NOTHING, Definitions
+from .defined import of_resolved as defined_by
 from .enumeration import Words
 from .fits import noted as noted_fits
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
@@ -15,11 +17,13 @@ from .room import check_disk, check_memory, history_bytes, largest_history, usua
 from .sought import Seek
 
 __all__ = [
+    "NOTHING",
     "SCHEMA_VERSION",
     "SET",
     "SWEEP",
     "Catalogue",
     "Changed",
+    "Definitions",
     "Field",
     "Fit",
     "Grid",
@@ -29,6 +33,7 @@ __all__ = [
     "Words",
     "check_disk",
     "check_memory",
+    "defined_by",
     "history_bytes",
     "identity",
     "key_units",

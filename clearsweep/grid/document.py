@@ -38,6 +38,7 @@ class WrittenValue:
     line: int = 0  # 1 for the first line; 0: not from a file
     column: int = 0
     keys: dict[str, "WrittenValue"] = field(default_factory=dict)  # key -> the place of the key itself, without a value
+    expression: str = ""  # of which the value was worked out
 
     @property
     def place(self) -> str:
@@ -61,6 +62,7 @@ class Problems:
 
     def add(self, written: WrittenValue, path: str, sentence: str) -> None:
         """Note that the value at dotted `path` is wrong."""
+        sentence += f" (found is the value of {shown(written.expression)})" if written.expression else ""
         self._places.setdefault(
             f"{written.place}{path + ': ' if path else ''}{sentence}", (written.line, written.column)
         )

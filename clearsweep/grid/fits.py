@@ -116,7 +116,8 @@ class _Reader:
                 f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter, but "
                 f"{self.radius} is varied: take both in step under `zip`, the fit once for each radius"
             )
-            raise _WrongFitError(name, sentence if self.radius in self.draft.swept else "")
+            varies = self.radius in self.draft.swept or self.radius in self.draft.defined.follow
+            raise _WrongFitError(name, sentence if varies else "")
         if not isinstance(name.value, str):
             raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")
         try:

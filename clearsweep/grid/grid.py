@@ -22,6 +22,7 @@ from .added import ADDED
 from .added import rows as added_rows
 from .assumed import assumed
 from .changes import Changed, put
+from .defined import NOTHING, START, Definitions
 from .document import Problems, WrittenValue, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
@@ -86,6 +87,7 @@ def load(
         draft.refine,
         draft.uncertain,
         added_rows(draft),
+        draft.defined,
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -160,6 +162,7 @@ class Grid:
     refine: Refine | None = None  # where further cases are put
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     added: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
+    defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
     _layout: Layout | None = None
 
     @cached_property
@@ -230,11 +233,15 @@ class Grid:
         return self._tree(self.point(index))
 
     def _tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
-        return self._pattern(words_at(point)).case(point)
+        return self._pattern(words_at(point)).case({**point, **self.defined.at(point)})
 
     def identities(self) -> Iterator[int]:
         """Yield what `case_id` says of every case, in order, as numbers below 2**64."""
-        texts = Texts(self._shape, self.axes)
+        texts = Texts(self._shape, {*self.axes, *self.defined.follow})
+        if self.defined.follow:  # of numbers that may be made of several axes
+            for point in map(self.point, range(self.size)):
+                yield number_of(self._pattern(words_at(point)).text % texts.of({**point, **self.defined.at(point)}))
+            return
         for words, varied in combined(self._factors, self.axes, texts.of):
             yield number_of(self._pattern(words).text % varied)
         for point in map(self.point, range(self._product, self.size)):
@@ -270,6 +277,7 @@ class Grid:
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
+        fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
         return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | judged
 
@@ -290,6 +298,7 @@ class Grid:
         if words not in self._patterns:
             flat = self._in_use(dict(words))
             numbers = {path: self.axes[path][0] for path in flat if path in self.axes and path not in dict(words)}
+            numbers |= {path: self._values[path] for path in flat if path in self.defined.follow}
             self._patterns[words] = Pattern(flat | numbers, numbers, self._pairs)
         return self._patterns[words]
 
@@ -311,7 +320,7 @@ class Grid:
         """Return path -> value of all that is not swept, of the keys of a swept law only what is written."""
         flat: dict[str, Value] = {}
         for path, node in self._shape.items():
-            if isinstance(node, Section) or path in self.axes:
+            if isinstance(node, Section) or path in self.axes or path in self.defined.follow:
                 continue
             if any(chooser in self.axes for chooser in node.choosers()):
                 value = self._values.get(path) if path in self._written else None
@@ -324,7 +333,8 @@ class Grid:
                 value = self._values.get(path, fields[0].default) if fields else None
             flat[path] = value
         flat |= dict(leaves(self.uncertain))
-        return {path: value for path, value in derived(flat).items() if path not in self.axes}
+        base = {path: value for path, value in derived(flat).items() if path not in self.axes}
+        return base | {path: f"= {text}" for path, text in self.defined.follow.items()} | self.defined.needed()
 
     @cached_property
     def _ways(self) -> dict[str, tuple[str, ...]]:

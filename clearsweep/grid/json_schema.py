@@ -7,6 +7,8 @@ from ..contracts.outline import ANY
 from ..judging.verdict import KINDS
 from ..language import quantity
 from .added import ADDED
+from .defined import DEFINE
+from .defined import TEXT as TEXT_OF_DEFINE
 from .fits import SPREADS
 from .forms import forms
 from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
@@ -46,6 +48,12 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
     for form in forms(catalogue):
         top = _object(form.keys, "")
         top["properties"] |= {
+            DEFINE: {
+                "description": TEXT_OF_DEFINE,
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": {"$ref": "#/$defs/quantity"},
+            },
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
             "sweep": axes("each by each: the cases are the product"),
             "zip": axes("in step: case after case takes the next value of each"),
@@ -85,7 +93,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         "type": "object",
         **chosen,
         "$defs": {
-            "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]},
+            "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*(=|[+-]?(\d|\.\d))"}]},
             "pair": quantities,
             "axis": {
                 "anyOf": [

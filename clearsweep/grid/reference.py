@@ -147,13 +147,13 @@ def _cases(catalogue: Catalogue) -> str:
     top = top["properties"]
     texts = {
         key: top[key].get("description", "")
-        for key in ("name", "sweep", "zip", "sample", *SECTIONS, UNCERTAIN, "seek", "refine")
+        for key in ("name", "define", "sweep", "zip", "sample", *SECTIONS, UNCERTAIN, "seek", "refine")
     }
     texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
     texts["name"] = texts["name"].replace("<name>", "NAME")
     rows = [
         f"| `{key}` | {texts[key]} |"
-        for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS, UNCERTAIN, "seek", "refine")
+        for key in ("name", "define", "sweep", "zip", "cases", "sample", *SECTIONS, UNCERTAIN, "seek", "refine")
     ]
     axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
     axes.append("| `fits` | [H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286 |")

@@ -2,12 +2,24 @@
 
 import math
 
-from ..contracts.case import column_name
 from ..contracts.catalogue import Catalogue, Field, Mechanism
-from ..contracts.layout import columns_of
 from ..language import quantity
 from ..language.errors import InputError, nearest, shown
-from . import added, fits, judged, life_keys, list_key, refined, sought, table_key, uncertain, variations, wear_unit
+from . import (
+    added,
+    defined,
+    fits,
+    followers,
+    judged,
+    life_keys,
+    list_key,
+    refined,
+    sought,
+    table_key,
+    uncertain,
+    variations,
+    wear_unit,
+)
 from .axes import Reading
 from .document import Problems, WrittenValue
 from .draft import Draft
@@ -22,12 +34,14 @@ def read_draft(
     root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
 ) -> Draft:
     """Return what the document `root` says, the paths in `fixed` not swept; mistakes go to `problems`."""
+    written_names = root.value.get(defined.DEFINE)
+    root, definitions = defined.resolve(root, problems, fixed)
     outline = outline_of_document(root)
     mechanism = _mechanism(root, catalogue.mechanisms)
     if mechanism.outlined:
         mechanism = mechanism.outlined(outline)
-    draft = Draft(problems, mechanism, outline)
-    whole = shape(mechanism, catalogue)
+    draft = Draft(problems, mechanism, outline, defined=definitions)
+    whole = followers.shape_of(definitions) | shape(mechanism, catalogue)
     _walk(draft, root, "", whole)
     _activate(draft, whole)
     variations.find(draft, root, whole, fixed)
@@ -46,8 +60,10 @@ def read_draft(
             _table(draft, path, node)
     draft.axes = {path: draft.axes[path] for path in draft.swept if path in draft.axes}
     variations.check(draft)
+    followers.check(draft)
     uncertain.read_into(draft, root)
-    draft.figures = _figures(draft, mechanism, catalogue)
+    draft.figures = judged.figures(draft, mechanism, catalogue)
+    followers.refuse_columns(draft, written_names)
     judged.read_into(draft, root)
     draft.seek = sought.read(draft, root, draft.limits)
     draft.refine = refined.read(draft, root, draft.limits)
@@ -66,43 +82,10 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
     return named[likeliest]
 
 
-def _figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
-    """Return the figures of merit that the cases will have, each with its unit."""
-    sections = [path.split(".") for path, node in draft.shape.items() if isinstance(node, Section)]
-    inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
-    parts = {
-        column_name(joint): {part for other, *rest in inside if other == joint for part in rest[:1]}
-        for joint, *_ in inside
-    }
-    for joint in mechanism.joints:
-        if column_name(joint.name) in parts and mechanism.spatial:
-            parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
-    until, life = str(draft.values.get("simulate.until.figure", "")), draft.values.get(f"{life_keys.LIFE}.joint")
-    asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in draft.values}
-    asked |= {name for name, there in (("until", until), ("life", life), ("uncertain", draft.uncertain)) if there}
-    for joint in mechanism.joints:
-        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(draft, joint.name):
-            parts[column_name(joint.name)].add("strength")
-    if life and column_name(life) in parts:
-        parts[column_name(life)].add("judged")
-    columns = columns_of(catalogue, mechanism, parts, asked, until)
-    return {column.name: column.unit for column in columns}
-
-
-def _strength(draft: Draft, joint: str) -> bool:
-    """Return whether a yield strength or a hardness is written of a joint with contact."""
-    own = f"joints.{joint}."
-    known = [path for path in (*draft.written, *draft.swept) if path.startswith(own)]
-    return f"{own}contact" in draft.shape and any(
-        path.endswith(".yield_strength") or path in (f"{own}wear.hardness", f"{own}roughness.hardness")
-        for path in known
-    )
-
-
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
     known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path] + (
-        ["name", *judged.SECTIONS, uncertain.UNCERTAIN, sought.SEEK, refined.REFINE, *variations.WAYS]
+        ["name", defined.DEFINE, *judged.SECTIONS, uncertain.UNCERTAIN, sought.SEEK, refined.REFINE, *variations.WAYS]
         if not path
         else []
     )
@@ -346,6 +329,8 @@ def exponent_values(draft: Draft, path: str) -> tuple[float, ...]:
 def _ahead(draft: Draft, path: str) -> tuple[float, ...]:
     """Return every value that the number at `path` takes, before its turn; () where they cannot be read, or drawn."""
     node = draft.shape.get(path)
+    if path in draft.defined.follow:
+        return ()
     quiet = Draft(
         Problems(),
         draft.mechanism,

@@ -16,9 +16,9 @@ from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import StoredRun
 from .dotted import dig
-from .rows import Rows
+from .rows import Rows, followed
 
-BASE = ("mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
+BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint that are computed here: force p99 over the peak of the ideal joint, depth (m) worn in 1000 hours
 #: and in a million strokes, which are turns of the crank.
@@ -118,6 +118,7 @@ class Study(NamedTuple):
     units: dict[str, str]  # SI, by column of the summary and by dotted path of the grid
     base: dict
     typical: bool = False  # maps show the median over the axes that they leave out, not the worst
+    defined: grid.Definitions = grid.NOTHING  # numbers that follow from swept names
 
     @property
     def lead(self) -> Lead:
@@ -157,6 +158,9 @@ class Study(NamedTuple):
         if any(axis.path == path for axis in self.axes):
             value = self._at(case_id, path)
             return None if pd.isna(value) else value
+        if path in self.defined.follow:
+            names = {f"define.{name}" for name in self.defined.varied}
+            return self.defined.at({name: self._at(case_id, name) for name in names})[path]
         return dig(self.base, path)
 
     def hardest_joint(self) -> Joint:
@@ -219,10 +223,12 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
         if figure != PER_STROKES or "drive" in base
     }
     units |= {column: unit for column, (unit, _) in derived.items()}
+    defined = grid.defined_by(record)
+    derived |= {path: (units.get(path, "1"), functools.partial(followed, defined, path)) for path in defined.follow}
     making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
     ids = run.column("case_id")
     cases, failed = Rows(run, ids, finished, texts, making), Rows(run, ids, ~finished, texts)
-    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical)
+    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined)
 
 
 def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:

@@ -45,6 +45,7 @@ class Estimate(NamedTuple):
     give_or_take: float | None  # s, twice the standard error of `seconds`, as the cases that were timed differ
     bytes: int  # in the directory: batches and merged files
     assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: SI, the first and the last
+    defined: dict[str, dict[str, Any]]  # name under `define` -> its value, its unit and its expression, '' for none
     case: dict[str, Any]  # the first case: its identity, its values by dotted path, their units
 
 
@@ -104,7 +105,11 @@ def estimate(
             for path in grid.assumed
             if path in units and (ends := _ends(grid, path))
         },
-        _first(grid, units),
+        {
+            name: {"value": float(grid.defined.values[name]), "unit": grid.defined.units[name], "expression": text}
+            for name, text in grid.defined.texts.items()
+        },
+        _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
     )
 
 
