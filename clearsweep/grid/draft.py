@@ -38,6 +38,7 @@ class Draft:
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> the fits it is written as
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
+    among: tuple[Fit, ...] = ()  # the fits among which is sought, in order of their largest clearances
     seek: Any = None  # `sought.Seek`
     refine: Any = None  # `refined.Refine`
     added_in: str = ""  # the key under which cases stand that a run added

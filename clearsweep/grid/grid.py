@@ -71,7 +71,7 @@ def load(
     grid = Grid(
         name,
         file,
-        draft.axes | ({draft.seek.path: draft.seek.first()} if draft.seek else {}),
+        draft.axes | ({path: draft.seek.first() for path in draft.seek.paths} if draft.seek else {}),
         draft.limits,
         draft.own_figures,
         draft.shape,
@@ -267,7 +267,8 @@ class Grid:
         columns = dict(zip(self.axes, map(list, zip(*self.added, strict=True)), strict=True)) if self.added else {}
         further = {ADDED: columns} if columns else {}
         if self.seek:
-            ways["sweep"] = {path: values for path, values in ways["sweep"].items() if path != self.seek.path}
+            swept = ways.get("sweep", {})
+            ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
         ways = {way: part for way, part in ways.items() if part}
         judged = {"figures": self.figures, "limits": self.limits, UNCERTAIN: dict(self.uncertain)}
         judged |= {SEEK: self.seek.written() | further} if self.seek else {}

@@ -141,11 +141,18 @@ def _seek() -> dict[str, Any]:
     return {
         "description": "the largest or smallest value of one key with which cases keep to `limits`",
         "type": "object",
-        "required": ["between", "within"],
+        "anyOf": [{"required": ["between", "within"]}, {"required": ["among"]}],
         "oneOf": [{"required": [end]} for end in ENDS],
         "additionalProperties": False,
         "properties": {
-            **{end: {"type": "string", "description": f"dotted path: its {end} value is sought"} for end in ENDS},
+            **{
+                end: {
+                    "anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}],
+                    "description": f"dotted path, or several in step: the {end} value is sought",
+                }
+                for end in ENDS
+            },
+            "among": _FITS | {"description": "clearance fits; each is judged at its largest clearance"},
             "between": {"type": "array", "items": size, "minItems": 2, "maxItems": 2},
             "within": size,
             "meeting": {"enum": ["limits"]},

@@ -168,10 +168,11 @@ def _cases(catalogue: Catalogue) -> str:
     ]
     added = "| `added` | nothing that is written: run.json keeps the cases here that a run added |"
     seek = [
-        "| `largest` | the dotted path whose largest value is sought |",
+        "| `largest` | the dotted path whose largest value is sought, or several that take the same value |",
         "| `smallest` | or the path whose smallest value is sought |",
         "| `between` | [low, high]: the range to look in |",
         "| `within` | how close the answer has to be, at most a quarter of the range |",
+        "| `among` | {fits: [H7/g6, H7/f7]} in place of both: each fit is judged at its largest clearance |",
         "| `meeting` | `limits`, the default |",
         "| `for` | `each` case of the other axes, the default, or `all`: the worst of them |",
         added,

@@ -47,7 +47,7 @@ def read_draft(
     variations.find(draft, root, whole, fixed)
     fits.put_numbers(draft, lambda path: _ahead(draft, path))
     wear_unit.put_units(draft)
-    variations.find_sought(draft, root, whole)
+    variations.find_sought(draft, root, whole, lambda path: _ahead(draft, path))
     added.find(draft, root, (sought.SEEK, refined.REFINE))
     for path, node in draft.shape.items():
         if isinstance(node, Word):

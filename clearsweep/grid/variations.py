@@ -1,5 +1,6 @@
 """Finds which values a grid varies and how: each by each (`sweep`), in step (`zip`, `cases`), by chance (`sample`)."""
 
+from collections.abc import Callable
 from itertools import product
 from typing import Any
 
@@ -49,12 +50,16 @@ def find(draft: Draft, root: WrittenValue, whole: Shape, fixed: frozenset[str]) 
             draft.sample = sampling.read(draft.problems, section, len(drawn)) if drawn else None
 
 
-def find_sought(draft: Draft, root: WrittenValue, whole: Shape) -> None:
-    """Note the range of the value that is sought, as an axis of its two ends."""
-    found = sought.range_of(draft, root)
-    if found is None:
-        return
-    path, place, between = found
+def find_sought(draft: Draft, root: WrittenValue, whole: Shape, values_of: Callable[[str], tuple[float, ...]]) -> None:
+    """Note the range of the value that is sought, as an axis of its two ends, or of all that is tried."""
+    found = sought.range_of(draft, root, values_of)
+    for place in found[0] if found else ():
+        assert found is not None  # it has a path
+        _enter_sought(draft, place.value, place, found[1], whole)
+
+
+def _enter_sought(draft: Draft, path: str, place: WrittenValue, between: WrittenValue, whole: Shape) -> None:
+    """Note the values of one path that is sought."""
     node = whole.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(use.field.whole for use in node.uses)):
         noun = "a name" if isinstance(node, Word) else "a whole number"
@@ -138,7 +143,8 @@ def values(draft: Draft, path: str, reading: Reading) -> list[Any] | None:
 
 def steps(draft: Draft) -> tuple[tuple[str, ...], ...]:
     """Return the paths that go in step, section by section."""
-    together = (tuple(path for path in draft.axes if draft.way[path] == way) for way in WAYS[1:])
+    together = [tuple(path for path in draft.axes if draft.way[path] == way) for way in (*WAYS[1:], sought.SEEK)]
+    together[-1] = together[-1] if len(together[-1]) > 1 else ()
     return tuple(paths for paths in together if paths)
 
 

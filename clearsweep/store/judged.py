@@ -45,8 +45,8 @@ def judge(run: RunDirectory, form: Form, rows: np.ndarray) -> Judged:
     return Judged(status, exceeded, {name: np.concatenate([[], *parts]) for name, parts in margins.items()})
 
 
-def write_answers(run: RunDirectory, form: Form, path: str, answers: Sequence[Any]) -> dict[str, str]:
-    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `path`; remove it where there is none.
+def write_answers(run: RunDirectory, form: Form, paths: Sequence[str], answers: Sequence[Any]) -> dict[str, str]:
+    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `paths`; remove it where there is none.
 
     Return the checksums of the answer files, by name, as run.json holds them.
     """
@@ -55,27 +55,30 @@ def write_answers(run: RunDirectory, form: Form, path: str, answers: Sequence[An
         if not answers:
             durable.discard(file)
             return {}
-        durable.replace(file, _answers_bytes(form, path, answers), run.scratch)
+        durable.replace(file, _answers_bytes(form, paths, answers), run.scratch)
         return {file.name: durable.checksum(file)}
 
 
-def _answers_bytes(form: Form, path: str, answers: Sequence[Any]) -> bytes:
+def _answers_bytes(form: Form, paths: Sequence[str], answers: Sequence[Any]) -> bytes:
     """Return seek.parquet; the columns' metadata hold `unit` and `description`."""
-    (unit,) = (axis.unit for axis in form.axes if axis.path == path)
+    unit = next(axis.unit for axis in form.axes if axis.path == paths[0])
     columns = [
         Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float")
         for axis in form.axes
-        if axis.path != path
+        if axis.path not in paths
     ]
     values = [[answer.point[column.name] for answer in answers] for column in columns]
+    fits = any(answer.fits for answer in answers)
     columns += [
-        Column(f"seek.{path}", unit, _VALUE),
+        *(Column(f"seek.{path}", unit, _VALUE) for path in paths),
+        *([Column("seek_fit", "", "the fit that is sought, judged at its largest clearance", "text")] if fits else []),
         Column("seek_low", unit, "lower end of the interval that holds the border"),
         Column("seek_high", unit, "upper end of the interval that holds the border"),
         Column("limiting", "", _LIMITING, "text"),
         Column("probes", "1", "cases that were looked at", "int"),
     ]
-    values += [[getattr(answer, name) for answer in answers] for name in ("value", "low", "high", "limiting", "probes")]
+    names = ("value",) * len(paths) + ("fit",) * fits
+    values += [[getattr(answer, name) for answer in answers] for name in (*names, "low", "high", "limiting", "probes")]
     fields = [field_of(column) for column in columns]
     arrays = [pa.array(each, field.type) for each, field in zip(values, fields, strict=True)]
     content = io.BytesIO()

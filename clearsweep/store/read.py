@@ -71,8 +71,10 @@ class StoredRun:
         wanted = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *given, *made}}
         if SEEK_FILE in self.grid.get("answers", {}):
             seek = self.grid.get("seek") or {}
-            path = seek.get("largest") or seek.get("smallest")
-            wanted[SEEK_FILE] = {*paths, f"seek.{path}", "seek_low", "seek_high", "limiting", "probes"} - {path}
+            own = seek.get("largest") or seek.get("smallest") or []
+            own = own if isinstance(own, list) else [own]
+            wanted[SEEK_FILE] = {*paths, "seek_low", "seek_high", "limiting", "probes"} - {*own}
+            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | ({"seek_fit"} if "among" in seek else set())
         for name, names in wanted.items():
             with self._table(name) as table:
                 fields = list(table.schema_arrow)

@@ -214,7 +214,7 @@ _OPTIONAL: dict[str, Check] = {
     "sample": _sections({"method": _WORD, "drawn": _LISTED}, {"seed": _COUNT}),
     "limits": _by(_COLUMN, _BOUND),
     "figures": _by(_COLUMN, _TEXT),
-    "seek": _sections({}, {"largest": _PATH, "smallest": _PATH, "for": _WORD}),
+    "seek": _sections({}, {**dict.fromkeys(_some("largest", "smallest"), _either(_PATH, _list(_PATH))), "for": _WORD}),
     "source": _either(_TEXT, _NOTHING),
     "fits": _by(_PATH, _list(_FIT)),
     "seeds": _SECTION,

@@ -67,7 +67,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "units": run.grid.get("units", {}),
         "limits": kept.facts(),
         "life": lives.facts(),
-        "seek": sought(result, run.grid.get("units", {})),
+        "seek": sought(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
         "worst": worst,

@@ -63,7 +63,7 @@ def estimate(
         grid = sweep.load(source, simulator)
         check_memory(largest_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
-    if grid.seek:
+    if grid.seek and not grid.seek.fits:
         times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
         sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
         warnings.append(f"{sentence}, and their time and storage")

@@ -151,8 +151,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
                 complete = crew.run(grid, ids, wanted)
             del ids  # 8 MB of a million cases, which merging needs
             answers = search.answers() if isinstance(search, Seeking) and complete else []
-            path = grid.seek.path if grid.seek else ""
-            known["answers"] = store.write_answers(directory, store.Form.of(grid), path, answers)
+            paths = grid.seek.paths if grid.seek else ()
+            known["answers"] = store.write_answers(directory, store.Form.of(grid), paths, answers)
             counts: dict[str, Any] = conclude(crew, grid, wanted, start=start, **known)
     return RunResult(
         directory.path,
