@@ -10,6 +10,7 @@ from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .iso286 import Fit
 from .json_schema import schema
 from .key_units import key_units
+from .optimised import Optimise
 from .reference import markdown
 from .refined import Refine
 from .resolve import leaves
@@ -28,6 +29,7 @@ __all__ = [
     "Fit",
     "Grid",
     "Law",
+    "Optimise",
     "Refine",
     "Seek",
     "Words",

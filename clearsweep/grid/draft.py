@@ -40,6 +40,8 @@ class Draft:
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
     among: tuple[Fit, ...] = ()  # the fits among which is sought, in order of their largest clearances
     seek: Any = None  # `sought.Seek`
+    choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
+    optimise: Any = None  # `optimised.Optimise`
     refine: Any = None  # `refined.Refine`
     added_in: str = ""  # the key under which cases stand that a run added
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path

@@ -12,6 +12,7 @@ from .defined import TEXT as TEXT_OF_DEFINE
 from .fits import SPREADS
 from .forms import forms
 from .keys import ITEMS, Flag, Number, Section, Shape, Table, Word
+from .optimised import AMONG, SENSES, WHOLE
 from .refined import ALONG
 from .sampling import DISTRIBUTIONS, METHODS
 from .sought import ENDS, FOR
@@ -75,6 +76,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             UNCERTAIN: _uncertain(),
             "seek": _seek(),
             "refine": _refine(),
+            "optimise": _optimise(),
         }
         chosen_by = {"type": form.mechanism} | ({"spatial": True} if form.spatial else {})
         for key, value in chosen_by.items():
@@ -157,6 +159,31 @@ def _seek() -> dict[str, Any]:
             "within": size,
             "meeting": {"enum": ["limits"]},
             "for": {"enum": list(FOR)},
+            ADDED: _ADDED,
+        },
+    }
+
+
+def _optimise() -> dict[str, Any]:
+    """Return the schema of the section `optimise`."""
+    pair = {"type": "array", "minItems": 2, "maxItems": 2}
+    among = {"anyOf": [{"type": "array", "minItems": 1}, _FITS]}
+    kinds = [
+        {"type": "object", "required": [kind], "additionalProperties": False, "properties": {kind: form}}
+        for kind, form in ((AMONG, among), (WHOLE, pair))
+    ]
+    columns = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
+    return {
+        "description": "the values with which columns of summary.parquet are smallest or largest, within `limits`",
+        "type": "object",
+        "required": ["over", "cases"],
+        "anyOf": [{"required": [sense]} for sense in SENSES],
+        "additionalProperties": False,
+        "properties": {
+            "over": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": [pair, *kinds]}},
+            **{sense: columns | {"description": f"columns or own figures to {sense}"} for sense in SENSES},
+            "cases": {"type": "integer", "minimum": 1, "description": "how many there may be"},
+            "seed": {"type": "integer", "minimum": 0, "description": "of the sampler, default 0"},
             ADDED: _ADDED,
         },
     }

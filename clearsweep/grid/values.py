@@ -13,6 +13,7 @@ from . import (
     judged,
     life_keys,
     list_key,
+    optimised,
     refined,
     sought,
     table_key,
@@ -27,6 +28,10 @@ from .key_table import shape
 from .keys import Flag, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 
+_OF_NO_CASE = [  # sections that no law or mechanism has
+    *("name", defined.DEFINE, *judged.SECTIONS, uncertain.UNCERTAIN),
+    *(sought.SEEK, refined.REFINE, optimised.OPTIMISE, *variations.WAYS),
+]
 Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
 
 
@@ -45,10 +50,11 @@ def read_draft(
     _walk(draft, root, "", whole)
     _activate(draft, whole)
     variations.find(draft, root, whole, fixed)
+    variations.find_optimised(draft, root, whole)
     fits.put_numbers(draft, lambda path: _ahead(draft, path))
     wear_unit.put_units(draft)
     variations.find_sought(draft, root, whole, lambda path: _ahead(draft, path))
-    added.find(draft, root, (sought.SEEK, refined.REFINE))
+    added.find(draft, root, (sought.SEEK, refined.REFINE, optimised.OPTIMISE))
     for path, node in draft.shape.items():
         if isinstance(node, Word):
             _word(draft, path, node)
@@ -66,6 +72,7 @@ def read_draft(
     followers.refuse_columns(draft, written_names)
     judged.read_into(draft, root)
     draft.seek = sought.read(draft, root, draft.limits)
+    draft.optimise = optimised.read(draft, root)
     draft.refine = refined.read(draft, root, draft.limits)
     return draft
 
@@ -84,11 +91,8 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
 
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
-    known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path] + (
-        ["name", defined.DEFINE, *judged.SECTIONS, uncertain.UNCERTAIN, sought.SEEK, refined.REFINE, *variations.WAYS]
-        if not path
-        else []
-    )
+    known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path]
+    known += [] if path else _OF_NO_CASE
     draft.sections[path] = written
     content = written.value
     section = whole.get(path)

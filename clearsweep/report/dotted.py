@@ -32,3 +32,8 @@ def all_sought(record: Mapping) -> tuple[str, ...]:
     seek = record.get("seek") or {}
     paths = seek.get("largest") or seek.get("smallest") or ()
     return (paths,) if isinstance(paths, str) else tuple(paths)
+
+
+def all_tried(record: Mapping) -> tuple[str, ...]:
+    """Return the paths whose values a search of a run chose."""
+    return all_sought(record) or tuple((record.get("optimise") or {}).get("over", ()))

@@ -15,7 +15,7 @@ from ..grid import Fit
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import StoredRun
-from .dotted import all_sought, dig
+from .dotted import all_tried, dig
 from .rows import Rows, followed
 
 BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
@@ -210,7 +210,7 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     layout, record = run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in BASE if key in record}
-    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in all_sought(record)}
+    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in all_tried(record)}
     axes = _axes(record, tried, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
@@ -272,9 +272,10 @@ def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
     """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
     record = study.run.grid
     varied = {key: record[key] for key in (*BASE, *WAYS) if key in record}
-    for path in all_sought(record):  # an axis like the others, of what was tried
+    for path in all_tried(record):  # an axis like the others, of what was tried
         tried = next(axis.values for axis in study.axes if axis.path == path)
-        varied["sweep"] = varied.get("sweep", {}) | {path: list(tried)}
+        ends = tried if isinstance(tried[0], str) else dict.fromkeys((tried[0], tried[-1]))
+        varied["sweep"] = varied.get("sweep", {}) | {path: list(ends)}
     loaded = grid.load(varied, simulation.catalogue())
     return [loaded.case_at({axis.path: study.value(case_id, axis.path) for axis in study.axes}) for case_id in case_ids]
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..judging import validity, verdict
 from ..language import wording
 from .lives import Lives, life_lines
-from .searched import refine_lines, seek_lines, sought
+from .searched import optimise_lines, optimised, refine_lines, seek_lines, sought
 from .settings import friendly, joint_count, setting_text, value_text
 from .sweep import RunResult
 
@@ -68,6 +68,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "limits": kept.facts(),
         "life": lives.facts(),
         "seek": sought(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
+        "optimised": optimised(result, kept.units),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
         "worst": worst,
@@ -196,6 +197,7 @@ def run_text(facts: dict[str, Any]) -> str:
     lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
     lines += _limit_lines(facts)
     lines += seek_lines(facts)
+    lines += optimise_lines(facts)
     lines += refine_lines(facts)
     if facts["worst"]:
         lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]

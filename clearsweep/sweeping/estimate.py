@@ -67,6 +67,9 @@ def estimate(
         times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
         sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
         warnings.append(f"{sentence}, and their time and storage")
+    if grid.optimise:
+        more = grid.optimise.cases - len(grid)
+        warnings.append(f"{more:,} cases that `optimise` adds follow from these, and come on top")
     if grid.refine:
         warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
     directory = sweep.directory_of(grid, out, part)

@@ -1,11 +1,11 @@
-"""The closing lines of a run on what was sought and refined."""
+"""The closing lines of a run on what was sought, optimised and refined."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..judging.verdict import KINDS, Limit
 from ..language import wording
-from .settings import joint_count, setting_text, value_text
+from .settings import friendly, joint_count, setting_text, value_text
 from .sweep import RunResult
 
 LISTED_ANSWERS = 12
@@ -98,3 +98,33 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
         "",
         f"Refined: {added:,} of at most {asked:,} cases added where the limits' border runs, at {boxes}; {known}",
     ]
+
+
+def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | None:
+    """Return what `optimise` found, ready for JSON, in SI; None where nothing was optimised. `units`: of columns."""
+    found = result.optimised
+    if found is None:
+        return None
+    best, start = [each._asdict() for each in found.best], found.start and found.start._asdict()
+    names = [*found.best[0].values]
+    return found._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
+
+
+def optimise_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines on what `optimise` found."""
+    found = facts["optimised"]
+    if not found:
+        return []
+    best, start = found["best"], found["start"]
+    front = f"the front has {len(best):,} cases" if len(best) > 1 else "the best case"
+    lines = ["", f"Optimised over {found['looked_at']:,} cases: {front} (all in optimise.parquet)"]
+    if not found["feasible"]:
+        front = "none keeps to the limits; the nearest one"
+        lines[-1] = f"Optimised over {found['looked_at']:,} cases: {front} (optimise.parquet)"
+    for name, each in [*(("", each) for each in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
+        values = [f"{column} {friendly(value, found['units'][column])}" for column, value in each["values"].items()]
+        margin = "" if each["margin"] is None else f", margin {100.0 * each['margin']:.3g} % ({each['limiting']})"
+        lines.append(f"  {name}{setting_text(each['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
+    if len(best) > LISTED_ANSWERS:
+        lines.append(f"  and {len(best) - LISTED_ANSWERS:,} more")
+    return lines
