@@ -173,12 +173,19 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option("--figures", type=click.Path(path_type=Path), metavar="OUT", help="Write every figure for a paper, too.")
 @click.option("--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Of the figures.")
 @click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Of the figures, mm.")
+@click.option("--overlay", type=click.Path(path_type=Path), metavar="CSV", help="Lay measured signals over it.")
 @click.option("--median", is_flag=True, help="Maps show the median over the axes left out, not the worst case.")
 @click.option("--all", "all_cases", is_flag=True, help="Of all cases in DIR, not of the grid last run there alone.")
 @click.option("--partial", is_flag=True, help="Of the cases finished so far, if the run is not finished.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
 def report(
-    directories: tuple[Path, ...], out: Path | None, median: bool, all_cases: bool, partial: bool, **more: Any
+    directories: tuple[Path, ...],
+    out: Path | None,
+    overlay: Path | None,
+    median: bool,
+    all_cases: bool,
+    partial: bool,
+    **more: Any,
 ) -> None:
     """Write the report of a run (default: the newest below results) as one page that needs no network.
 
@@ -188,8 +195,10 @@ def report(
     from . import store
     from .sweeping.everything import everything
 
-    if len(directories) > 2 or (len(directories) == 2 and all_cases):
-        raise InputError("report: takes one run, with --all or without, or two to compare; leave the others out")
+    if len(directories) > 2 or (len(directories) == 2 and (all_cases or overlay)):
+        raise InputError(
+            "report: takes one run, with --all, --overlay or without, or two to compare; leave the others out"
+        )
     if len(directories) == 2:
         with _writing():
             first, second = (reports.open(directory, partial=partial) for directory in directories)
@@ -202,7 +211,8 @@ def report(
         ) as stored,
         _writing(),
     ):
-        _write(reports.of(stored, typical=median), out or directory / "report.html", **more)
+        page = reports.of(stored, typical=median, measured=overlay)
+        _write(page, out or directory / "report.html", **more)
 
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **looks: str) -> None:

@@ -5,12 +5,15 @@ import pyarrow.parquet as pq
 import pytest
 from fake_physics import FAILS, GOOD, Fake, grid, trajectory
 from fake_sweeps import sweep
+from grid_fake import TEXT as GRID_TEXT
+from grid_fake import load as grid_load
 from test_sweep import parts, program, same_results, wait_for
 
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep.language.errors import InputError
 from clearsweep.sweeping import closing
+from clearsweep.sweeping.seeking import every
 
 MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"
 PEAK = 1  # rod_slider_force_peak is so many times the mass in kg, which tests rely upon
@@ -196,3 +199,87 @@ def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
 def test_shards_of_a_search_are_refused(tmp_path):
     with pytest.raises(InputError, match="follow from one another"):
         quiet(sought(), tmp_path / "run", shard="1/2")
+
+
+PLAY = "joints.rod-slider.clearance"
+
+
+def test_a_defined_quantity_is_sought(tmp_path):
+    source = sought(largest="define.heavy") | {"define": {"heavy": "0.2 kg"}}
+    source["mechanism"] = source["mechanism"] | {"slider": {"mass": "= heavy"}}
+    quiet(source, tmp_path / "run")
+    (row,) = answers(tmp_path / "run")
+    assert row["seek.define.heavy"] <= 0.3137 < row["seek_high"]
+    assert clearsweep.open(tmp_path / "run").grid["mechanism"]["slider"]["mass"] == "= heavy"
+
+
+def test_paths_in_step_have_one_value(tmp_path):
+    rod = "mechanism.rod.mass"
+    result = quiet(sought(largest=[MASS, rod]), tmp_path / "run")
+    (row,) = answers(tmp_path / "run")
+    assert row[f"seek.{MASS}"] == row[f"seek.{rod}"] <= 0.3137 < row["seek_high"]
+    summary = clearsweep.open(tmp_path / "run").summary
+    assert (summary[MASS] == summary[rod]).all()
+    assert len(summary) == result.ran == row["probes"]
+    again = quiet(sought(largest=[MASS, rod]), tmp_path / "run")
+    assert again.ran == 0
+    assert "within the limits" in closing.run_text(closing.of_run(again))
+
+
+def test_paths_in_step_of_other_units_are_refused(tmp_path):
+    with pytest.raises(InputError, match="whose unit kg has another dimension"):
+        loaded(sought(largest=[MASS, PLAY]))
+    with pytest.raises(InputError, match="is there twice"):
+        loaded(sought(largest=[MASS, MASS]))
+
+
+def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp_path):
+    result = quiet(sought(limit=0.05, gravities=(GOOD, 1e-3)), tmp_path / "run")
+    assert [row["limiting"] for row in answers(tmp_path / "run")] == ["rod_slider_force_peak"] * 2
+    facts = closing.of_run(result)
+    for answer in facts["seek"]["answers"]:
+        (best,) = answer["best"]
+        assert best["value"] == 0.1
+        assert best["margin"] == pytest.approx(-1.0)
+        assert best["needed"] == {"rod_slider_force_peak": "at most 0.1\u00a0N"}
+    assert "it would pass with rod_slider_force_peak at most 0.1 N" in closing.run_text(facts)
+
+
+FITTED = (
+    GRID_TEXT
+    + """\
+limits: {rod_slider_force_peak: 5 kN}
+seek: {largest: joints.rod-slider.clearance, among: {fits: [H8/e8, H7/g6, H7/f7]}}
+"""
+)
+
+
+def test_fits_are_tried_completely_at_their_largest_clearances(at):
+    grid = at(FITTED)
+    assert [fit.name for fit in grid.seek.fits] == ["H7/g6", "H7/f7", "H8/e8"]
+    assert grid.axes[PLAY] == tuple(fit.high for fit in grid.seek.fits)
+    assert grid.axes[PLAY][1] == pytest.approx(31e-6)  # of 20 mm: the contract's 10 to 31 um
+    again = grid_load(grid.resolved())
+    assert again.seek == grid.seek
+    assert [again.case_id(k) for k in range(3)] == [grid.case_id(k) for k in range(3)]
+
+
+@pytest.mark.parametrize(
+    ("good", "border"),
+    [((1, 1, 0), (1, 2)), ((1, 1, 1), (2, None)), ((0, 0, 0), (None, 0)), ((1, 0, 1), (0, 1)), ((0, 1, 0), (1, 2))],
+)
+def test_the_border_among_fits(good, border):
+    assert every(dict(enumerate(map(bool, good))), 2) == border
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("{fits: [H8/e8, H7/g6, H7/f7]}", "[H7/g6]", "expected {fits: [H7/g6, H7/f7]}"),
+        ("among:", "within: 1 um, among:", "is written beside among"),
+        ("joints.rod-slider.clearance, among", "drive.speed, among", "is no clearance that a fit could have"),
+        ("H8/e8", "H8/q99", "seek.among"),
+    ],
+)
+def test_a_mistake_among_fits_is_told(told, old, new, message):
+    assert any(message in problem for problem in told(FITTED.replace(old, new)))

@@ -2,12 +2,15 @@
 
 from ..contracts.catalogue import Catalogue, Field, Law
 from .changes import SET, SWEEP, Changed, read_options
+from .defined import NOTHING, Definitions
+from .defined import of_resolved as defined_by
 from .enumeration import Words
 from .fits import noted as noted_fits
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .iso286 import Fit
 from .json_schema import schema
 from .key_units import key_units
+from .optimised import Optimise
 from .reference import markdown
 from .refined import Refine
 from .resolve import leaves
@@ -15,20 +18,24 @@ from .room import check_disk, check_memory, history_bytes, largest_history, usua
 from .sought import Seek
 
 __all__ = [
+    "NOTHING",
     "SCHEMA_VERSION",
     "SET",
     "SWEEP",
     "Catalogue",
     "Changed",
+    "Definitions",
     "Field",
     "Fit",
     "Grid",
     "Law",
+    "Optimise",
     "Refine",
     "Seek",
     "Words",
     "check_disk",
     "check_memory",
+    "defined_by",
     "history_bytes",
     "identity",
     "key_units",

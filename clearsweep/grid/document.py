@@ -1,10 +1,12 @@
 """Reads a YAML 1.2 file or a dict into values that know where they were written, and collects what is wrong."""
 
 import os
+import re
 import stat
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike, fspath
+from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -14,6 +16,7 @@ from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 from ..language.errors import InputError, shown
 
 _LARGEST = 64 * 2**20  # bytes of a grid file
+_NAME = re.compile(r"\w[\w .+-]{0,99}")
 _TAG = "tag:yaml.org,2002:"
 _PLAIN = {
     "map",
@@ -38,6 +41,7 @@ class WrittenValue:
     line: int = 0  # 1 for the first line; 0: not from a file
     column: int = 0
     keys: dict[str, "WrittenValue"] = field(default_factory=dict)  # key -> the place of the key itself, without a value
+    expression: str = ""  # of which the value was worked out
 
     @property
     def place(self) -> str:
@@ -61,6 +65,7 @@ class Problems:
 
     def add(self, written: WrittenValue, path: str, sentence: str) -> None:
         """Note that the value at dotted `path` is wrong."""
+        sentence += f" (found is the value of {shown(written.expression)})" if written.expression else ""
         self._places.setdefault(
             f"{written.place}{path + ': ' if path else ''}{sentence}", (written.line, written.column)
         )
@@ -201,3 +206,19 @@ def _scalar(tag: str, text: str, here: WrittenValue, path: str, problems: Proble
     if kind == "int" and text.lower().lstrip("+-").startswith(("0x", "0o")):
         return int(text, 0)
     return text
+
+
+def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str:
+    """Return the grid's name, by default that of its file; it becomes the name of a directory."""
+    written = root.value.get("name")
+    if written is None:
+        return Path(file).stem if file else "case"
+    if isinstance(written.value, str) and _NAME.fullmatch(written.value):
+        return written.value
+    problems.add(
+        written,
+        "name",
+        f"found {shown(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
+        "because results go to results/<name>",
+    )
+    return "case"

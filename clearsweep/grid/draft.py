@@ -8,6 +8,7 @@ from ..contracts.catalogue import Mechanism
 from ..contracts.outline import Outline
 from ..language import quantity
 from ..language.errors import InputError
+from .defined import NOTHING, Definitions
 from .document import Problems, WrittenValue
 from .iso286 import Fit
 from .keys import Number, Shape
@@ -39,13 +40,17 @@ class Draft:
     taken: dict[str, Taken] = field(default_factory=dict)  # path of a number -> what a library gave for it
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
+    among: tuple[Fit, ...] = ()  # the fits among which is sought, in order of their largest clearances
     seek: Any = None  # `sought.Seek`
+    choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
+    optimise: Any = None  # `optimised.Optimise`
     refine: Any = None  # `refined.Refine`
     added_in: str = ""  # the key under which cases stand that a run added
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
     uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
+    defined: Definitions = NOTHING
 
     def place(self, path: str) -> WrittenValue:
         """Return the value to blame for the value at `path`: its own, or the section's that lacks it."""
@@ -71,6 +76,9 @@ class Draft:
 
     def in_step(self, *paths: str) -> bool:
         """Return whether these paths take their values together, row by row."""
+        follow = self.defined.follow
+        if all(path in follow for path in paths):  # of one name, so that they vary together
+            return len({self.defined.varied_in(follow[path]) for path in paths}) == 1
         ways = {self.way.get(path) for path in paths}
         return len(ways) == 1 and ways.isdisjoint((None, "sweep", "seek"))
 
@@ -78,6 +86,8 @@ class Draft:
         """Return every value that `path` takes: axis, what is written, or the default; () if unknown or left out."""
         if path in self.swept:
             return self.axes.get(path, ())
+        if path in self.defined.follow:
+            return self.defined.reached(path, self.axes, self.way)
         if path in self.values:
             return (self.values[path],)
         node = self.shape.get(path)

@@ -49,6 +49,30 @@ def put_numbers(draft: Draft, values_of: Callable[[str], tuple[float, ...]]) -> 
                 draft.fits.pop(path, None)  # what is written beside an axis has no case
 
 
+def fits_among(
+    draft: Draft, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
+) -> list[Fit] | None:
+    """Return the fits that are named, for clearances that all have one bearing radius; None where they are wrong."""
+    for path in paths:
+        node = draft.shape.get(path)
+        if not isinstance(node, Number) or not node.uses[0].field.fit:
+            draft.problems.add(names[0] if names else draft.sections[""], path, "is no clearance that a fit could have")
+            return None
+    readers = [_Reader(draft, path, values_of) for path in paths]
+    if not names or len({reader.radii for reader in readers}) > 1:
+        sentence = "names no fit" if not names else "the clearances have different bearing radii; seek each by itself"
+        draft.problems.add(names[0] if names else draft.sections["seek"], "seek.among", sentence)
+        return None
+    found = []
+    for name in names:
+        try:
+            found += [reader.fit(name, reader.radii) for reader in readers[:1]]
+        except _WrongFitError as error:
+            draft.problems.add(error.written, "seek.among", str(error) or "its bearing radius is not known")
+            return None
+    return found
+
+
 class _WrongFitError(Exception):
     """What is wrong with a fit, and where; no sentence where it is told of another value."""
 
@@ -95,7 +119,7 @@ class _Reader:
             return written
         if set(written.value) != {"fit"}:
             raise _WrongFitError(written, f"found {shown(written.value)}; expected {{fit: H7/f7}}")
-        return _like(written, _metres(self._fit(written.value["fit"], radii).mean))
+        return _like(written, _metres(self.fit(written.value["fit"], radii).mean))
 
     def _spread(self, written: WrittenValue) -> Any:
         """Return the distribution of a fit, as a grid may have it."""
@@ -107,16 +131,17 @@ class _Reader:
             near = nearest(name, SPREADS) if isinstance(name, str) else ""
             known = ", ".join(SPREADS)
             raise _WrongFitError(written, f"unknown distribution {shown(name)} of a fit{near} (known: {known})")
-        return _placed(SPREADS[name](self._fit(written.value["fit"], self.radii)), written)
+        return _placed(SPREADS[name](self.fit(written.value["fit"], self.radii)), written)
 
-    def _fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
+    def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
         """Return the fit called `name` at a bearing's radius (m), and note it."""
         if len(radii) != 1:
             sentence = (
                 f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter, but "
                 f"{self.radius} is varied: take both in step under `zip`, the fit once for each radius"
             )
-            raise _WrongFitError(name, sentence if self.radius in self.draft.swept else "")
+            varies = self.radius in self.draft.swept or self.radius in self.draft.defined.follow
+            raise _WrongFitError(name, sentence if varies else "")
         if not isinstance(name.value, str):
             raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")
         try:

@@ -1,7 +1,6 @@
 """A grid: a YAML file or a dict, checked, in SI; cases are enumerated by index and named by a hash of their values."""
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,18 +16,20 @@ from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
 from ..language.errors import InputError, shown
-from . import checks, variations
+from . import checks, optimised, variations
 from .added import ADDED
 from .added import rows as added_rows
 from .assumed import assumed
 from .changes import Changed, put
-from .document import Problems, WrittenValue, override, read
+from .defined import NOTHING, START, Definitions
+from .document import Problems, name_of_run, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
 from .iso286 import Fit
 from .key_units import unit
 from .keys import Flag, Name, Number, Section, Shape, Table, Word, value_key
 from .naming import Taken
+from .optimised import OPTIMISE, Optimise
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
 from .refined import REFINE, Refine
 from .resolve import case_of
@@ -41,7 +42,6 @@ SCHEMA_VERSION = 4
 MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 5 us each, 100 s
 
 _WORST = "save.worst"  # what is found of a finished run
-_NAME = re.compile(r"\w[\w .+-]{0,99}")
 
 
 def load(
@@ -64,21 +64,21 @@ def load(
     for path, value in (overrides or {}).items():
         root = override(root, path, value, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
-    name = _name(root, file, problems)
+    name = name_of_run(root, file, problems)
     draft = read_draft(root, catalogue, problems, frozenset({*(overrides or ()), *changed.fixed}))
     checks.check(draft, catalogue)
     problems.check()
     grid = Grid(
         name,
         file,
-        draft.axes | ({draft.seek.path: draft.seek.first()} if draft.seek else {}),
+        draft.axes | _first_values(draft),
         draft.limits,
         draft.own_figures,
         draft.shape,
         draft.values,
         frozenset(draft.written),
         draft.names,
-        {draft.way[paths[0]]: paths for paths in variations.steps(draft)},
+        {draft.way[paths[0]]: paths for paths in variations.steps(draft)} | optimised.steps(draft),
         _sample(draft),
         draft.outline,
         {path: tuple(known) for path, known in draft.fits.items()},
@@ -88,6 +88,8 @@ def load(
         draft.uncertain,
         added_rows(draft),
         tuple(draft.taken.values()),
+        draft.defined,
+        draft.optimise,
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -114,20 +116,10 @@ def _refuse(draft: Draft, case: Case) -> None:
         draft.problems.add(draft.place(path), path, found[1])
 
 
-def _name(root: WrittenValue, file: str | None, problems: Problems) -> str:
-    """Return the grid's name, by default that of its file; it becomes the name of a directory."""
-    written = root.value.get("name")
-    if written is None:
-        return Path(file).stem if file else "case"
-    if isinstance(written.value, str) and _NAME.fullmatch(written.value):
-        return written.value
-    problems.add(
-        written,
-        "name",
-        f"found {shown(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
-        "because results go to results/<name>",
-    )
-    return "case"
+def _first_values(draft: Draft) -> dict[str, tuple[Any, ...]]:
+    """Return the values that a search tries first, path by path."""
+    sought = {path: draft.seek.first() for path in draft.seek.paths} if draft.seek else {}
+    return sought | optimised.first(draft)
 
 
 def _sample(draft: Draft) -> dict[str, Any]:
@@ -163,6 +155,8 @@ class Grid:
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     added: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
     taken: tuple[Taken, ...] = ()  # the numbers that libraries gave
+    defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
+    optimise: Optimise | None = None  # what is to be made small or large
     _layout: Layout | None = None
 
     @cached_property
@@ -233,11 +227,15 @@ class Grid:
         return self._tree(self.point(index))
 
     def _tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
-        return self._pattern(words_at(point)).case(point)
+        return self._pattern(words_at(point)).case({**point, **self.defined.at(point)})
 
     def identities(self) -> Iterator[int]:
         """Yield what `case_id` says of every case, in order, as numbers below 2**64."""
-        texts = Texts(self._shape, self.axes)
+        texts = Texts(self._shape, {*self.axes, *self.defined.follow})
+        if self.defined.follow:  # of numbers that may be made of several axes
+            for point in map(self.point, range(self.size)):
+                yield number_of(self._pattern(words_at(point)).text % texts.of({**point, **self.defined.at(point)}))
+            return
         for words, varied in combined(self._factors, self.axes, texts.of):
             yield number_of(self._pattern(words).text % varied)
         for point in map(self.point, range(self._product, self.size)):
@@ -258,21 +256,27 @@ class Grid:
         ways: dict[str, Any] = {
             way: {path: list(self.axes[path]) for path in paths} for way, paths in self._ways.items()
         }
+        ways.pop(OPTIMISE, None)
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
         columns = dict(zip(self.axes, map(list, zip(*self.added, strict=True)), strict=True)) if self.added else {}
         further = {ADDED: columns} if columns else {}
         if self.seek:
-            ways["sweep"] = {path: values for path, values in ways["sweep"].items() if path != self.seek.path}
+            swept = ways.get("sweep", {})
+            ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
         ways = {way: part for way, part in ways.items() if part}
         judged = {"figures": self.figures, "limits": self.limits, UNCERTAIN: dict(self.uncertain)}
         judged |= {SEEK: self.seek.written() | further} if self.seek else {}
+        judged |= {OPTIMISE: self.optimise.written() | further} if self.optimise else {}
         judged |= {REFINE: self.refine.written() | further} if self.refine else {}
         judged = {key: part for key, part in judged.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
+        own = self.optimise.start.items() if self.optimise else ()
+        fillers |= {path: value for path, value in own if not path.startswith(START)}
+        fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
         return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | judged
 
@@ -293,6 +297,7 @@ class Grid:
         if words not in self._patterns:
             flat = self._in_use(dict(words))
             numbers = {path: self.axes[path][0] for path in flat if path in self.axes and path not in dict(words)}
+            numbers |= {path: self._values[path] for path in flat if path in self.defined.follow}
             self._patterns[words] = Pattern(flat | numbers, numbers, self._pairs)
         return self._patterns[words]
 
@@ -314,7 +319,7 @@ class Grid:
         """Return path -> value of all that is not swept, of the keys of a swept law only what is written."""
         flat: dict[str, Value] = {}
         for path, node in self._shape.items():
-            if isinstance(node, (Section, Name)) or path in self.axes:
+            if isinstance(node, (Section, Name)) or path in self.axes or path in self.defined.follow:
                 continue
             if any(chooser in self.axes for chooser in node.choosers()):
                 value = self._values.get(path) if path in self._written else None
@@ -327,7 +332,8 @@ class Grid:
                 value = self._values.get(path, fields[0].default) if fields else None
             flat[path] = value
         flat |= dict(leaves(self.uncertain))
-        return {path: value for path, value in derived(flat).items() if path not in self.axes}
+        base = {path: value for path, value in derived(flat).items() if path not in self.axes}
+        return base | {path: f"= {text}" for path, text in self.defined.follow.items()} | self.defined.needed()
 
     @cached_property
     def _ways(self) -> dict[str, tuple[str, ...]]:

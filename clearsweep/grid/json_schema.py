@@ -7,10 +7,13 @@ from ..contracts.outline import ANY
 from ..judging.verdict import KINDS
 from ..language import quantity
 from .added import ADDED
+from .defined import DEFINE
+from .defined import TEXT as TEXT_OF_DEFINE
 from .fits import SPREADS
 from .forms import forms
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
 from .naming import MATERIAL
+from .optimised import AMONG, SENSES, WHOLE
 from .refined import ALONG
 from .sampling import DISTRIBUTIONS, METHODS
 from .sought import ENDS, FOR
@@ -47,6 +50,12 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
     for form in forms(catalogue):
         top = _object(form.keys, "")
         top["properties"] |= {
+            DEFINE: {
+                "description": TEXT_OF_DEFINE,
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": {"$ref": "#/$defs/quantity"},
+            },
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
             "sweep": axes("each by each: the cases are the product"),
             "zip": axes("in step: case after case takes the next value of each"),
@@ -68,6 +77,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             UNCERTAIN: _uncertain(),
             "seek": _seek(),
             "refine": _refine(),
+            "optimise": _optimise(),
         }
         chosen_by = {"type": form.mechanism} | ({"spatial": True} if form.spatial else {})
         for key, value in chosen_by.items():
@@ -86,7 +96,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         "type": "object",
         **chosen,
         "$defs": {
-            "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]},
+            "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*(=|[+-]?(\d|\.\d))"}]},
             "pair": quantities,
             "axis": {
                 "anyOf": [
@@ -134,15 +144,47 @@ def _seek() -> dict[str, Any]:
     return {
         "description": "the largest or smallest value of one key with which cases keep to `limits`",
         "type": "object",
-        "required": ["between", "within"],
+        "anyOf": [{"required": ["between", "within"]}, {"required": ["among"]}],
         "oneOf": [{"required": [end]} for end in ENDS],
         "additionalProperties": False,
         "properties": {
-            **{end: {"type": "string", "description": f"dotted path: its {end} value is sought"} for end in ENDS},
+            **{
+                end: {
+                    "anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}],
+                    "description": f"dotted path, or several in step: the {end} value is sought",
+                }
+                for end in ENDS
+            },
+            "among": _FITS | {"description": "clearance fits; each is judged at its largest clearance"},
             "between": {"type": "array", "items": size, "minItems": 2, "maxItems": 2},
             "within": size,
             "meeting": {"enum": ["limits"]},
             "for": {"enum": list(FOR)},
+            ADDED: _ADDED,
+        },
+    }
+
+
+def _optimise() -> dict[str, Any]:
+    """Return the schema of the section `optimise`."""
+    pair = {"type": "array", "minItems": 2, "maxItems": 2}
+    among = {"anyOf": [{"type": "array", "minItems": 1}, _FITS]}
+    kinds = [
+        {"type": "object", "required": [kind], "additionalProperties": False, "properties": {kind: form}}
+        for kind, form in ((AMONG, among), (WHOLE, pair))
+    ]
+    columns = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
+    return {
+        "description": "the values with which columns of summary.parquet are smallest or largest, within `limits`",
+        "type": "object",
+        "required": ["over", "cases"],
+        "anyOf": [{"required": [sense]} for sense in SENSES],
+        "additionalProperties": False,
+        "properties": {
+            "over": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": [pair, *kinds]}},
+            **{sense: columns | {"description": f"columns or own figures to {sense}"} for sense in SENSES},
+            "cases": {"type": "integer", "minimum": 1, "description": "how many there may be"},
+            "seed": {"type": "integer", "minimum": 0, "description": "of the sampler, default 0"},
             ADDED: _ADDED,
         },
     }

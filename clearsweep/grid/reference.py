@@ -15,6 +15,7 @@ from .sampling import DISTRIBUTIONS, METHODS
 from .uncertain import UNCERTAIN
 
 _NEED = {"required": "required", "optional": "may be left out", "implied": "may be left out where all has a default"}
+_SEARCHES = ("seek", "refine", "optimise")
 _HEAD = """\
 # Keys of a grid file
 
@@ -149,13 +150,25 @@ def _cases(catalogue: Catalogue) -> str:
     top = top["properties"]
     texts = {
         key: top[key].get("description", "")
-        for key in ("name", "sweep", "zip", "sample", *SECTIONS, UNCERTAIN, "seek", "refine")
+        for key in ("name", "define", "sweep", "zip", "sample", *SECTIONS, UNCERTAIN, *_SEARCHES)
     }
     texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
     texts["name"] = texts["name"].replace("<name>", "NAME")
     rows = [
         f"| `{key}` | {texts[key]} |"
-        for key in ("name", "sweep", "zip", "cases", "sample", *SECTIONS, UNCERTAIN, "seek", "refine")
+        for key in (
+            "name",
+            "define",
+            "sweep",
+            "zip",
+            "cases",
+            "sample",
+            *SECTIONS,
+            UNCERTAIN,
+            "seek",
+            "refine",
+            "optimise",
+        )
     ]
     axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
     axes.append("| `fits` | [H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286 |")
@@ -168,21 +181,6 @@ def _cases(catalogue: Catalogue) -> str:
         "| `seed` | a whole number, at least 0, default 0: the same seed gives the same cases |",
         "| `over` | dotted path -> distribution |",
     ]
-    added = "| `added` | nothing that is written: run.json keeps the cases here that a run added |"
-    seek = [
-        "| `largest` | the dotted path whose largest value is sought |",
-        "| `smallest` | or the path whose smallest value is sought |",
-        "| `between` | [low, high]: the range to look in |",
-        "| `within` | how close the answer has to be, at most a quarter of the range |",
-        "| `meeting` | `limits`, the default |",
-        "| `for` | `each` case of the other axes, the default, or `all`: the worst of them |",
-        added,
-    ]
-    refine = [
-        "| `along` | `limits`, the default: whose border the further cases follow |",
-        "| `cases` | a whole number, at least 1: how many there may be |",
-        added,
-    ]
     return "\n".join(
         [
             "## Choosing cases\n",
@@ -191,12 +189,7 @@ def _cases(catalogue: Catalogue) -> str:
             "\nAn axis is a list of values, or one of",
             "\n| form | holds |\n| --- | --- |",
             *axes,
-            "\n### `seek`\n",
-            "| key | meaning |\n| --- | --- |",
-            *seek,
-            "\n### `refine`\n",
-            "| key | meaning |\n| --- | --- |",
-            *refine,
+            *_searches(),
             "\n### `sample`\n",
             "| key | meaning |\n| --- | --- |",
             *sample,
@@ -207,3 +200,35 @@ def _cases(catalogue: Catalogue) -> str:
             "",
         ]
     )
+
+
+def _searches() -> list[str]:
+    """Return the sections that add cases, line by line."""
+    added = "| `added` | nothing that is written: run.json keeps the cases here that a run added |"
+    seek = [
+        "| `largest` | the dotted path whose largest value is sought, or several that take the same value |",
+        "| `smallest` | or the path whose smallest value is sought |",
+        "| `between` | [low, high]: the range to look in |",
+        "| `within` | how close the answer has to be, at most a quarter of the range |",
+        "| `among` | {fits: [H7/g6, H7/f7]} in place of both: each fit is judged at its largest clearance |",
+        "| `meeting` | `limits`, the default |",
+        "| `for` | `each` case of the other axes, the default, or `all`: the worst of them |",
+        added,
+    ]
+    refine = [
+        "| `along` | `limits`, the default: whose border the further cases follow |",
+        "| `cases` | a whole number, at least 1: how many there may be |",
+        added,
+    ]
+    optimise = [
+        "| `over` | dotted path -> [low, high], {among: [a, b, ...]} (words, fits, numbers) or {whole: [low, high]} |",
+        "| `minimise` | the column, or columns, to make small |",
+        "| `maximise` | the column, or columns, to make large |",
+        "| `cases` | a whole number, at least 1: how many there may be |",
+        "| `seed` | a whole number, at least 0, default 0, of the sampler |",
+        added,
+    ]
+    lines = []
+    for name, rows in (("seek", seek), ("refine", refine), ("optimise", optimise)):
+        lines += [f"\n### `{name}`\n", "| key | meaning |\n| --- | --- |", *rows]
+    return lines

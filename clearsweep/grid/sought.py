@@ -1,7 +1,7 @@
 """Reads `seek`: the largest or smallest value of one key with which cases keep to the limits."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -10,50 +10,78 @@ from ..language.errors import InputError, nearest, shown
 from .added import ADDED
 from .document import WrittenValue
 from .draft import Draft
+from .fits import fits_among
+from .iso286 import Fit
 from .keys import Number, Word, value_key
 
 SEEK = "seek"
 ENDS, FOR = ("largest", "smallest"), ("each", "all")
-KEYS = (*ENDS, "between", "within", "meeting", "for")
+KEYS = (*ENDS, "between", "within", "among", "meeting", "for")
 FINEST = 40  # times a range can be halved: what is left is near the rounding of floats
 FIRST_STRETCHES = 4  # of the range, whose ends are tried first
 _EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
+_AMONG = "{fits: [H7/g6, H7/f7]}"
 
 
 class Seek(NamedTuple):
     """What is sought, in SI."""
 
     end: str  # one of ENDS
-    path: str
+    paths: tuple[str, ...]  # in step: all have the same value
     between: tuple[float, float]
-    within: float
+    within: float  # 0 among fits
     each: bool  # for each case of the other axes; False: for all of them together
+    fits: tuple[Fit, ...] = ()  # in order of their largest clearances, which are judged; () of a range
+
+    @property
+    def path(self) -> str:
+        """Return the first path, whose value all others have."""
+        return self.paths[0]
 
     @property
     def last(self) -> int:
-        """Return the number of equal steps, a power of 2, that the range is divided into: none is above `within`."""
+        """Return the last place: fits less one, or equal steps of the range, a power of 2, none above `within`."""
+        if self.fits:
+            return len(self.fits) - 1
         low, high = self.between
         halvings = max(math.ceil(math.log2((high - low) / self.within)), FIRST_STRETCHES.bit_length() - 1)
         return 1 << halvings
 
     def value(self, place: int) -> float:
         """Return the value at a place from 0 to `last`, counted from the end that is the safer one."""
+        if self.fits:
+            return self.fit(place).high
         low, high = (Fraction(end) for end in self.between)
         k = place if self.end == ENDS[0] else self.last - place
         return float(low + (high - low) * k / self.last)
 
+    def fit(self, place: int) -> Fit:
+        """Return the fit at a place."""
+        return self.fits[place if self.end == ENDS[0] else self.last - place]
+
     def first(self) -> tuple[float, ...]:
         """Return the values that are tried first, ascending."""
+        if self.fits:
+            return tuple(fit.high for fit in self.fits)
         return tuple(sorted(self.value(place) for place in range(0, self.last + 1, self.last // FIRST_STRETCHES)))
 
     def written(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
-        head = {self.end: self.path, "between": list(self.between), "within": self.within}
+        head: dict[str, Any] = {self.end: self.path if len(self.paths) == 1 else list(self.paths)}
+        if self.fits:
+            head["among"] = {"fits": [fit.name for fit in self.fits]}
+        else:
+            head |= {"between": list(self.between), "within": self.within}
         return head | {"meeting": "limits", "for": FOR[not self.each]}
 
 
-def range_of(draft: Draft, root: WrittenValue) -> tuple[str, WrittenValue, WrittenValue] | None:
-    """Return the path that is sought, where it stands, and its range as written; None where there is none to vary."""
+def range_of(
+    draft: Draft, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
+) -> tuple[list[WrittenValue], WrittenValue] | None:
+    """Return the paths that are sought and their values as written; None where there is none to vary.
+
+    `values_of` a path gives its values as far as known, from which fits have their sizes.
+    """
     section = root.value.get(SEEK) if isinstance(root.value, dict) else None
     if section is None:
         return None
@@ -70,27 +98,71 @@ def range_of(draft: Draft, root: WrittenValue) -> tuple[str, WrittenValue, Writt
         told = "has both largest and smallest; write one of them" if ends else "is missing; write the path to vary"
         draft.problems.add(section, f"{SEEK}.{ENDS[0]}", f"{told}, such as {_EXAMPLE}")
         return None
-    path = section.value[ends[0]]
+    paths = _paths(draft, section.value[ends[0]], f"{SEEK}.{ends[0]}")
+    if paths is None:
+        return None
+    among = section.value.get("among")
+    if among is not None:
+        return _among(draft, section, paths, values_of)
     if between is None or not isinstance(between.value, list) or len(between.value) != 2:
         found = "is missing" if between is None else f"found {shown(between.value)}"
         draft.problems.add(between or section, f"{SEEK}.between", f"{found}; write the range, such as [5 um, 200 um]")
         return None
-    if not isinstance(path.value, str):
-        draft.problems.add(path, f"{SEEK}.{ends[0]}", f"found {shown(path.value)}; expected a dotted path")
+    return paths, between
+
+
+def _paths(draft: Draft, written: WrittenValue, where: str) -> list[WrittenValue] | None:
+    """Return the dotted paths that take the same value, each once; None where they cannot be read."""
+    paths = written.value if isinstance(written.value, list) else [written]
+    wrong = [path for path in paths if not isinstance(path.value, str)]
+    if wrong or not paths:
+        place = wrong[0] if wrong else written
+        draft.problems.add(place, where, f"found {shown(place.value)}; expected a dotted path, or a list of such")
         return None
-    return path.value, path, between
+    names = [path.value for path in paths]
+    twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
+    for path in twice:
+        draft.problems.add(path, where, f"{path.value} is there twice; write it once")
+    return None if twice else list(paths)
+
+
+def _among(
+    draft: Draft, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
+) -> tuple[list[WrittenValue], WrittenValue] | None:
+    """Return the paths, and the largest clearances of the fits among which is sought, ascending."""
+    among = section.value["among"]
+    for key in ("between", "within"):
+        if key in section.value:
+            sentence = "is written beside among, which lists what is tried; leave one of them out"
+            draft.problems.add(section.value[key], f"{SEEK}.{key}", sentence)
+            return None
+    content = among.value
+    if not isinstance(content, dict) or [*content] != ["fits"] or not isinstance(content["fits"].value, list):
+        draft.problems.add(among, f"{SEEK}.among", f"found {shown(content)}; expected {_AMONG}")
+        return None
+    found = fits_among(draft, [path.value for path in paths], content["fits"].value, values_of)
+    if found is None:
+        return None
+    draft.among = tuple(sorted(found, key=lambda fit: fit.high))
+    values = [WrittenValue(f"{fit.high!r} m", among.origin, among.line, among.column) for fit in draft.among]
+    return paths, WrittenValue(values, among.origin, among.line, among.column)
 
 
 def read(draft: Draft, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
     """Return what is sought, its axis being known; None where nothing is or something is wrong."""
     section = root.value.get(SEEK) if isinstance(root.value, dict) else None
-    path = next((path for path, way in draft.way.items() if way == SEEK), None)
-    if section is None or path is None or path not in draft.axes:
+    paths = tuple(path for path, way in draft.way.items() if way == SEEK)
+    if section is None or not paths or not set(paths) <= draft.axes.keys():
         return None
+    path = paths[0]
     given, noted = section.value, len(draft.problems)
     (end,) = [end for end in ENDS if end in given]
-    low, high = draft.axes[path]
-    if low >= high:
+    low, high = draft.axes[path][0], draft.axes[path][-1]
+    for other in paths[1:]:
+        if _unit(draft, other) != _unit(draft, path):
+            units = f"in {_unit(draft, other)}, {path} in {_unit(draft, path)}"
+            draft.problems.add(given[end], f"{SEEK}.{end}", f"{other} is {units}; paths in step have one unit")
+    if low >= high and not draft.among:
         draft.problems.add(given["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
         draft.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
@@ -100,6 +172,10 @@ def read(draft: Draft, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | 
             draft.problems.add(given[key], f"{SEEK}.{key}", sentence)
     for other in draft.axes:
         always_used(draft, given[end], SEEK, other)
+    each = "for" not in given or given["for"].value == FOR[0]
+    if draft.among:
+        fits = Seek(end, paths, (low, high), 0.0, each, draft.among)
+        return fits if len(draft.problems) == noted else None
     within = _within(draft, section, path)
     if within is None or len(draft.problems) > noted:
         return None
@@ -108,8 +184,7 @@ def read(draft: Draft, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | 
         sentence = f"found {given['within'].value}; allowed: {least} to {most}, a quarter of the range"
         draft.problems.add(given["within"], f"{SEEK}.within", sentence)
         return None
-    each = "for" not in given or given["for"].value == FOR[0]
-    return Seek(end, path, (low, high), within, each)
+    return Seek(end, paths, (low, high), within, each)
 
 
 def _within(draft: Draft, section: WrittenValue, path: str) -> float | None:

@@ -7,11 +7,14 @@ from ..language import quantity
 from ..language.errors import InputError, nearest, shown
 from . import (
     added,
+    defined,
     fits,
+    followers,
     judged,
     life_keys,
     list_key,
     naming,
+    optimised,
     refined,
     sought,
     table_key,
@@ -27,6 +30,10 @@ from .key_table import shape
 from .keys import Flag, Name, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 
+_OF_NO_CASE = [  # sections that no law or mechanism has
+    *("name", defined.DEFINE, *judged.SECTIONS, uncertain.UNCERTAIN),
+    *(sought.SEEK, refined.REFINE, optimised.OPTIMISE, *variations.WAYS),
+]
 Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
 
 
@@ -34,21 +41,24 @@ def read_draft(
     root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
 ) -> Draft:
     """Return what the document `root` says, the paths in `fixed` not swept; mistakes go to `problems`."""
+    written_names = root.value.get(defined.DEFINE)
+    root, definitions = defined.resolve(root, problems, fixed)
     outline = outline_of_document(root)
     mechanism = _mechanism(root, catalogue.mechanisms)
     if mechanism.outlined:
         mechanism = mechanism.outlined(outline)
     root, taken = naming.put_numbers(root, problems)
-    draft = Draft(problems, mechanism, outline)
-    whole = shape(mechanism, catalogue)
+    draft = Draft(problems, mechanism, outline, defined=definitions)
+    whole = followers.shape_of(definitions) | shape(mechanism, catalogue)
     _walk(draft, root, "", whole)
     _activate(draft, whole)
     variations.find(draft, root, whole, fixed)
+    variations.find_optimised(draft, root, whole)
     fits.put_numbers(draft, lambda path: _ahead(draft, path))
     draft.taken = {each.path: each for each in taken if each.path not in draft.swept}
     wear_unit.put_units(draft)
-    variations.find_sought(draft, root, whole)
-    added.find(draft, root, (sought.SEEK, refined.REFINE))
+    variations.find_sought(draft, root, whole, lambda path: _ahead(draft, path))
+    added.find(draft, root, (sought.SEEK, refined.REFINE, optimised.OPTIMISE))
     for path, node in draft.shape.items():
         if isinstance(node, Word):
             _word(draft, path, node)
@@ -60,10 +70,13 @@ def read_draft(
             _table(draft, path, node)
     draft.axes = {path: draft.axes[path] for path in draft.swept if path in draft.axes}
     variations.check(draft)
+    followers.check(draft)
     uncertain.read_into(draft, root)
     draft.figures = figures(draft, mechanism, catalogue)
+    followers.refuse_columns(draft, written_names)
     judged.read_into(draft, root)
     draft.seek = sought.read(draft, root, draft.limits)
+    draft.optimise = optimised.read(draft, root)
     draft.refine = refined.read(draft, root, draft.limits)
     return draft
 
@@ -82,11 +95,8 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
 
 def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
-    known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path] + (
-        ["name", *judged.SECTIONS, uncertain.UNCERTAIN, sought.SEEK, refined.REFINE, *variations.WAYS]
-        if not path
-        else []
-    )
+    known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path]
+    known += [] if path else _OF_NO_CASE
     draft.sections[path] = written
     content = written.value
     section = whole.get(path)
@@ -327,6 +337,8 @@ def exponent_values(draft: Draft, path: str) -> tuple[float, ...]:
 def _ahead(draft: Draft, path: str) -> tuple[float, ...]:
     """Return every value that the number at `path` takes, before its turn; () where they cannot be read, or drawn."""
     node = draft.shape.get(path)
+    if path in draft.defined.follow:
+        return ()
     quiet = Draft(
         Problems(),
         draft.mechanism,

@@ -1,10 +1,11 @@
 """Finds which values a grid varies and how: each by each (`sweep`), in step (`zip`, `cases`), by chance (`sample`)."""
 
+from collections.abc import Callable
 from itertools import product
 from typing import Any
 
 from ..language.errors import nearest, shown
-from . import case_table, sampling, sought
+from . import case_table, optimised, sampling, sought
 from .axes import Reading, axis
 from .document import WrittenValue
 from .draft import Draft
@@ -49,12 +50,22 @@ def find(draft: Draft, root: WrittenValue, whole: Shape, fixed: frozenset[str]) 
             draft.sample = sampling.read(draft.problems, section, len(drawn)) if drawn else None
 
 
-def find_sought(draft: Draft, root: WrittenValue, whole: Shape) -> None:
-    """Note the range of the value that is sought, as an axis of its two ends."""
-    found = sought.range_of(draft, root)
-    if found is None:
-        return
-    path, place, between = found
+def find_optimised(draft: Draft, root: WrittenValue, whole: Shape) -> None:
+    """Note the values that `optimise` may choose."""
+    for path, (place, values) in optimised.find(draft, root).items():
+        _enter(draft, optimised.OPTIMISE, path, place, values, whole)
+
+
+def find_sought(draft: Draft, root: WrittenValue, whole: Shape, values_of: Callable[[str], tuple[float, ...]]) -> None:
+    """Note the range of the value that is sought, as an axis of its two ends, or of all that is tried."""
+    found = sought.range_of(draft, root, values_of)
+    for place in found[0] if found else ():
+        assert found is not None  # it has a path
+        _enter_sought(draft, place.value, place, found[1], whole)
+
+
+def _enter_sought(draft: Draft, path: str, place: WrittenValue, between: WrittenValue, whole: Shape) -> None:
+    """Note the values of one path that is sought."""
     node = whole.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(use.field.whole for use in node.uses)):
         noun = "a name" if isinstance(node, Word) else "a whole number"
@@ -102,6 +113,8 @@ def _where(way: str, path: str) -> str:
     """Return the key under which a section says how `path` varies: 'sweep.drive.speed', 'sample.over.drive.speed'."""
     if way == sought.SEEK:
         return f"{way}.between"
+    if way == optimised.OPTIMISE:
+        return f"{way}.over.{path}"
     return f"sample.over.{path}" if way == "sample" else f"{way}.{path}"
 
 
@@ -119,7 +132,7 @@ def values(draft: Draft, path: str, reading: Reading) -> list[Any] | None:
         more = axis(draft.problems, f"{draft.added_in}.{path}", draft.added_written[path], reading, distinct=False)
         draft.added[path] = more or []
     if way != "sample":
-        return axis(draft.problems, where, written, reading, distinct=way in ("sweep", sought.SEEK))
+        return axis(draft.problems, where, written, reading, distinct=way in ("sweep", sought.SEEK, optimised.OPTIMISE))
     distribution = sampling.distribution(draft.problems, where, written, reading)
     if distribution is None or draft.sample is None:
         return None
@@ -138,7 +151,8 @@ def values(draft: Draft, path: str, reading: Reading) -> list[Any] | None:
 
 def steps(draft: Draft) -> tuple[tuple[str, ...], ...]:
     """Return the paths that go in step, section by section."""
-    together = (tuple(path for path in draft.axes if draft.way[path] == way) for way in WAYS[1:])
+    together = [tuple(path for path in draft.axes if draft.way[path] == way) for way in (*WAYS[1:], sought.SEEK)]
+    together[-1] = together[-1] if len(together[-1]) > 1 else ()
     return tuple(paths for paths in together if paths)
 
 
@@ -176,7 +190,7 @@ def _always_used(draft: Draft, path: str) -> None:
     """Note a value in step that some of the varied law names do not use: which rows would count is not clear."""
     node = value_key(draft.shape, path)
     varied = [other for other in node.choosers() if other in draft.axes]
-    if all(draft.way[other] in ("sweep", sought.SEEK) for other in (path, *varied)):
+    if all(draft.way[other] in ("sweep", sought.SEEK, optimised.OPTIMISE) for other in (path, *varied)):
         return
     for choice in product(*(sorted(draft.names[other]) for other in varied)):
         names = draft.names | {other: {name} for other, name in zip(varied, choice, strict=True)}

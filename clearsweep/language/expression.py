@@ -1,7 +1,7 @@
-"""Figures of a user's own: arithmetic on columns of the summary, its units checked.  Nothing is run but what is here.
+"""Arithmetic on columns of the summary or on defined quantities, its units checked.  Nothing is run but what is here.
 
-An expression is read by Python's own grammar, of which a few forms are taken and all else is refused: names of
-columns, numbers, quantities in quotes ('5 kN'), + - * /, ** with a number, brackets, and the functions below.
+An expression is read by Python's own grammar, of which a few forms are taken and all else is refused: names, numbers,
+quantities in quotes ('5 kN'), + - * /, ** with a number, brackets, and the functions below.
 """
 
 import ast
@@ -9,7 +9,7 @@ import operator
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import lru_cache, reduce
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import quantity
 from .errors import InputError, nearest, shown
@@ -28,11 +28,34 @@ FUNCTIONS = (*_OF_SAME_UNIT, *_OF_ONE)
 Dimension = dict[str, Fraction]
 
 
+class Vocabulary(NamedTuple):
+    """What the names in an expression are, for messages."""
+
+    names: str
+    unknown: str  # what a name is not
+    example: str
+
+
+COLUMNS = Vocabulary(
+    "columns", "no column of this grid", "'1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)'"
+)
+DEFINED = Vocabulary("names of `define`", "not defined under `define`", "= d / 2 + '5 um'")
+
+
 def unit_of(text: str, units: Mapping[str, str]) -> str:
     """Return the SI unit of an expression of columns whose SI units are `units`; InputError says what is wrong."""
-    dimension = _Checked(units).dimension(_tree(text))
     if not names_in(text):
-        raise InputError(f"found {shown(text)}, which has no column in it; {_expected()}")
+        raise InputError(f"found {shown(text)}, which has no column in it; {_expected(COLUMNS)}")
+    return _unit(text, units, COLUMNS)
+
+
+def unit_of_defined(text: str, units: Mapping[str, str]) -> str:
+    """Return the SI unit ('1' for none) of an expression of defined quantities whose SI units are `units`."""
+    return _unit(text, units, DEFINED)
+
+
+def _unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
+    dimension = _Checked(units, vocabulary).dimension(_tree(text, vocabulary))
     return quantity.unit_of(tuple(sorted(dimension.items())))
 
 
@@ -46,48 +69,64 @@ def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
     return found
 
 
+def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
+    """Return the value (SI) of an expression that `unit_of_defined` has checked, rounded by sqrt and ** alone.
+
+    InputError where it has none: a division by zero, a root of a negative number, a number too large for a float.
+    """
+    try:
+        found = Fraction(_exact(_tree(text, DEFINED), values))
+        float(found)
+    except (ArithmeticError, ValueError, TypeError) as error:
+        raise InputError(f"found {shown(text)}, which has no value here: {error}") from None
+    return found
+
+
 @lru_cache(256)
-def _tree(text: str) -> ast.expr:
+def _tree(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
     if len(text) > LONGEST:
         raise InputError(f"found {len(text):,} characters; expected at most {LONGEST}")
     try:
         return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
         place = f" at character {error.offset}" if error.offset else ""
-        raise InputError(f"found {shown(text)}, which cannot be read{place}; {_expected()}") from None
+        cut = text.count("(") > text.count(")") and vocabulary is DEFINED
+        hint = "inside {} or [] an expression with a comma is written in quotes; " if cut else ""
+        raise InputError(f"found {shown(text)}, which cannot be read{place}; {hint}{_expected(vocabulary)}") from None
     except (ValueError, RecursionError, MemoryError):
-        raise InputError(f"found {shown(text)}, which cannot be read; {_expected()}") from None
+        raise InputError(f"found {shown(text)}, which cannot be read; {_expected(vocabulary)}") from None
 
 
-def names_in(text: str) -> set[str]:
-    """Return the names of columns that an expression has."""
-    calls = {node.func for node in ast.walk(_tree(text)) if isinstance(node, ast.Call)}
-    return {node.id for node in ast.walk(_tree(text)) if isinstance(node, ast.Name) and node not in calls}
+def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:
+    """Return the names that an expression has, functions left out."""
+    nodes = list(ast.walk(_tree(text, vocabulary)))
+    calls = {node.func for node in nodes if isinstance(node, ast.Call)}
+    return {node.id for node in nodes if isinstance(node, ast.Name) and node not in calls}
 
 
-def _expected() -> str:
-    example = "'1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)'"
-    return f"expected columns, numbers, + - * / **, brackets, {', '.join(FUNCTIONS)}, such as {example}"
+def _expected(vocabulary: Vocabulary) -> str:
+    functions = ", ".join(FUNCTIONS)
+    return f"expected {vocabulary.names}, numbers, + - * / **, brackets, {functions}, such as {vocabulary.example}"
 
 
 class _Checked:
-    """The dimensions of expressions of some columns."""
+    """The dimensions of expressions of some names."""
 
-    def __init__(self, units: Mapping[str, str]):
-        self.units = units
+    def __init__(self, units: Mapping[str, str], vocabulary: Vocabulary):
+        self.units, self.vocabulary = units, vocabulary
 
     def dimension(self, node: ast.expr) -> Dimension:
         """Return the dimension of an expression; InputError where it has none."""
         match node:
             case ast.Constant(value=bool() | None) | ast.Constant(value=complex()) | ast.Constant(value=bytes()):
-                raise InputError(f"found {shown(ast.unparse(node))}; {_expected()}")
+                raise InputError(f"found {shown(ast.unparse(node))}; {_expected(self.vocabulary)}")
             case ast.Constant(value=str(written)):
                 return dict(quantity.with_unit(written)[1])
             case ast.Constant(value=int() | float()):
                 _number(node)
                 return {}
             case ast.Name(id=name):
-                return self._column(name)
+                return self._named(name)
             case ast.UnaryOp(op=sign, operand=inner) if type(sign) in _SIGNS:
                 return self.dimension(inner)
             case ast.BinOp(left=left, op=ast.Pow(), right=power):
@@ -101,12 +140,12 @@ class _Checked:
                 return [self._same(parts[0], part) for part in parts[1:]][-1]
             case ast.Call(func=ast.Name(id=name), args=[part], keywords=[]) if name in _OF_ONE:
                 return _scaled(self.dimension(part), _OF_ONE[name])
-        raise InputError(f"found {shown(ast.unparse(node))}; {_expected()}")
+        raise InputError(f"found {shown(ast.unparse(node))}; {_expected(self.vocabulary)}")
 
-    def _column(self, name: str) -> Dimension:
+    def _named(self, name: str) -> Dimension:
         if name not in self.units:
-            known = ", ".join(self.units)
-            raise InputError(f"{shown(name)} is no column of this grid{nearest(name, self.units)} (known: {known})")
+            known = ", ".join(self.units) or "none"
+            raise InputError(f"{shown(name)} is {self.vocabulary.unknown}{nearest(name, self.units)} (known: {known})")
         return dict(quantity.dimension_of(self.units[name]))
 
     def _same(self, left: ast.expr, right: ast.expr) -> Dimension:
@@ -149,6 +188,38 @@ def _value(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
                 else getattr(np, name)(*values)
             )
     raise AssertionError(node)  # `unit_of` has refused it
+
+
+def _exact(node: Any, values: Mapping[str, Fraction]) -> Fraction:
+    """Return the value of an expression of the same forms, of exact numbers."""
+    match node:
+        case ast.Constant(value=str(written)):
+            return Fraction(repr(quantity.with_unit(written)[0]))
+        case ast.Constant():
+            return Fraction(repr(_number(node)))
+        case ast.Name(id=name):
+            return values[name]
+        case ast.UnaryOp(op=sign, operand=inner):
+            return Fraction(_SIGNS[type(sign)](_exact(inner, values)))
+        case ast.BinOp(left=left, op=ast.Pow(), right=power):
+            return _power(_exact(left, values), _number(power))
+        case ast.BinOp(left=left, op=sign, right=right):
+            form = _SUMS.get(type(sign)) or _PRODUCTS[type(sign)][0]
+            return Fraction(form(_exact(left, values), _exact(right, values)))
+        case ast.Call(func=ast.Name(id="sqrt"), args=[part]):
+            return _power(_exact(part, values), 0.5)
+        case ast.Call(func=ast.Name(id=name), args=parts):
+            of_parts: Any = {"min": min, "max": max, "abs": abs}[name]
+            return Fraction(of_parts(*(_exact(part, values) for part in parts)))
+    raise AssertionError(node)  # `unit_of_defined` has refused it
+
+
+def _power(base: Fraction, power: float) -> Fraction:
+    """Return a power, as a float would give it; ValueError where it is not real."""
+    found = float(base) ** power
+    if isinstance(found, complex):
+        raise ValueError("a root of a negative number")
+    return Fraction(repr(found))
 
 
 def _number(node: ast.expr) -> float:

@@ -126,6 +126,11 @@ def has_unit(value: Any) -> bool:
     return match is not None and bool(match[2])
 
 
+def is_unit(name: str) -> bool:
+    """Return whether a word is a unit."""
+    return not isinstance(_measure(name), str)
+
+
 def is_bare(value: Any) -> bool:
     """Return whether a quantity is a number without a unit, but not 0, which is the same in every unit."""
     if isinstance(value, str):
@@ -180,7 +185,8 @@ def with_unit(text: str) -> tuple[float, tuple[tuple[str, Fraction], ...]]:
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if not match:
         raise InputError(f"found {shown(text)}, which does not begin with a number; expected one such as '5 kN'")
-    dimension = _unit(match.group(2), text)[1] if match.group(2) not in ("", "%") else ()
+    written = "K" if match.group(2) in _CELSIUS else match.group(2)
+    dimension = _unit(written, text)[1] if written not in ("", "%") else ()
     return read(text, unit_of(dimension)), dimension
 
 

@@ -38,15 +38,16 @@ def open(directory: str | Path, *, partial: bool = False) -> Run:
     return gathered(directory, Run)
 
 
-def of(run: "StoredRun", *, typical: bool = False) -> "Page":
+def of(run: "StoredRun", *, typical: bool = False, measured: str | Path | None = None) -> "Page":
     """Return the page of a run (as the store opens it), to write it, its tables, its figures.
 
-    Maps show the worst case over the axes that they leave out; `typical`: the median.
+    Maps show the worst case over the axes that they leave out; `typical`: the median.  measured : a CSV file
+    whose signals are laid over those of the nearest case.
     """
     _load_drawing()
     from . import page, study
 
-    return page.of(study.prepare(run, typical=typical))
+    return page.of(study.prepare(run, typical=typical), measured)
 
 
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":

@@ -1,4 +1,4 @@
-"""Values of nested mappings by dotted path."""
+"""Values of nested mappings by dotted path, and the paths that a run sought."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -20,3 +20,20 @@ def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
     for key, value in tree.items():
         pairs += leaves(value, f"{start}{key}.") if isinstance(value, Mapping) else [(f"{start}{key}", value)]
     return pairs
+
+
+def sought(record: Mapping) -> str:
+    """Return the first path whose largest or smallest value a run sought, '' where none was."""
+    return next(iter(all_sought(record)), "")
+
+
+def all_sought(record: Mapping) -> tuple[str, ...]:
+    """Return the paths, in step, whose largest or smallest value a run sought."""
+    seek = record.get("seek") or {}
+    paths = seek.get("largest") or seek.get("smallest") or ()
+    return (paths,) if isinstance(paths, str) else tuple(paths)
+
+
+def all_tried(record: Mapping) -> tuple[str, ...]:
+    """Return the paths whose values a search of a run chose."""
+    return all_sought(record) or tuple((record.get("optimise") or {}).get("over", ()))

@@ -1,6 +1,7 @@
 """The report: one HTML file that carries all it shows and asks nothing of the network, its tables and its pictures."""
 
 import itertools
+from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,8 +11,10 @@ from markupsafe import Markup
 from ..language import phases, wording
 from ..store import durable
 from . import interactive, paper, sections
+from .overlay import lay
 from .picture import Picture, svg
 from .section import Block, Section
+from .sections import overlay
 from .study import Study
 
 
@@ -58,15 +61,16 @@ class Page(NamedTuple):
             return paper.write(self.parts, wanted)
 
 
-def of(study: Study) -> Page:
-    """Return the page of a run."""
+def of(study: Study, measured: str | PathLike | None = None) -> Page:
+    """Return the page of a run, with the signals of a file `measured` over the computed ones."""
+    laid = [overlay.section(study, lay(study, measured))] if measured else []
     record = study.run.grid
     return Page(
         name=record.get("name") or "clearsweep run",
         kind=f"{study.mechanism} with joint clearance" if study.driven else study.mechanism,
         varied="Varied" if record.get("sample") else "Swept",
         axes=[f"{axis.name} {axis.listed()}" for axis in study.swept()],
-        parts=sections.of(study),
+        parts=[*laid, *sections.of(study)],
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pandas as pd
 
+from ..grid import Definitions
 from ..store import StoredRun
 
 Found = TypeVar("Found")
@@ -116,3 +117,10 @@ class _At:
         if place < 0:
             raise KeyError(case_id)
         return self._rows[column].iloc[place]
+
+
+def followed(defined: Definitions, path: str, cases: Rows, base: Mapping) -> pd.Series:
+    """Return a number that follows from swept names, of every case."""
+    axes = {f"define.{name}": cases[f"define.{name}"].to_numpy() for name in sorted(defined.varied)}
+    points = (dict(zip(axes, values, strict=True)) for values in zip(*axes.values(), strict=True))
+    return pd.Series([defined.at(point)[path] for point in points], cases.index, dtype="float64")

@@ -15,10 +15,10 @@ from ..grid import Fit
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import StoredRun
-from .dotted import dig
-from .rows import Rows
+from .dotted import all_tried, dig
+from .rows import Rows, followed
 
-BASE = ("mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
+BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint that are computed here: force p99 over the peak of the ideal joint, depth (m) worn in 1000 hours
 #: and in a million strokes, which are turns of the crank.
@@ -118,6 +118,7 @@ class Study(NamedTuple):
     units: dict[str, str]  # SI, by column of the summary and by dotted path of the grid
     base: dict
     typical: bool = False  # maps show the median over the axes that they leave out, not the worst
+    defined: grid.Definitions = grid.NOTHING  # numbers that follow from swept names
 
     @property
     def lead(self) -> Lead:
@@ -157,6 +158,9 @@ class Study(NamedTuple):
         if any(axis.path == path for axis in self.axes):
             value = self._at(case_id, path)
             return None if pd.isna(value) else value
+        if path in self.defined.follow:
+            names = {f"define.{name}" for name in self.defined.varied}
+            return self.defined.at({name: self._at(case_id, name) for name in names})[path]
         return dig(self.base, path)
 
     def hardest_joint(self) -> Joint:
@@ -206,7 +210,7 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     layout, record = run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in BASE if key in record}
-    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in filter(None, [sought(record)])}
+    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in all_tried(record)}
     axes = _axes(record, tried, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
@@ -219,10 +223,12 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
         if figure != PER_STROKES or "drive" in base
     }
     units |= {column: unit for column, (unit, _) in derived.items()}
+    defined = grid.defined_by(record)
+    derived |= {path: (units.get(path, "1"), functools.partial(followed, defined, path)) for path in defined.follow}
     making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
     ids = run.column("case_id")
     cases, failed = Rows(run, ids, finished, texts, making), Rows(run, ids, ~finished, texts)
-    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical)
+    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined)
 
 
 def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
@@ -266,9 +272,10 @@ def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
     """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
     record = study.run.grid
     varied = {key: record[key] for key in (*BASE, *WAYS) if key in record}
-    if path := sought(record):  # an axis like the others, of what was tried
+    for path in all_tried(record):  # an axis like the others, of what was tried
         tried = next(axis.values for axis in study.axes if axis.path == path)
-        varied["sweep"] = varied.get("sweep", {}) | {path: list(tried)}
+        ends = tried if isinstance(tried[0], str) else dict.fromkeys((tried[0], tried[-1]))
+        varied["sweep"] = varied.get("sweep", {}) | {path: list(ends)}
     loaded = grid.load(varied, simulation.catalogue())
     return [loaded.case_at({axis.path: study.value(case_id, axis.path) for axis in study.axes}) for case_id in case_ids]
 
@@ -334,12 +341,6 @@ def median(values: np.ndarray) -> float:
 
 #: What a place of a figure shows of its cases, in words.
 CALLED: dict[Callable[[np.ndarray], float], str] = {largest: "Largest", smallest: "Smallest", median: "Median"}
-
-
-def sought(record: Mapping) -> str:
-    """Return the path whose largest or smallest value a run sought, '' where none was."""
-    seek = record.get("seek") or {}
-    return str(seek.get("largest") or seek.get("smallest") or "")
 
 
 def _axes(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:

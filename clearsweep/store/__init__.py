@@ -8,7 +8,7 @@ from .assemble import merge
 from .batch import Axis, Form, Row, id_text, open_table
 from .compare import difference
 from .directory import SCRATCH, RunDirectory, commit
-from .judged import SEEK_FILE, Judged, judge, write_answers
+from .judged import OPTIMISE_FILE, SEEK_FILE, Judged, judge, write_answers, write_best
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
 from .record import check_form, now, read_record
@@ -18,6 +18,7 @@ from .working import Working, case_text
 from .worst import Worst
 
 __all__ = [
+    "OPTIMISE_FILE",
     "SCRATCH",
     "SEEK_FILE",
     "Axis",
@@ -51,6 +52,7 @@ __all__ = [
     "use_one_thread",
     "verify",
     "write_answers",
+    "write_best",
 ]
 
 

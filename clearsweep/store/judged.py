@@ -13,7 +13,7 @@ from ..judging.verdict import EXCEEDED
 from . import durable
 from .assemble import summary_groups
 from .batch import Form, field_of, summary_schema, values_of, with_verdict
-from .directory import SEEK_FILE, RunDirectory
+from .directory import OPTIMISE_FILE, SEEK_FILE, RunDirectory
 
 
 class Judged(NamedTuple):
@@ -22,17 +22,21 @@ class Judged(NamedTuple):
     status: list[str]
     exceeded: list[str]  # columns, comma separated
     margins: dict[str, np.ndarray]  # by limited column, NaN where there is none
+    columns: dict[str, np.ndarray]  # those that were asked for, NaN for null
 
 
-def judge(run: RunDirectory, form: Form, rows: np.ndarray) -> Judged:
-    """Return how committed cases (ROWS) stand to the limits of their grid."""
+def judge(run: RunDirectory, form: Form, rows: np.ndarray, names: Sequence[str] = ()) -> Judged:
+    """Return how committed cases (ROWS) stand to the limits of their grid, and the columns with these names."""
     status: list[str] = []
     exceeded: list[str] = []
+    asked: dict[str, list[np.ndarray]] = {name: [] for name in names}
     margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in form.verdict.limits}
     for group in summary_groups(run, summary_schema(form), rows):
         table = with_verdict(form.verdict, group)
         status += table["status"].to_pylist()
-        exceeded += [names or "" for names in table[EXCEEDED].to_pylist()]
+        exceeded += [each or "" for each in table[EXCEEDED].to_pylist()] if form.verdict.limits else [""] * len(table)
+        for name in names:
+            asked[name].append(np.asarray(values_of(table[name].combine_chunks()), float))
         used = {name for limit in form.verdict.limits for name in (limit.column, limit.times) if name}
         columns = {name: values_of(table[name].combine_chunks()) for name in used}
         here: dict[str, np.ndarray] = {}
@@ -42,11 +46,12 @@ def judge(run: RunDirectory, form: Form, rows: np.ndarray) -> Judged:
             here[limit.column] = np.fmin(here.get(limit.column, np.inf), margin)
         for name, values in here.items():
             margins[name].append(values)
-    return Judged(status, exceeded, {name: np.concatenate([[], *parts]) for name, parts in margins.items()})
+    joined = [{name: np.concatenate([[], *parts]) for name, parts in each.items()} for each in (margins, asked)]
+    return Judged(status, exceeded, *joined)
 
 
-def write_answers(run: RunDirectory, form: Form, path: str, answers: Sequence[Any]) -> dict[str, str]:
-    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `path`; remove it where there is none.
+def write_answers(run: RunDirectory, form: Form, paths: Sequence[str], answers: Sequence[Any]) -> dict[str, str]:
+    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `paths`; remove it where there is none.
 
     Return the checksums of the answer files, by name, as run.json holds them.
     """
@@ -55,27 +60,62 @@ def write_answers(run: RunDirectory, form: Form, path: str, answers: Sequence[An
         if not answers:
             durable.discard(file)
             return {}
-        durable.replace(file, _answers_bytes(form, path, answers), run.scratch)
+        durable.replace(file, _answers_bytes(form, paths, answers), run.scratch)
         return {file.name: durable.checksum(file)}
 
 
-def _answers_bytes(form: Form, path: str, answers: Sequence[Any]) -> bytes:
+def write_best(run: RunDirectory, form: Form, objectives: Sequence[str], best: Sequence[Any]) -> dict[str, str]:
+    """Write optimise.parquet, a row for each of the best cases; remove it where there is none.
+
+    Each has the fields of `sweeping.optimising.Best`.  Return its checksum by name, as run.json holds it.
+    """
+    file = run.path / OPTIMISE_FILE
+    with durable.storing(file):
+        if not best:
+            durable.discard(file)
+            return {}
+        units = {column.name: column.unit for column in form.layout.columns}
+        units |= {own.name: own.unit for own in form.verdict.figures}
+        columns = [Column("case_id", "", "identity of the case", "text")]
+        columns += [Column(axis.path, axis.unit, "its value", "text" if axis.text else "float") for axis in form.axes]
+        columns += [Column(name, units[name], "objective") for name in objectives]
+        columns += [
+            Column("margin", "1", "smallest margin of its limits; null without limits"),
+            Column("limiting", "", "the columns whose limits it exceeds, or the one that is nearest", "text"),
+        ]
+        values = [[each.case_id for each in best]]
+        values += [[each.point[axis.path] for each in best] for axis in form.axes]
+        values += [[each.values.get(name) for each in best] for name in objectives]
+        values += [[each.margin for each in best], [each.limiting for each in best]]
+        durable.replace(file, _table_bytes(columns, values), run.scratch)
+        return {file.name: durable.checksum(file)}
+
+
+def _answers_bytes(form: Form, paths: Sequence[str], answers: Sequence[Any]) -> bytes:
     """Return seek.parquet; the columns' metadata hold `unit` and `description`."""
-    (unit,) = (axis.unit for axis in form.axes if axis.path == path)
+    unit = next(axis.unit for axis in form.axes if axis.path == paths[0])
     columns = [
         Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float")
         for axis in form.axes
-        if axis.path != path
+        if axis.path not in paths
     ]
     values = [[answer.point[column.name] for answer in answers] for column in columns]
+    fits = any(answer.fits for answer in answers)
     columns += [
-        Column(f"seek.{path}", unit, _VALUE),
+        *(Column(f"seek.{path}", unit, _VALUE) for path in paths),
+        *([Column("seek_fit", "", "the fit that is sought, judged at its largest clearance", "text")] if fits else []),
         Column("seek_low", unit, "lower end of the interval that holds the border"),
         Column("seek_high", unit, "upper end of the interval that holds the border"),
         Column("limiting", "", _LIMITING, "text"),
         Column("probes", "1", "cases that were looked at", "int"),
     ]
-    values += [[getattr(answer, name) for answer in answers] for name in ("value", "low", "high", "limiting", "probes")]
+    names = ("value",) * len(paths) + ("fit",) * fits
+    values += [[getattr(answer, name) for answer in answers] for name in (*names, "low", "high", "limiting", "probes")]
+    return _table_bytes(columns, values)
+
+
+def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> bytes:
+    """Return a Parquet file of these columns, whose metadata hold `unit` and `description`."""
     fields = [field_of(column) for column in columns]
     arrays = [pa.array(each, field.type) for each, field in zip(values, fields, strict=True)]
     content = io.BytesIO()

@@ -19,7 +19,7 @@ from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
 from .batch import CASE_ID, GROUP_ROWS, ID_LENGTH, open_table, values_of
 from .datasets import EVENT, NODE, SAMPLE, SECTION
-from .directory import ANSWER_FILES, FINAL_FILES, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
+from .directory import ANSWER_FILES, FINAL_FILES, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
 from .record import RECORD_FILE, check_form, damaged, read_record
 from .worst import GROUP, JOINT, OFFSETS, TURNS
 
@@ -71,8 +71,14 @@ class StoredRun:
         wanted = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *given, *made}}
         if SEEK_FILE in self.grid.get("answers", {}):
             seek = self.grid.get("seek") or {}
-            path = seek.get("largest") or seek.get("smallest")
-            wanted[SEEK_FILE] = {*paths, f"seek.{path}", "seek_low", "seek_high", "limiting", "probes"} - {path}
+            own = seek.get("largest") or seek.get("smallest") or []
+            own = own if isinstance(own, list) else [own]
+            wanted[SEEK_FILE] = {*paths, "seek_low", "seek_high", "limiting", "probes"} - {*own}
+            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | ({"seek_fit"} if "among" in seek else set())
+        if OPTIMISE_FILE in self.grid.get("answers", {}):
+            asked = self.grid.get("optimise") or {}
+            own = {name for sense in ("minimise", "maximise") for name in asked.get(sense, [])}
+            wanted[OPTIMISE_FILE] = {"case_id", *paths, *own, "margin", "limiting"}
         for name, names in wanted.items():
             with self._table(name) as table:
                 fields = list(table.schema_arrow)
@@ -214,9 +220,17 @@ class StoredRun:
     @property
     def seek(self) -> "pd.DataFrame | None":
         """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None where nothing was sought."""
-        if SEEK_FILE not in self.grid.get("answers", {}):
+        return self._answers(SEEK_FILE)
+
+    @property
+    def optimise(self) -> "pd.DataFrame | None":
+        """Return the best cases as a DataFrame, `attrs["units"]` by column; None where nothing was optimised."""
+        return self._answers(OPTIMISE_FILE)
+
+    def _answers(self, name: str) -> "pd.DataFrame | None":
+        if name not in self.grid.get("answers", {}):
             return None
-        with self._table(SEEK_FILE) as file:
+        with self._table(name) as file:
             table = file.read(use_threads=False)
         frame = table.replace_schema_metadata(None).to_pandas(use_threads=False)
         frame.attrs["units"] = {field.name: field.metadata[b"unit"].decode() for field in table.schema}

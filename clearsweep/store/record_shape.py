@@ -146,6 +146,10 @@ def _fields(kind: Any, checks: dict[str, Check]) -> Check:
     return checked
 
 
+def _anything(value: Any, path: str) -> None:
+    """Take whatever stands there."""
+
+
 def _lists_of_values(value: Any, path: str) -> None:
     _of(list, "a list")(value, path)
     wrong = next((each for each in value if isinstance(each, list | dict)), None)
@@ -214,7 +218,11 @@ _OPTIONAL: dict[str, Check] = {
     "sample": _sections({"method": _WORD, "drawn": _LISTED}, {"seed": _COUNT}),
     "limits": _by(_COLUMN, _BOUND),
     "figures": _by(_COLUMN, _TEXT),
-    "seek": _sections({}, {"largest": _PATH, "smallest": _PATH, "for": _WORD}),
+    "seek": _sections({}, {**dict.fromkeys(_some("largest", "smallest"), _either(_PATH, _list(_PATH))), "for": _WORD}),
+    "optimise": _sections(
+        {"over": _by(_PATH, _anything)}, dict.fromkeys(_some("minimise", "maximise"), _list(_COLUMN))
+    ),
+    "define": _by(_NAME, _TEXT),
     "source": _either(_TEXT, _NOTHING),
     "fits": _by(_PATH, _list(_FIT)),
     "seeds": _SECTION,

@@ -3,7 +3,7 @@
 import functools
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,12 @@ import numpy as np
 from ..judging import validity, verdict
 from ..language import wording
 from .lives import Lives, life_lines
+from .searched import optimise_lines, optimised, refine_lines, seek_lines, sought
+from .settings import friendly, joint_count, setting_text, value_text
 from .sweep import RunResult
 
 WORST_CASES = 5
-LISTED_ANSWERS = 12
+
 LISTED_FAILURES = 3  # of each status
 FILES = ("summary.parquet", "orbits.h5", "run.json")
 
@@ -65,7 +67,8 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "units": run.grid.get("units", {}),
         "limits": kept.facts(),
         "life": lives.facts(),
-        "seek": _sought(result, run.grid.get("units", {})),
+        "seek": sought(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
+        "optimised": optimised(result, kept.units),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
         "worst": worst,
@@ -142,61 +145,12 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
             "computed); they count as exceeding it and have no margin"
         )
     if kept["worst"]:
-        setting = _setting(kept["worst"]["swept"], facts)
+        setting = setting_text(kept["worst"]["swept"], facts)
         lines.append(
             f"  smallest margin: {kept['worst']['margin_words']}, case {wording.short_id(kept['worst']['case_id'])}"
             + (f", {setting}" if setting else "")
         )
     return lines
-
-
-def _sought(result: RunResult, units: dict[str, str]) -> dict[str, Any] | None:
-    """Return what was sought and found, ready for JSON, in SI; None where nothing was sought."""
-    if result.seek is None:
-        return None
-    asked = result.seek.written() | {"unit": units[result.seek.path]}
-    return {"asked": asked, "answers": [answer._asdict() for answer in result.answers]}
-
-
-def _seek_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what was sought."""
-    if not facts["seek"]:
-        return []
-    asked, answers = facts["seek"]["asked"], facts["seek"]["answers"]
-    end = "largest" if "largest" in asked else "smallest"
-    paths = [*facts["units"]]
-    lines = ["", f"The {end} {wording.axis_name(asked[end], _joints(paths))} within the limits (all in seek.parquet)"]
-    if not answers:
-        return [*lines, "  the search was stopped before its end; run the same command again to go on"]
-    for answer in answers[:LISTED_ANSWERS]:
-        value, low, high = (_value(asked[end], answer[name], facts) for name in ("value", "low", "high"))
-        found = "none in the range" if answer["value"] is None else value
-        found += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
-        limiting = answer["limiting"]
-        found += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
-        setting = _setting(answer["point"], facts)
-        lines.append(f"  {setting}: {found}" if setting else f"  {found}")
-    if len(answers) > LISTED_ANSWERS:
-        lines.append(f"  and {len(answers) - LISTED_ANSWERS:,} more")
-    return lines
-
-
-def _refine_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what `refine` came to."""
-    refined = facts["refined"]
-    if not refined:
-        return []
-    added, asked = refined["added"], refined["asked"]
-    if not refined["crossed"]:
-        return ["", "Refined: no cases added, as nowhere one keeps to the limits and its neighbour does not"]
-    known = (
-        "its place is known to a thousandth of the steps of the grid" if refined["whole"] else "more would narrow it"
-    )
-    boxes = f"{refined['crossed']:,} place" + "s" * (refined["crossed"] != 1)
-    return [
-        "",
-        f"Refined: {added:,} of at most {asked:,} cases added where the limits' border runs, at {boxes}; {known}",
-    ]
 
 
 def _peak(joint: str) -> str:
@@ -240,10 +194,11 @@ def run_text(facts: dict[str, Any]) -> str:
             f"grid with these values has them again, `clearsweep report {facts['directory']} --all` shows all"
         )
     lines += derived_lines(facts["derived"])
-    lines += life_lines(facts["life"], lambda point: _setting(point, facts))
+    lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
     lines += _limit_lines(facts)
-    lines += _seek_lines(facts)
-    lines += _refine_lines(facts)
+    lines += seek_lines(facts)
+    lines += optimise_lines(facts)
+    lines += refine_lines(facts)
     if facts["worst"]:
         lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]
     if facts["failures"]:
@@ -253,7 +208,7 @@ def run_text(facts: dict[str, Any]) -> str:
             + ", ".join(f"{count:,} {status}" for status, count in facts["statuses"].items() if status != "ok"),
         ]
         lines += [
-            f"  {wording.short_id(entry['case_id'])}  {_setting(entry['swept'], facts)}: {entry['status']}: "
+            f"  {wording.short_id(entry['case_id'])}  {setting_text(entry['swept'], facts)}: {entry['status']}: "
             f"{entry['message']}"
             for entry in facts["failures"]
         ]
@@ -283,6 +238,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
         f"{facts['pending']:,} to run",
         *derived_lines(facts["derived"]),
         *_assumed_lines(facts["assumed"]),
+        *_defined_lines(facts["defined"]),
         *_case_lines(facts["case"]),
     ]
     if facts["seconds"] is None:
@@ -317,6 +273,15 @@ def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
     return lines
 
 
+def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
+    """Return one line for each quantity that the grid defines."""
+    lines = []
+    for name, each in defined.items():
+        own = f" = {each['expression']}" if each["expression"] else ""
+        lines.append(f"define: {name}{own} = {friendly(each['value'], each['unit'])}")
+    return lines
+
+
 def _case_lines(case: dict[str, Any]) -> list[str]:
     """Return the values of a case, a line for each section."""
     sections: dict[str, list[str]] = {}
@@ -344,14 +309,6 @@ def size(count: float) -> str:
     return f"{count:.0f} B"
 
 
-def friendly(value: float, unit: str, *, speed: bool = False) -> str:
-    """Return a value as it could stand in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
-    scale = wording.scale(unit, value, speed=speed)
-    if scale.unit.isascii() or scale.unit.startswith("µ"):
-        return f"{value / scale.factor:.4g} {scale.unit}".rstrip()
-    return f"{value:.4g} {unit}"
-
-
 def plain(text: str) -> str:
     """Return a text with ordinary spaces, which a terminal can break and search."""
     return text.replace("\u00a0", " ").replace("\u2009", " ")
@@ -359,38 +316,19 @@ def plain(text: str) -> str:
 
 def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
     paths = list(facts["worst"][0]["swept"])
-    head = ["case_id", *(wording.axis_name(path, _joints(paths)) for path in paths), "joint", "force peak"]
+    head = ["case_id", *(wording.axis_name(path, joint_count(paths)) for path in paths), "joint", "force peak"]
     return [
         head,
         *(
             [
                 wording.short_id(entry["case_id"]),
-                *(_value(path, entry["swept"][path], facts) for path in paths),
+                *(value_text(path, entry["swept"][path], facts) for path in paths),
                 wording.joint_name(entry["joint"]),
                 friendly(entry["force_peak"], "N"),
             ]
             for entry in facts["worst"]
         ),
     ]
-
-
-def _joints(paths: Iterable[str]) -> int:
-    return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
-
-
-def _setting(swept: dict[str, Any], facts: dict[str, Any]) -> str:
-    return ", ".join(
-        f"{wording.axis_name(path, _joints(swept))} {_value(path, value, facts)}"
-        for path, value in swept.items()
-        if value is not None
-    )
-
-
-def _value(path: str, value: Any, facts: dict[str, Any]) -> str:
-    if value is None or isinstance(value, str):
-        return value or "-"
-    fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
-    return friendly(value, facts["units"].get(path, "1"), speed=path.endswith("speed")) + fit
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

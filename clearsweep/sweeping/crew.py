@@ -92,7 +92,9 @@ class Crew:
         if not self.run(grid, ids, np.sort(ids)):
             return None
         rows = self.directory.rows()
-        return store.judge(self.directory, store.Form.of(grid), rows[np.searchsorted(rows["id"], ids[first:])])
+        names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
+        places = np.searchsorted(rows["id"], ids[first:])
+        return store.judge(self.directory, store.Form.of(grid), rows[places], names)
 
     def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the revolution of the largest peak of cases that have run, None where it is not found again."""

@@ -45,6 +45,7 @@ class Estimate(NamedTuple):
     give_or_take: float | None  # s, twice the standard error of `seconds`, as the cases that were timed differ
     bytes: int  # in the directory: batches and merged files
     assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: SI, the first and the last
+    defined: dict[str, dict[str, Any]]  # name under `define` -> its value, its unit and its expression, '' for none
     case: dict[str, Any]  # the first case: its identity, its values by dotted path, their units
 
 
@@ -62,10 +63,13 @@ def estimate(
         grid = sweep.load(source, simulator)
         check_memory(largest_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
-    if grid.seek:
+    if grid.seek and not grid.seek.fits:
         times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
         sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
         warnings.append(f"{sentence}, and their time and storage")
+    if grid.optimise:
+        more = grid.optimise.cases - len(grid)
+        warnings.append(f"{more:,} cases that `optimise` adds follow from these, and come on top")
     if grid.refine:
         warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
     directory = sweep.directory_of(grid, out, part)
@@ -104,7 +108,11 @@ def estimate(
             for path in grid.assumed
             if path in units and (ends := _ends(grid, path))
         },
-        _first(grid, units),
+        {
+            name: {"value": float(grid.defined.values[name]), "unit": grid.defined.units[name], "expression": text}
+            for name, text in grid.defined.texts.items()
+        },
+        _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
     )
 
 

@@ -1,7 +1,7 @@
 """Finds the largest or smallest value with which cases keep to their limits: the cases to run next, the answers."""
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,12 +20,17 @@ class Answer(NamedTuple):
     high: float | None
     limiting: str | None  # the column whose limit is exceeded first, or the status of a case that failed
     probes: int
+    fits: bool = False  # it was sought among fits
+    fit: str | None = None  # the one at `value`
+    beyond: tuple[str, ...] = ()  # fits on the unsafe side of the border that keep to the limits all the same
+    best: tuple[dict[str, Any], ...] = ()  # where no value keeps to them: how near each case of the other axes comes
 
 
 class _Probe(NamedTuple):
     good: bool
     margin: float  # of the limits; minus infinity of a failed case
     limiting: str | None
+    margins: Mapping[str, float]  # by limited column
 
 
 class Seeking:
@@ -39,13 +44,16 @@ class Seeking:
         every = range(len(self.others))
         self.subjects = [(j,) for j in every] if self.seek.each else [tuple(every)]
         self.probes: list[dict[int, _Probe]] = [{} for _ in self.others]  # of each: place -> what it gave
-        self.asked = {self.seek.value(place): place for place in scan(self.seek.last)}  # value -> place
+        self.asked = {self.seek.value(place): place for place in self._first()}  # value -> place
+
+    def _first(self) -> tuple[int, ...]:
+        return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
 
     def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
         """Take in how the cases of a grid from the index `first` on stand to its limits."""
         for index in range(first, len(grid)):
             point = grid.point(index)
-            place = self.asked[point.pop(self.seek.path)]
+            place = self.asked[[point.pop(path) for path in self.seek.paths].pop()]
             self.probes[self.place_of[tuple(point.values())]][place] = _probe(judged, index - first)
 
     def wanted(self) -> list[Point]:
@@ -57,7 +65,7 @@ class Seeking:
         return [self._answer(subject) for subject in self.subjects]
 
     def _next(self) -> Iterator[tuple[int, int]]:
-        for subject in self.subjects:
+        for subject in () if self.seek.fits else self.subjects:  # all fits are tried at once
             for place in search(self._known(subject), self.seek.last).wanted:
                 yield from ((j, place) for j in subject)
 
@@ -68,22 +76,40 @@ class Seeking:
     def _point(self, j: int, place: int) -> Point:
         value = self.seek.value(place)
         self.asked[value] = place
-        return self.others[j] | {self.seek.path: value}
+        return self.others[j] | dict.fromkeys(self.seek.paths, value)
 
     def _answer(self, subject: tuple[int, ...]) -> Answer:
         """Return what the probes of some cases of the other axes say."""
         known, seek = self._known(subject), self.seek
-        border = search(known, seek.last).border
+        border = every(known, seek.last) if seek.fits else search(known, seek.last).border
         assert border is not None  # nothing is wanted any more
         at = _deciding(known, border, seek.last)
         worst = min(subject, key=lambda j: (self.probes[j][at].margin, j))
         limiting = None if known[at] else self.probes[worst][at].limiting
         point = self.others[worst]
         if border.good is None:
-            return Answer(point, None, None, None, limiting, len(known) * len(subject))
+            best = tuple(self._best(j) for j in subject)
+            tried = len(known) * len(subject)
+            return Answer(point, None, None, None, limiting, tried, fits=bool(seek.fits), best=best)
         good = seek.value(border.good)
         bad = seek.value(seek.last if border.bad is None else border.bad)
-        return Answer(point, good, min(good, bad), max(good, bad), limiting, len(known) * len(subject))
+        found = Answer(point, good, min(good, bad), max(good, bad), limiting, len(known) * len(subject))
+        if not seek.fits:
+            return found
+        beyond = tuple(seek.fit(place).name for place in sorted(known) if known[place] and place > border.good)
+        return found._replace(fits=True, fit=seek.fit(border.good).name, beyond=beyond)
+
+    def _best(self, j: int) -> dict[str, Any]:
+        """Return the value at which a case of the other axes comes nearest to its limits, and what limits it there."""
+        place, probe = max(self.probes[j].items(), key=lambda item: (item[1].margin, -item[0]))
+        finite = np.isfinite(probe.margin)
+        return {
+            "point": self.others[j],
+            "value": self.seek.value(place),
+            "margin": probe.margin if finite else None,
+            "limiting": probe.limiting,
+            "margins": {name: margin for name, margin in probe.margins.items() if np.isfinite(margin)},
+        }
 
 
 def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
@@ -93,10 +119,19 @@ def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
     return min((place for place, good in known.items() if place > border.good and not good), default=last)
 
 
+def every(known: Mapping[int, bool], last: int) -> Border:
+    """Return the border where all places of 0 to `last` are known: good ones end at the first bad one after them."""
+    start = next((place for place in range(last + 1) if known[place]), None)
+    if start is None:
+        return Border(None, 0)
+    bad = next((place for place in range(start, last + 1) if not known[place]), None)
+    return Border(last if bad is None else bad - 1, bad)
+
+
 def _others(grid: Grid, seek: Seek) -> list[Point]:
     """Return the values of all axes but the one that is sought, of every case of these."""
     points = (grid.point(index) for index in range(len(grid)))
-    found = (tuple((path, value) for path, value in point.items() if path != seek.path) for point in points)
+    found = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
     return [dict(point) for point in dict.fromkeys(found)]
 
 
@@ -104,9 +139,9 @@ def _probe(judged: store.Judged, index: int) -> _Probe:
     """Return what the case at an index of a grid gave."""
     status = judged.status[index]
     if status != "ok":
-        return _Probe(good=False, margin=-np.inf, limiting=status)
+        return _Probe(good=False, margin=-np.inf, limiting=status, margins={})
     margins = {name: values[index] for name, values in judged.margins.items()}
     exceeded = [name for name in judged.exceeded[index].split(",") if name]
     worst = min(exceeded, key=lambda name: np.nan_to_num(margins[name], nan=-np.inf), default=None)
     finite = [margin for margin in margins.values() if not np.isnan(margin)]
-    return _Probe(good=not exceeded, margin=float(min(finite, default=np.inf)), limiting=worst)
+    return _Probe(good=not exceeded, margin=float(min(finite, default=np.inf)), limiting=worst, margins=margins)

@@ -17,6 +17,7 @@ from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
 from . import executors, progress, resources, rounds, signals
 from .crew import Crew, Options, case_ids, most, within
+from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
 from .seeking import Answer, Seeking
 from .shard import Shard, each_once
@@ -59,6 +60,7 @@ class RunResult:
     joined: int = 0  # directories that were joined; 0 for a run
     seek: grids.Seek | None = None  # what was sought
     answers: tuple[Answer, ...] = ()  # what was found
+    optimised: Optimised | None = None  # what was found; None where nothing was optimised, or it was stopped
     refined: Refined | None = None  # what `refine` came to; None where it was not asked for or was stopped
 
     @property
@@ -125,6 +127,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     shard = None if options.shard is None else Shard.read(options.shard)
     if shard and grid.seek:
         raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
+    if shard and grid.optimise:
+        raise InputError("shard: the cases of `optimise` follow from one another; run it without shards")
     if shard and grid.refine:
         raise InputError(
             "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
@@ -135,7 +139,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         wanted = shard.ids(ids) if shard else each_once(ids)
         derived, warnings = facts(grid, simulator)
     known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    search = Seeking(grid) if grid.seek else Refining(grid) if grid.refine else None
+    search = _search(grid)
     begun = {"counts": {"cases": len(wanted)}, **known}
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
         start = store.now()
@@ -151,8 +155,11 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
                 complete = crew.run(grid, ids, wanted)
             del ids  # 8 MB of a million cases, which merging needs
             answers = search.answers() if isinstance(search, Seeking) and complete else []
-            path = grid.seek.path if grid.seek else ""
-            known["answers"] = store.write_answers(directory, store.Form.of(grid), path, answers)
+            paths = grid.seek.paths if grid.seek else ()
+            best = search.result() if isinstance(search, Optimising) and complete else None
+            names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
+            known["answers"] = store.write_answers(directory, store.Form.of(grid), paths, answers)
+            known["answers"] |= store.write_best(directory, store.Form.of(grid), names, best.best if best else ())
             counts: dict[str, Any] = conclude(crew, grid, wanted, start=start, **known)
     return RunResult(
         directory.path,
@@ -164,8 +171,18 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         warnings=tuple(warnings),
         seek=grid.seek,
         answers=tuple(answers),
+        optimised=best,
         refined=search.result() if isinstance(search, Refining) and complete else None,
     )
+
+
+def _search(grid: grids.Grid) -> Seeking | Refining | Optimising | None:
+    """Return what adds cases to a grid, None where nothing does."""
+    if grid.seek:
+        return Seeking(grid)
+    if grid.refine:
+        return Refining(grid)
+    return Optimising(grid) if grid.optimise else None
 
 
 def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:

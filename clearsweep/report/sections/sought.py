@@ -6,10 +6,11 @@ import pandas as pd
 
 from ...language import wording
 from ..case_table import axis_columns
+from ..dotted import all_sought, sought
 from ..draw import sought as draw
 from ..picture import Picture, capital
 from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Axis, Study, sought
+from ..study import Axis, Study
 from ..table import Column, Table, counted
 
 PICTURED = 2  # answers at least that are drawn over the other axis
@@ -85,7 +86,7 @@ def _answers(study: Study) -> _Answers | None:
     if not path or frame is None or frame.empty:
         return None
     by_path = {axis.path: axis for axis in study.axes}
-    others = tuple(axis for axis in study.axes if axis.path != path and len(axis.values) > 1)
+    others = tuple(axis for axis in study.axes if axis.path not in all_sought(study.run.grid) and len(axis.values) > 1)
     asked = study.run.grid["seek"]
     rows = [{name: None if pd.isna(each) else each for name, each in row.items()} for row in frame.to_dict("records")]
     return _Answers(_fine(by_path[path], rows), others, "largest" in asked, asked.get("for") != "all", rows)

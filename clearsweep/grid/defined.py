@@ -1,0 +1,317 @@
+"""Reads `define`: quantities of a grid's own, and the expressions of them that stand in place of numbers.
+
+An expression is text that begins with `=`.  It is worked out before anything else is read, so that all other readers
+see quantities.  Where a name varies, the numbers that are made of it are worked out again for every case.
+"""
+
+import keyword
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from itertools import product
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from ..language import expression, quantity
+from ..language.errors import InputError, shown
+from . import case_table
+from .document import Problems, WrittenValue, written_of
+
+DEFINE = "define"
+START = f"{DEFINE}."
+TEXT = "name -> quantity, or `= expression` of other names; numbers of the grid may be expressions of them: `= d / 2`"
+MOST_VALUES = 20_000  # of a number that varies with a name: of more, the ends of the axes are looked at
+_OF_CASES = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
+_NO_NUMBERS = ("name", "figures")  # text of these sections is no expression of defined quantities
+_WAYS = ("sweep", "zip", "cases")
+_OVER = ("optimise", "identify", "sample")  # sections with paths under `over`
+
+
+class Definitions(NamedTuple):
+    """Defined quantities and what follows from them; SI."""
+
+    texts: Mapping[str, str]  # name -> its expression, '' for a quantity; each after those it is made of
+    values: Mapping[str, Fraction]  # as the grid says them
+    units: Mapping[str, str]
+    varied: frozenset[str] = frozenset()  # names that an axis varies
+    #: dotted path of a number -> its expression, which has a name that varies
+    follow: Mapping[str, str] = MappingProxyType({})
+
+    def at(self, point: Mapping[str, Any]) -> dict[str, float]:
+        """Return path -> value of the numbers that follow from the names at a point, `define.NAME` -> value."""
+        if not self.follow:
+            return {}
+        known = self._known(point)
+        return {path: float(expression.exact_value(text, known)) + 0.0 for path, text in self.follow.items()}
+
+    def _known(self, point: Mapping[str, Any]) -> dict[str, Fraction]:
+        known = dict(self.values)
+        known |= {name: Fraction(repr(float(point[START + name]))) for name in self.varied if START + name in point}
+        for name, text in self.texts.items():
+            if text and self.varied_in(text):
+                known[name] = expression.exact_value(text, known)
+        return known
+
+    def varied_in(self, text: str) -> frozenset[str]:
+        """Return the varied names that an expression is made of."""
+        found: set[str] = set()
+        for name in expression.names_in(text, expression.DEFINED):
+            found |= {name} if name in self.varied else set()
+            found |= self.varied_in(self.texts[name]) if self.texts.get(name) else set()
+        return frozenset(found)
+
+    def needed(self) -> dict[str, str]:
+        """Return `define.NAME` -> text of the names that do not vary by themselves and that `follow` needs."""
+        used: set[str] = set()
+        for text in self.follow.values():
+            used |= used_by(text, self.texts)
+        names = [name for name in self.texts if name in used - self.varied]
+        return {START + name: self._text(name) for name in names}
+
+    def _text(self, name: str) -> str:
+        own = self.texts[name]
+        return f"= {own}" if own and self.varied_in(own) else self.said(name)
+
+    def said(self, name: str) -> str:
+        """Return the value of a name as a grid may have it: SI, with its unit."""
+        return _said(self.values[name], self.units[name])
+
+    def reached(self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]) -> tuple[float, ...]:
+        """Return every value that a number takes, its names on these axes, which vary in these ways."""
+        names = sorted(self.varied_in(self.follow[path]))
+        groups: dict[str, list[str]] = {}
+        for name in names:
+            if START + name not in axes:
+                return ()
+            section = way.get(START + name, "")
+            groups.setdefault(section if section not in ("sweep", "") else name, []).append(START + name)
+        rows = [list(zip(*(axes[each] for each in paths), strict=False)) for paths in groups.values()]
+        count = 1
+        for part in rows:
+            count *= len(part)
+        if count > MOST_VALUES:
+            rows = [[min(part), max(part)] for part in rows]
+        flat = [path for paths in groups.values() for path in paths]
+        own = self._replace(follow={path: self.follow[path]})
+        points = (dict(zip(flat, sum(chosen, ()), strict=True)) for chosen in product(*rows))
+        return tuple(own.at(point)[path] for point in points)
+
+
+NOTHING = Definitions({}, {}, {})
+
+
+def used_by(text: str, texts: Mapping[str, str]) -> set[str]:
+    """Return all names that an expression is made of, those of names in it included."""
+    found: set[str] = set()
+    for name in expression.names_in(text, expression.DEFINED):
+        found |= {name} | (used_by(texts[name], texts) if texts.get(name) else set())
+    return found
+
+
+def resolve(
+    root: WrittenValue, problems: Problems, fixed: frozenset[str] = frozenset()
+) -> tuple[WrittenValue, Definitions]:
+    """Return a document with quantities in place of expressions, and what is defined; mistakes go to `problems`.
+
+    The section `define` is left with the names that an axis varies.  Paths in `fixed` do not vary any more.
+    """
+    top = root.value
+    section = top.get(DEFINE)
+    if section is not None and (not isinstance(section.value, dict) or not section.value):
+        problems.add(section, DEFINE, "defines nothing; write such as `play: 50 um`, or leave the key out")
+        section = None
+    varied = {path: place for path, place in _varied(top) if path not in fixed}
+    written: dict[str, WrittenValue] = section.value if section is not None else {}
+    good = {name: each for name, each in written.items() if _named(section, name, problems)}
+    known = _values(good, problems)
+    names = frozenset(path.removeprefix(START) for path in varied if path.removeprefix(START) in known.values)
+    known = known._replace(varied=names & known.texts.keys())
+    reader = _Reader(problems, known, varied)
+    content = {key: reader.read(each, key) for key, each in top.items() if key not in (DEFINE, *_NO_NUMBERS)}
+    content |= {key: top[key] for key in _NO_NUMBERS if key in top}
+    for name, each in good.items():
+        if known.texts.get(name) and START + name in varied:
+            reader.refuse_axis(START + name, each)
+        elif name not in reader.used:
+            sentence = "is used by nothing; use it, such as `clearance: = " + name + "`, or leave it out"
+            problems.add(section.key_place(name) if section else each, START + name, sentence)
+    if known.varied and section is not None:
+        inside = {name: reader.worked(good[name], known.said(name)) for name in good if name in known.varied}
+        content[DEFINE] = WrittenValue(inside, section.origin, section.line, section.column, section.keys)
+    ordered = {key: content[key] for key in top if key in content}
+    return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), known._replace(follow=reader.follow)
+
+
+def of_resolved(resolved: Mapping[str, Any]) -> Definitions:
+    """Return what a grid defines that `Grid.resolved` gave, or a run.json that holds it."""
+    known = {key: resolved[key] for key in (*_OF_CASES, *_WAYS, *_OVER, "seek") if resolved.get(key)}
+    return resolve(written_of(known, ""), Problems())[1] if DEFINE in known else NOTHING
+
+
+class _Reader:
+    """Puts quantities in place of expressions."""
+
+    def __init__(self, problems: Problems, known: Definitions, varied: Mapping[str, WrittenValue]):
+        self.problems, self.known, self.varied = problems, known, varied
+        self.follow: dict[str, str] = {}
+        self.used: set[str] = set()
+        self.has: dict[int, bool] = {}  # id of a value -> whether it has an expression; aliases are looked at once
+
+    def read(self, written: WrittenValue, path: str) -> WrittenValue:
+        """Return what is written at a path with quantities in place of its expressions."""
+        value: Any = written.value
+        if not self._has_expression(written):
+            return written
+        if isinstance(value, dict):
+            value = {key: self.read(each, f"{path}.{key}") for key, each in value.items()}
+        elif isinstance(value, list):
+            value = [self.read(each, f"{path}.{place}") for place, each in enumerate(value)]
+        else:
+            return self._worked_out(written, path)
+        return WrittenValue(value, written.origin, written.line, written.column, written.keys)
+
+    def _has_expression(self, written: WrittenValue) -> bool:
+        value = written.value
+        if not isinstance(value, dict | list):
+            return is_expression(value)
+        if id(written) not in self.has:
+            self.has[id(written)] = False
+            self.has[id(written)] = any(map(self._has_expression, value.values() if isinstance(value, dict) else value))
+        return self.has[id(written)]
+
+    def _worked_out(self, written: WrittenValue, path: str) -> WrittenValue:
+        text = text_of(written.value)
+        try:
+            self.used |= used_by(text, self.known.texts)
+            unit = expression.unit_of_defined(text, self.known.units)
+            value = expression.exact_value(text, self.known.values)
+        except InputError as error:
+            self.problems.add(written, path, str(error))
+            return self.worked(written, "0")
+        if path in self.varied:
+            self.refuse_axis(path, written)
+        if names := self.known.varied_in(text):
+            if path.split(".", 1)[0] in _OF_CASES:
+                self.follow[path] = text
+            else:
+                sentence = f"is made of {START}{min(names)}, which varies; only the numbers of a case may be"
+                self.problems.add(written, path, sentence)
+        return self.worked(written, _said(value, unit))
+
+    def refuse_axis(self, path: str, written: WrittenValue) -> None:
+        """Note that a path varies whose value is an expression."""
+        sentence = (
+            f"varies, but its value is the expression {shown(written.value)}; vary a name in it, or write a number"
+        )
+        self.problems.add(self.varied[path], path, sentence)
+
+    def worked(self, written: WrittenValue, value: str) -> WrittenValue:
+        """Return a quantity in place of the expression that is written."""
+        text = written.value if is_expression(written.value) else ""
+        return WrittenValue(value, written.origin, written.line, written.column, expression=text)
+
+
+def is_expression(value: Any) -> bool:
+    """Return whether a value is written as an expression."""
+    return isinstance(value, str) and value.lstrip().startswith("=")
+
+
+def text_of(written: str) -> str:
+    """Return an expression without its sign of equality."""
+    return written.strip().removeprefix("=").strip()
+
+
+def _named(section: WrittenValue | None, name: str, problems: Problems) -> bool:
+    """Return whether a name can be defined; note why it cannot."""
+    assert section is not None  # it has the name
+    if not name.isidentifier() or keyword.iskeyword(name):
+        sentence = "is no name; expected letters, digits and _, no digit first"
+    elif name in expression.FUNCTIONS:
+        sentence = "is a function of expressions; give the quantity another name"
+    elif quantity.is_unit(name):
+        sentence = "is a unit; give the quantity another name"
+    else:
+        return True
+    problems.add(section.key_place(name), START + name, sentence)
+    return False
+
+
+def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definitions:
+    """Return the quantities that are defined, each after those it is made of."""
+    texts: dict[str, str] = {}
+    values: dict[str, Fraction] = {}
+    units: dict[str, str] = {}
+    found = Definitions(texts, values, units)
+    open_names: list[str] = []
+    wrong: set[str] = set()
+
+    def visit(name: str) -> None:
+        if name in found.values or name in wrong:
+            return
+        each = written[name]
+        if name in open_names:
+            circle = " -> ".join([*open_names[open_names.index(name) :], name])
+            problems.add(each, START + name, f"is made of itself: {circle}; break the circle")
+            wrong.update(open_names[open_names.index(name) :])
+            return
+        open_names.append(name)
+        try:
+            text = text_of(each.value) if is_expression(each.value) else ""
+            for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
+                visit(other)
+            values[name], units[name] = _value(text, found) if text else _quantity(each.value)
+            texts[name] = text
+        except InputError as error:
+            if name not in wrong and not _told(each, written, wrong):
+                problems.add(each, START + name, str(error))
+            wrong.add(name)
+        open_names.pop()
+
+    for name in written:
+        visit(name)
+    return found
+
+
+def _told(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
+    """Return whether an expression is made of a name that is wrong already."""
+    try:
+        text = text_of(each.value) if is_expression(each.value) else ""
+        return bool(text and expression.names_in(text, expression.DEFINED) & wrong & written.keys())
+    except InputError:
+        return False
+
+
+def _value(text: str, known: Definitions) -> tuple[Fraction, str]:
+    """Return the value (SI) and the unit of an expression of what is known."""
+    unit = expression.unit_of_defined(text, known.units)
+    return expression.exact_value(text, known.values), unit
+
+
+def _quantity(value: Any) -> tuple[Fraction, str]:
+    """Return the value (SI) and the unit of a quantity as it is written."""
+    if isinstance(value, str):
+        number, dimension = quantity.with_unit(value)
+        return Fraction(repr(number)), quantity.unit_of(dimension)
+    return Fraction(repr(quantity.read(value, "1"))), "1"
+
+
+def _said(value: Fraction, unit: str) -> str:
+    return f"{float(value) + 0.0!r} {unit}".removesuffix(" 1")
+
+
+def _varied(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
+    """Yield the dotted paths that a document varies, each with the place where it says so."""
+    for way in _WAYS:
+        section = top.get(way)
+        if section is not None and way == "cases" and isinstance(section.value, str):
+            section = case_table.read(Problems(), section)
+        if section is not None and isinstance(section.value, dict):
+            yield from ((path, section.key_place(path)) for path in section.value)
+    for way in _OVER:
+        over = top[way].value.get("over") if way in top and isinstance(top[way].value, dict) else None
+        if over is not None and isinstance(over.value, dict):
+            yield from ((path, over.key_place(path)) for path in over.value)
+    seek = top["seek"].value if "seek" in top else None
+    for end in ("largest", "smallest"):
+        if isinstance(seek, dict) and end in seek:
+            paths = seek[end].value if isinstance(seek[end].value, list) else [seek[end]]
+            yield from ((each.value, each) for each in paths if isinstance(each.value, str))

@@ -1,0 +1,46 @@
+"""The keys of defined quantities that vary, and the checks of the numbers that follow from them."""
+
+import math
+
+from ..contracts.catalogue import Field
+from .defined import DEFINE, START, TEXT, Definitions
+from .document import WrittenValue
+from .draft import Draft
+from .keys import Number, Section, Shape, Use
+
+
+def shape_of(definitions: Definitions) -> Shape:
+    """Return the keys of the defined quantities that an axis varies."""
+    if not definitions.varied:
+        return {}
+    names = [name for name in definitions.texts if name in definitions.varied]
+    fields = {name: Field(name, definitions.units[name], "defined by the grid", low=-math.inf) for name in names}
+    numbers = {f"{START}{name}": Number((Use(field),)) for name, field in fields.items()}
+    return {DEFINE: Section(TEXT, need="optional"), **numbers}
+
+
+def check(draft: Draft) -> None:
+    """Note numbers that cannot follow from a name that varies, and values of them that are out of range."""
+    for path, text in draft.defined.follow.items():
+        node, name = draft.shape.get(path), min(draft.defined.varied_in(text))
+        whose = f"is made of {START}{name}, which varies"
+        fields = node.fields(draft.names) if isinstance(node, Number) else ()
+        if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
+            draft.problems.add(draft.place(path), path, f"{whose}; this value cannot: write it without that name")
+            continue
+        if any(field.whole for field in fields):
+            sentence = f"{whose}; a whole number cannot: use names that are not varied"
+            draft.problems.add(draft.place(path), path, sentence)
+            continue
+        wrong = [(each, value) for value in draft.reached(path) for each in fields if not each.holds(value)]
+        for field, value in wrong[:1]:
+            sentence = f"= {text} comes to {value:.6g}, out of range; allowed: {field.allowed(value)}"
+            draft.problems.add(draft.swept[f"{START}{name}"], path, sentence)
+
+
+def refuse_columns(draft: Draft, section: WrittenValue | None) -> None:
+    """Note names of the section `define` that are columns of the summary, too."""
+    for name in draft.defined.texts:
+        if section is not None and name in draft.figures:
+            sentence = "is the name of a column of the summary; give the quantity another name"
+            draft.problems.add(section.key_place(name), f"{START}{name}", sentence)

@@ -1,0 +1,98 @@
+"""Reads measured signals: a CSV file with a column of the crank angle or of time, and columns of signals with units."""
+
+import csv
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..language import quantity
+from ..language.errors import InputError, nearest, shown
+from .case_table import TableRow, head_of, rows_of_csv
+from .document import refuse_endless
+
+if TYPE_CHECKING:
+    import numpy as np  # loaded only where a file is read
+
+LARGEST = 512 * 2**20  # bytes of a file
+OVER = {"crank_angle": "rad", "time": "s"}  # a file has one of these columns, in SI
+GAP = 3.0  # times the median step, from which on samples are missing
+LEAST_ROWS = 16
+
+
+class Measured(NamedTuple):
+    """What a file of measured signals holds, SI."""
+
+    file: str
+    over: str  # a key of OVER
+    places: "np.ndarray"  # (n,) rad or s, ascending
+    signals: "dict[str, np.ndarray]"  # (n,) each, by the name in the head
+
+
+def read(file: str | PathLike, units: Mapping[str, str]) -> Measured:
+    """Return the signals in a file whose SI units are `units` by name; InputError, with row and column."""
+    import numpy as np
+
+    path = Path(file)
+    try:
+        refuse_endless(path, LARGEST)
+        heads, rows = rows_of_csv(path)
+    except (OSError, ValueError, csv.Error) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    for line, cells in rows:
+        if len(cells) != len(heads):
+            raise InputError(f"{path}:{line}: the row has {len(cells)} cells, the head {len(heads)}; write every value")
+    if len(rows) < LEAST_ROWS:
+        raise InputError(f"{path}: has {len(rows)} rows; at least {LEAST_ROWS} are needed")
+    columns: dict[str, np.ndarray] = {}
+    for place, head in enumerate(heads):
+        name, unit = head_of(head)
+        wanted = (OVER | dict(units)).get(name)
+        if wanted is None:
+            known = [*OVER, *units]
+            raise InputError(
+                f"{path}:1:{place + 1}: '{head.strip()}' is no signal of this run{nearest(name, known)} "
+                f"(known: {', '.join(known)}); write its unit behind it, such as acceleration [m/s^2]"
+            )
+        if name in columns:
+            raise InputError(f"{path}:1:{place + 1}: '{name}' is there twice; keep one of them")
+        columns[name] = np.array(_values(str(path), rows, place, unit, wanted))
+    over = [name for name in OVER if name in columns]
+    if len(over) != 1 or len(columns) < 2:
+        raise InputError(f"{path}:1: found {', '.join(columns)}; expected crank_angle [deg] or time [s], and a signal")
+    places = columns.pop(over[0])
+    _check_steps(str(path), over[0], places, [line for line, _ in rows])
+    return Measured(str(path), over[0], places, columns)
+
+
+def _values(file: str, rows: list[TableRow], place: int, unit: str, wanted: str) -> list[float]:
+    """Return the numbers of a column in the unit `wanted`; InputError where one is none."""
+    try:
+        scale = quantity.read(f"1 {unit}", wanted) if unit else 1.0
+    except InputError as error:
+        raise InputError(f"{file}:1:{place + 1}: {error}") from None
+    found = []
+    for line, cells in rows:
+        try:
+            value = float(cells[place])
+        except ValueError:
+            value = float("nan")
+        if value - value != 0.0:
+            sentence = f"found {shown(cells[place])}; expected a finite number: leave out what was not measured"
+            raise InputError(f"{file}:{line}:{place + 1}: {sentence}")
+        found.append(scale * value)
+    return found
+
+
+def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -> None:
+    """Raise InputError where the angle or the time does not ascend, or samples are missing."""
+    import numpy as np
+
+    steps = np.diff(places)
+    if (steps <= 0.0).any():
+        line = lines[int(np.argmax(steps <= 0.0)) + 1]
+        raise InputError(f"{file}:{line}: {over} does not ascend; sort the rows, and write an unwrapped angle")
+    if steps.max() > GAP * np.median(steps):
+        line = lines[int(np.argmax(steps)) + 1]
+        sentence = f"a step of {over} is {steps.max() / np.median(steps):.3g} times the usual one"
+        raise InputError(f"{file}:{line}: {sentence}; cut the file there, samples are missing")

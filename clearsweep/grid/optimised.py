@@ -1,0 +1,225 @@
+"""Reads `optimise`: the values to vary, the columns to make small or large, how many cases that may take."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from ..language import quantity
+from ..language.errors import InputError, nearest, shown
+from .added import ADDED
+from .document import WrittenValue
+from .draft import Draft
+from .keys import Number, Word
+from .sought import always_used
+
+OPTIMISE = "optimise"
+SENSES = ("minimise", "maximise")
+KEYS = ("over", *SENSES, "cases", "seed")
+AMONG, WHOLE = "among", "whole"
+ROUND = 16  # cases that are asked for at a time, whatever the number of workers
+MOST_CASES = 100_000
+LOGARITHMIC = 20.0  # ratio of the ends of a range from which on equal ratios count, not equal differences
+_EXAMPLE = "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}"
+
+
+class Choice(NamedTuple):
+    """The values that one path may take, SI."""
+
+    kind: str  # 'range', AMONG or WHOLE
+    values: tuple[Any, ...]  # both ends of a range, or all that there are to choose from
+
+    @property
+    def logarithmic(self) -> bool:
+        """Return whether equal ratios count."""
+        low, high = self.values[0], self.values[-1]
+        return self.kind == "range" and low > 0.0 and high >= LOGARITHMIC * low
+
+    def at(self, part: float) -> Any:
+        """Return the value at a part, from 0 to 1, of the way through the choice."""
+        if self.kind == AMONG:
+            return self.values[min(int(part * len(self.values)), len(self.values) - 1)]
+        low, high = self.values
+        if self.kind == WHOLE:
+            return min(low + int(part * (high - low + 1)), high)
+        return low * (high / low) ** part if self.logarithmic else low + (high - low) * part
+
+    def written(self) -> Any:
+        """Return it as a grid may have it."""
+        return list(self.values) if self.kind == "range" else {self.kind: list(self.values)}
+
+
+class Optimise(NamedTuple):
+    """What is to be made small or large, in SI."""
+
+    over: dict[str, Choice]
+    objectives: tuple[tuple[str, bool], ...]  # column, and whether it is to be large
+    cases: int
+    seed: int
+    start: dict[str, Any]  # the values that the grid has written, {} where some are missing or outside
+
+    def first(self) -> list[tuple[Any, ...]]:
+        """Return the values of the first round: what the grid has written, and points spread evenly."""
+        from scipy.stats import qmc
+
+        count = min(ROUND, self.cases)
+        parts = qmc.Sobol(len(self.over), seed=self.seed).random(ROUND).tolist()
+        points = [tuple(choice.at(part) for choice, part in zip(self.over.values(), row, strict=True)) for row in parts]
+        own = [tuple(self.start.values())] if self.start else []
+        return list(dict.fromkeys([*own, *points]))[:count]
+
+    def written(self) -> dict[str, Any]:
+        """Return the section as a grid may have it, in SI."""
+        senses = {
+            sense: [column for column, large in self.objectives if large is (sense == SENSES[1])] for sense in SENSES
+        }
+        head = {"over": {path: choice.written() for path, choice in self.over.items()}}
+        return head | {key: names for key, names in senses.items() if names} | {"cases": self.cases, "seed": self.seed}
+
+
+def find(draft: Draft, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
+    """Return path -> its place and its values as an axis has them, of what is to vary; note the kinds of choices."""
+    section = root.value.get(OPTIMISE) if isinstance(root.value, dict) else None
+    if section is None:
+        return {}
+    if not isinstance(section.value, dict):
+        draft.problems.add(section, OPTIMISE, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
+        return {}
+    for key in section.value:
+        if key not in (*KEYS, ADDED):
+            sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
+            draft.problems.add(section.key_place(key), f"{OPTIMISE}.{key}", sentence)
+    for other in ("sweep", "zip", "cases", "sample", "seek", "refine"):
+        if other in root.value:
+            sentence = f"stands beside `{other}`; `optimise` chooses all cases itself: leave one of them out"
+            draft.problems.add(section, OPTIMISE, sentence)
+            return {}
+    over = section.value.get("over")
+    if over is None or not isinstance(over.value, dict) or not over.value:
+        place = over or section
+        draft.problems.add(place, f"{OPTIMISE}.over", f"says nothing to vary; write such as {_EXAMPLE}")
+        return {}
+    found = {}
+    for path, written in over.value.items():
+        values = _values(draft, path, written)
+        if values is not None:
+            found[path] = (over.key_place(path), values)
+    return found
+
+
+def _values(draft: Draft, path: str, written: WrittenValue) -> WrittenValue | None:
+    """Return the values of one path as an axis has them."""
+    where, node = f"{OPTIMISE}.over.{path}", draft.shape.get(path)
+    whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
+    content, kind = written.value, "range"
+    if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
+        ((kind, written),) = content.items()
+        content = written.value
+        if kind == AMONG and isinstance(content, dict) and [*content] == ["fits"]:
+            draft.choices[path] = AMONG
+            return written
+    pair = isinstance(content, list) and len(content) == 2
+    if not isinstance(content, list) or not content or (kind != AMONG and not pair):
+        sentence = f"found {shown(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
+        draft.problems.add(written, where, sentence)
+        return None
+    if kind != AMONG and (isinstance(node, Word) or whole != (kind == WHOLE)):
+        expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if whole else "[low, high]"
+        draft.problems.add(written, where, f"found {shown(content)}; this key takes {expected}")
+        return None
+    draft.choices[path] = kind
+    return written
+
+
+def read(draft: Draft, root: WrittenValue) -> Optimise | None:
+    """Return what is to be optimised, the axes being known; None where nothing is or something is wrong."""
+    section = root.value.get(OPTIMISE) if isinstance(root.value, dict) else None
+    paths = [path for path, way in draft.way.items() if way == OPTIMISE]
+    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= draft.axes.keys():
+        return None
+    noted = len(draft.problems)
+    for path in paths:
+        values = draft.axes[path]
+        if draft.choices[path] != AMONG and values[0] >= values[-1]:
+            sentence = "the first value is not below the second; swap them"
+            draft.problems.add(draft.swept[path], f"{OPTIMISE}.over.{path}", sentence)
+        if path.endswith(".exponent"):
+            sentence = "cannot be optimised, because units depend on it"
+            draft.problems.add(draft.swept[path], f"{OPTIMISE}.over.{path}", sentence)
+        always_used(draft, draft.swept[path], OPTIMISE, path)
+    objectives = _objectives(draft, section)
+    cases = _count(draft, section, "cases", (1, MOST_CASES), None)
+    seed = _count(draft, section, "seed", (0, 2**31), 0)
+    if cases is None or seed is None or not objectives or len(draft.problems) > noted:
+        return None
+    over = {path: Choice(draft.choices[path], draft.axes[path]) for path in paths}
+    return Optimise(over, objectives, cases, seed, _start(draft, over))
+
+
+def _objectives(draft: Draft, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
+    """Return the columns that are to be small or large."""
+    found: list[tuple[str, bool]] = []
+    known = {**draft.figures, **dict.fromkeys(draft.own_figures, "")}
+    for sense in SENSES:
+        written = section.value.get(sense)
+        items = [] if written is None else written.value if isinstance(written.value, list) else [written]
+        for item in items:
+            if not isinstance(item.value, str) or item.value not in known:
+                near = nearest(str(item.value), known) or f" (known: {', '.join(known)})"
+                draft.problems.add(item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is no figure of this grid{near}")
+            elif item.value in dict(found):
+                draft.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} is there twice; write it once")
+            else:
+                found.append((item.value, sense == SENSES[1]))
+    if not any(sense in section.value for sense in SENSES):
+        sentence = "is missing; write the column to make small, or maximise: the one to make large"
+        draft.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
+    return tuple(found)
+
+
+def _count(draft: Draft, section: WrittenValue, key: str, allowed: tuple[int, int], default: int | None) -> int | None:
+    """Return a whole number of the section, None where it is missing or wrong."""
+    written = section.value.get(key)
+    if written is None:
+        if default is None:
+            draft.problems.add(section, f"{OPTIMISE}.{key}", "is missing; write how many cases there may be")
+        return default
+    try:
+        value = quantity.read(written.value, "1")
+    except InputError as error:
+        draft.problems.add(written, f"{OPTIMISE}.{key}", str(error))
+        return None
+    if value != int(value) or not allowed[0] <= value <= allowed[1]:
+        sentence = f"found {written.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
+        draft.problems.add(written, f"{OPTIMISE}.{key}", sentence)
+        return None
+    return int(value)
+
+
+def _start(draft: Draft, over: Mapping[str, Choice]) -> dict[str, Any]:
+    """Return the values that the grid has written, {} unless all are there and can be chosen."""
+    found: dict[str, Any] = {}
+    for path, choice in over.items():
+        written, node = draft.written.get(path), draft.shape[path]
+        if written is None:
+            return {}
+        value: Any = written.value
+        if isinstance(node, Number):
+            exponents = draft.reached(f"{path.rpartition('.')[0]}.exponent")
+            unit = quantity.exponent_of(node.fields(draft.names)[0].unit, exponents[0] if exponents else 1.5)
+            value = quantity.read(value, unit)
+        inside = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]
+        if not inside or (isinstance(value, float) and math.isnan(value)):
+            return {}
+        found[path] = int(value) if choice.kind == WHOLE else value
+    return found
+
+
+def first(draft: Draft) -> dict[str, tuple[Any, ...]]:
+    """Return the values of the first round, path by path, {} where nothing is optimised."""
+    optimise = draft.optimise
+    return dict(zip(optimise.over, zip(*optimise.first(), strict=True), strict=True)) if optimise else {}
+
+
+def steps(draft: Draft) -> dict[str, tuple[str, ...]]:
+    """Return the paths that vary, in step; {} where nothing is optimised."""
+    return {OPTIMISE: tuple(draft.optimise.over)} if draft.optimise else {}

@@ -1,0 +1,88 @@
+"""Measured signals beside the computed ones: which case is nearest, how far the crank angle is off."""
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import NamedTuple
+
+import numpy as np
+
+from ..grid import measured
+from ..judging import features
+from ..language.errors import InputError
+from .study import Study
+
+LEAST_TURNS = 3  # revolutions that have to be measured
+MOST_CASES = 200  # that are compared: of more, those spread evenly
+ACCELERATION = "acceleration"  # in a head: that of the output body
+
+
+class Laid(NamedTuple):
+    """One measured signal beside that of a case; SI."""
+
+    channel: str
+    unit: str
+    file: str
+    case_id: str
+    compared: int  # cases
+    measured: np.ndarray  # (turns, samples of a revolution), its crank angle put right
+    computed: np.ndarray  # the same of the case
+    angle: float  # rad, by which the measured angle was ahead
+    misfit: float  # rms of the difference of the mean revolutions over the rms measured
+
+
+def lay(study: Study, file: str | PathLike) -> list[Laid]:
+    """Return the signals of a file beside those of the nearest case; InputError where they cannot be compared."""
+    units = {channel.name: channel.unit for channel in study.run.layout.channels if channel.unit}
+    units.pop("t", None)
+    names = {name: name for name in units} | _short(units)
+    signals = measured.read(file, {name: units[channel] for name, channel in names.items()})
+    ids = [str(name) for name in study.cases.index]
+    chosen = [ids[place] for place in np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MOST_CASES)).astype(int))]
+    orbits = {case_id: orbit for case_id in chosen if len(orbit := study.run.orbit(case_id)) > 1}
+    if not orbits:
+        raise InputError(f"{file}: this run has no time histories to compare with; run it with save: {{orbits: last}}")
+    best: dict[str, Laid] = {}
+    for name, values in signals.signals.items():
+        channel = names[name]
+        for case_id, orbit in orbits.items():
+            angle = _angle(signals, orbit["crank_angle"].to_numpy(), orbit["t"].to_numpy())
+            laid = _beside(angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals)
+            if channel not in best or laid[3] < best[channel].misfit:
+                best[channel] = Laid(channel, units[channel], signals.file, case_id, len(orbits), *laid)
+    return list(best.values())
+
+
+def _short(units: Mapping[str, str]) -> dict[str, str]:
+    """Return a short name of a signal -> its channel."""
+    found = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
+    return {ACCELERATION: found[0]} if found else {}
+
+
+def _angle(signals: measured.Measured, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return the crank angles (rad) of measured samples, by the mean speed of a case where they are over time."""
+    if signals.over == "crank_angle":
+        return signals.places
+    return signals.places * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
+
+
+def _beside(
+    angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: measured.Measured
+) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Return the revolutions measured and computed, the angle (rad) between them, and the misfit."""
+    turns = features.revolutions(angle, values, 0.0)
+    if len(turns) < LEAST_TURNS:
+        raise InputError(
+            f"{signals.file}: has {(angle[-1] - angle[0]) / features.TURN:.3g} revolutions; at least {LEAST_TURNS} "
+            "whole ones, from crank angle 0 on, are needed"
+        )
+    own = features.revolutions(crank_angle, computed, 0.0)
+    if not len(own):
+        raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
+    lag = features.shift(turns.mean(axis=0), own.mean(axis=0))
+    turns = np.roll(turns.ravel(), -lag)[: len(turns) * features.SAMPLES].reshape(turns.shape)
+    turns = turns[:-1] if lag else turns  # the last one has the beginning of the first
+    mean = turns.mean(axis=0)
+    size = float(np.sqrt(((mean - mean.mean()) ** 2).mean()))
+    off = float(np.sqrt(((mean - own.mean(axis=0)) ** 2).mean()))
+    ahead = features.TURN * lag / features.SAMPLES
+    return turns, own, ahead - features.TURN * (ahead > features.TURN / 2.0), off / size if size else np.inf

@@ -1,0 +1,79 @@
+"""Measured signals over the computed ones: over the crank angle, by rms, peaks and spectrum."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...judging import features
+from ...language import wording
+from ..overlay import Laid
+from ..picture import Picture
+from ..section import Block, Gallery, Section, Sentences, filled
+from ..study import Study
+from ..table import Column, Table
+
+SIZE = (6.5, 3.4)  # inches
+
+
+def section(study: Study, laid: list[Laid]) -> Section:
+    """Return the section of what was laid over a run."""
+    blocks: list[Block] = []
+    for each in laid:
+        blocks += [Sentences(_sentences(study, each)), Gallery("", _pictures(each)), _table(each)]
+    return Section("overlay", "Measured and computed", filled(blocks))
+
+
+def _sentences(study: Study, laid: Laid) -> list[str]:
+    """Return which case it is, how the angle was put right, how well it fits."""
+    setting = study.setting(laid.case_id)
+    case = f"case {wording.short_id(laid.case_id)}" + (f" ({setting})" if setting else "")
+    return [
+        f"{laid.channel}, measured in {laid.file}: {len(laid.measured)} revolutions.",
+        f"The nearest of {wording.count(laid.compared, 'case')} is {case}.",
+        f"The measured crank angle was {math.degrees(laid.angle):.3g}° ahead, which is put right here.",
+        f"The mean revolutions differ by {100.0 * laid.misfit:.3g} % (rms of the difference over the rms measured).",
+    ]
+
+
+def _pictures(laid: Laid) -> list[Picture]:
+    """Return both over the crank angle, and their spectra."""
+    scale = wording.scale(laid.unit, float(np.abs(laid.measured).max()))
+
+    def over_angle(ax: Any) -> None:
+        degrees = 360.0 * np.arange(features.SAMPLES) / features.SAMPLES
+        ax.plot(degrees, laid.measured.T / scale.factor, color="0.75", linewidth=0.6)
+        ax.plot(degrees, laid.measured.mean(axis=0) / scale.factor, color="0.3", label="measured, mean")
+        ax.plot(degrees, laid.computed.mean(axis=0) / scale.factor, color="C3", label="computed")
+        ax.set_xlabel("crank angle, °")
+        ax.set_ylabel(f"{laid.channel}, {scale.unit}")
+        ax.legend()
+
+    def spectra(ax: Any) -> None:
+        for turns, color, name in ((laid.measured, "0.3", "measured"), (laid.computed, "C3", "computed")):
+            amplitude = 2.0 * np.abs(np.fft.rfft(turns, axis=1)).mean(axis=0) / turns.shape[1]
+            ax.semilogy(np.arange(1, len(amplitude)), amplitude[1:] / scale.factor, color=color, label=name)
+        ax.set_xlabel("order of the crank")
+        ax.set_ylabel(f"amplitude, {scale.unit}")
+        ax.legend()
+
+    title = f"{laid.channel}: measured and computed"
+    text = f"{title}; they differ by {100.0 * laid.misfit:.3g} %."
+    first = Picture(title, "Grey: every measured revolution.", text, over_angle, SIZE)
+    second = Picture(f"{laid.channel}: spectra", "", f"Spectra of {laid.channel}.", spectra, SIZE)
+    return [first, second]
+
+
+def _table(laid: Laid) -> Table:
+    """Return rms, peaks and bands of the spectrum of both."""
+    both = [features.of(laid.measured), features.of(laid.computed)]
+    rows = [
+        ("rms", *(each.rms for each in both)),
+        ("peak per revolution, median", *(each.peak_median for each in both)),
+        ("peak per revolution, p95", *(each.peak_p95 for each in both)),
+    ]
+    for place, (low, high) in enumerate(features.BANDS):
+        rows.append((f"rms, orders {low} to {high}", *(each.spectrum[place] for each in both)))
+    columns = (Column("feature"), Column("measured", laid.unit), Column("computed", laid.unit))
+    key = f"overlay-{laid.channel.replace('/', '-')}"
+    return Table(key, f"Features of {laid.channel}", "", columns, rows)

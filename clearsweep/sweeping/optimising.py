@@ -1,0 +1,180 @@
+"""Looks for the best cases, round by round, with a sampler of Optuna, which is asked and told.
+
+What the sampler knows is rebuilt in every round from the cases that are there, and it is seeded by the round: the same
+results lead to the same cases however often a run was interrupted, and whatever the number of workers.
+"""
+
+import math
+from collections.abc import Iterator
+from importlib import util
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from .. import store
+from ..grid import Grid
+from ..grid.optimised import AMONG, ROUND, WHOLE, Choice
+from ..language.errors import InputError
+from .rounds import Point
+
+if TYPE_CHECKING:
+    import optuna  # an extra dependency, loaded where a round is asked for
+
+ATTEMPTS = 4  # times a round is asked for, until it has a case that was not looked at
+FAILED = 1e3  # violation of the limits that a failed case counts as: beyond what a margin of a case may be
+
+
+class Best(NamedTuple):
+    """One of the best cases; SI."""
+
+    case_id: str
+    point: Point
+    values: dict[str, float]  # by objective
+    margin: float | None  # of the limits, None where there are none
+    limiting: str | None  # the columns whose limits it exceeds, or whose limit is nearest
+    feasible: bool
+
+
+class Optimised(NamedTuple):
+    """What an optimisation came to."""
+
+    best: tuple[Best, ...]  # one, or the front; where no case keeps to the limits, the one nearest to that
+    start: Best | None  # the case that the grid has written
+    looked_at: int
+    feasible: int
+
+
+class Optimising:
+    """One optimisation, round by round."""
+
+    def __init__(self, grid: Grid):
+        assert grid.optimise is not None  # it is asked for
+        if util.find_spec("optuna") is None:
+            raise InputError("optimise: needs Optuna, which is not installed; run `pip install clearsweep[optimise]`")
+        self.optimise = grid.optimise
+        self.trials: list[_Trial] = []
+        self.seen: set[tuple[Any, ...]] = set()
+
+    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+        """Take in what the cases of a grid from the index `first` on gave."""
+        names = [column for column, _ in self.optimise.objectives]
+        for index in range(first, len(grid)):
+            k = index - first
+            point, failed = grid.point(index), judged.status[k] != "ok"
+            values = {name: float(judged.columns[name][k]) for name in names}
+            if not failed and not all(map(math.isfinite, values.values())):
+                null = [name for name, value in values.items() if not math.isfinite(value)]
+                raise InputError(
+                    f"optimise: {', '.join(null)} is null in case {grid.case_id(index)}, so that cases cannot be "
+                    "compared; take another objective, or a `figures` expression that is never null"
+                )
+            margins = {name: float(each[k]) for name, each in judged.margins.items()}
+            self.seen.add(tuple(point.values()))
+            self.trials.append(_Trial(grid.case_id(index), point, values, margins, judged.exceeded[k], failed))
+
+    def wanted(self) -> list[Point]:
+        """Return where the next cases are."""
+        left = self.optimise.cases - len(self.trials)
+        found: dict[tuple[Any, ...], Point] = {}
+        for attempt in range(ATTEMPTS if left > 0 else 0):
+            for point in self._asked(attempt, min(ROUND, left)):
+                key = tuple(point.values())
+                if key not in self.seen and len(found) < left:
+                    found.setdefault(key, point)
+            if found:
+                break
+        return list(found.values())
+
+    def result(self) -> Optimised:
+        """Return what was found, at the end."""
+        feasible = [trial for trial in self.trials if trial.violation == 0.0]
+        if feasible:
+            best = list(_front(feasible, self.optimise.objectives))
+        else:
+            best = sorted(self.trials, key=lambda trial: (trial.violation, trial.case_id))[:1]
+        own = tuple(self.optimise.start.values())
+        start = next((trial.best() for trial in self.trials if own and tuple(trial.point.values()) == own), None)
+        return Optimised(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible))
+
+    def _asked(self, attempt: int, count: int) -> Iterator[Point]:
+        """Yield the points that a sampler asks for which knows all trials."""
+        import optuna
+
+        optuna.logging.set_verbosity(optuna.logging.WARNING)
+        seed = int(np.random.SeedSequence([self.optimise.seed, len(self.trials), attempt]).generate_state(1)[0])
+        sampler = optuna.samplers.TPESampler(seed=seed, multivariate=True, n_ei_candidates=48, constant_liar=True)
+        signs = [-1.0 if large else 1.0 for _, large in self.optimise.objectives]
+        study = optuna.create_study(directions=["minimize"] * len(signs), sampler=sampler)
+        distributions = {path: _distribution(choice) for path, choice in self.optimise.over.items()}
+        good = [trial for trial in self.trials if not trial.failed]
+        worst = {name: max((sign * each.values[name] for each in good), default=0.0) for name, sign in self._signed()}
+        for trial in self.trials:
+            values = [worst[name] if trial.failed else sign * trial.values[name] for name, sign in self._signed()]
+            study.add_trial(
+                optuna.trial.create_trial(
+                    params=trial.point,
+                    distributions=distributions,
+                    values=values,
+                    constraints={"limits": trial.violation},
+                )
+            )
+        for _ in range(count):
+            asked = study.ask(distributions)
+            yield {path: asked.params[path] for path in self.optimise.over}
+
+    def _signed(self) -> list[tuple[str, float]]:
+        return [(name, -1.0 if large else 1.0) for name, large in self.optimise.objectives]
+
+
+class _Trial(NamedTuple):
+    case_id: str
+    point: Point
+    values: dict[str, float]
+    margins: dict[str, float]  # by limited column; minus infinity where it cannot be judged
+    exceeded: str
+    failed: bool
+
+    @property
+    def violation(self) -> float:
+        """Return by how much the limits are exceeded in all, 0 where none is."""
+        if self.failed:
+            return FAILED
+        beyond = [FAILED if not math.isfinite(self.margins[name]) else -self.margins[name] for name in self.names]
+        return sum(max(each, np.finfo(float).tiny) for each in beyond)
+
+    @property
+    def names(self) -> list[str]:
+        """Return the columns whose limits are exceeded."""
+        return [name for name in self.exceeded.split(",") if name]
+
+    def best(self) -> Best:
+        """Return it as an answer."""
+        finite = {name: margin for name, margin in self.margins.items() if math.isfinite(margin)}
+        nearest = min(finite, key=lambda name: finite[name], default=None)
+        values = {name: value for name, value in self.values.items() if math.isfinite(value)}
+        margin = min(finite.values(), default=None)
+        return Best(self.case_id, self.point, values, margin, self.exceeded or nearest, self.violation == 0.0)
+
+
+def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> Iterator[_Trial]:
+    """Yield the trials that no other one dominates, in order of the first objective; of one objective the best."""
+    signed = [(name, -1.0 if large else 1.0) for name, large in objectives]
+    table = np.array([[sign * trial.values[name] for name, sign in signed] for trial in trials])
+    order = sorted(range(len(trials)), key=lambda k: (*table[k].tolist(), trials[k].case_id))
+    kept: list[int] = []
+    for k in order:
+        if not any((table[other] <= table[k]).all() for other in kept):
+            kept.append(k)
+            yield trials[k]
+
+
+def _distribution(choice: Choice) -> "optuna.distributions.BaseDistribution":
+    """Return a choice as Optuna has it."""
+    from optuna import distributions
+
+    if choice.kind == AMONG:
+        return distributions.CategoricalDistribution(list(choice.values))
+    if choice.kind == WHOLE:
+        return distributions.IntDistribution(choice.values[0], choice.values[1])
+    low, high = choice.values
+    return distributions.FloatDistribution(low, high, log=choice.logarithmic)

@@ -1,0 +1,130 @@
+"""The closing lines of a run on what was sought, optimised and refined."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ..judging.verdict import KINDS, Limit
+from ..language import wording
+from .settings import friendly, joint_count, setting_text, value_text
+from .sweep import RunResult
+
+LISTED_ANSWERS = 12
+
+
+def sought(
+    result: RunResult, units: Mapping[str, str], limits: Iterable[Limit], columns: Mapping[str, str]
+) -> dict[str, Any] | None:
+    """Return what was sought and found, ready for JSON, in SI; None where nothing was sought.
+
+    units, columns : of swept paths, and of columns; limits : of the grid.
+    """
+    if result.seek is None:
+        return None
+    answers = []
+    for answer in result.answers:
+        best = [each | {"needed": _needed(limits, columns, each["margins"])} for each in answer.best]
+        answers.append(answer._asdict() | {"best": best})
+    return {"asked": result.seek.written() | {"unit": units[result.seek.path]}, "answers": answers}
+
+
+def seek_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines on what was sought."""
+    if not facts["seek"]:
+        return []
+    asked, answers = facts["seek"]["asked"], facts["seek"]["answers"]
+    end = "largest" if "largest" in asked else "smallest"
+    sought_paths = asked[end] if isinstance(asked[end], list) else [asked[end]]
+    path = sought_paths[0]
+    paths = [*facts["units"]]
+    names = wording.sentence_list([wording.axis_name(each, joint_count(paths)) for each in sought_paths])
+    lines = ["", f"The {end} {names} within the limits (all in seek.parquet)"]
+    if not answers:
+        return [*lines, "  the search was stopped before its end; run the same command again to go on"]
+    for answer in answers[:LISTED_ANSWERS]:
+        value, low, high = (value_text(path, answer[name], facts) for name in ("value", "low", "high"))
+        found = value if answer["value"] is not None else "none of the fits" if answer["fits"] else "none in the range"
+        found = f"{answer['fit']}, largest clearance {value}" if answer["fit"] else found
+        found += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
+        limiting = answer["limiting"]
+        found += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
+        setting = setting_text(answer["point"], facts)
+        lines.append(f"  {setting}: {found}" if setting else f"  {found}")
+        if answer["beyond"]:
+            names = wording.sentence_list(list(answer["beyond"]))
+            lines.append(f"    not monotone: {names} beyond it keeps to the limits, too")
+        lines += [f"    {_nearest(path, best, facts)}" for best in answer["best"][:LISTED_ANSWERS]]
+    if len(answers) > LISTED_ANSWERS:
+        lines.append(f"  and {len(answers) - LISTED_ANSWERS:,} more")
+    return lines
+
+
+def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
+    """Return how near one case of the other axes comes to its limits, and the limits that would pass there."""
+    setting = setting_text(best["point"], facts)
+    where = f"{setting}: " if setting else ""
+    if best["margin"] is None:
+        return f"{where}every case failed or cannot be judged ({best['limiting']})"
+    margin = f"{100.0 * best['margin']:.3g} %"
+    text = f"{where}best at {value_text(path, best['value'], facts)}, margin {margin}, limited by {best['limiting']}"
+    needed = [f"{name} {words}" for name, words in best["needed"].items()]
+    return f"{text}; it would pass with {wording.sentence_list(needed)}" if needed else text
+
+
+def _needed(limits: Iterable[Limit], units: Mapping[str, str], margins: Mapping[str, float]) -> dict[str, str]:
+    """Return the limits that cases with these margins exceed, each as it would pass, in words."""
+    found: dict[str, str] = {}
+    for limit in limits:
+        margin = margins.get(limit.column, 0.0)
+        if margin < 0.0:
+            size = abs(limit.value) * margin
+            passing = limit.value - size if limit.kind == KINDS[0] else limit.value + size
+            found[limit.column] = limit._replace(value=passing).words(units.get(limit.column, "1"))
+    return found
+
+
+def refine_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines on what `refine` came to."""
+    refined = facts["refined"]
+    if not refined:
+        return []
+    added, asked = refined["added"], refined["asked"]
+    if not refined["crossed"]:
+        return ["", "Refined: no cases added, as nowhere one keeps to the limits and its neighbour does not"]
+    known = (
+        "its place is known to a thousandth of the steps of the grid" if refined["whole"] else "more would narrow it"
+    )
+    boxes = f"{refined['crossed']:,} place" + "s" * (refined["crossed"] != 1)
+    return [
+        "",
+        f"Refined: {added:,} of at most {asked:,} cases added where the limits' border runs, at {boxes}; {known}",
+    ]
+
+
+def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | None:
+    """Return what `optimise` found, ready for JSON, in SI; None where nothing was optimised. `units`: of columns."""
+    found = result.optimised
+    if found is None:
+        return None
+    best, start = [each._asdict() for each in found.best], found.start and found.start._asdict()
+    names = [*found.best[0].values]
+    return found._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
+
+
+def optimise_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines on what `optimise` found."""
+    found = facts["optimised"]
+    if not found:
+        return []
+    best, start = found["best"], found["start"]
+    front = f"the front has {len(best):,} cases" if len(best) > 1 else "the best case"
+    lines = ["", f"Optimised over {found['looked_at']:,} cases: {front} (all in optimise.parquet)"]
+    if not found["feasible"]:
+        front = "none keeps to the limits; the nearest one"
+        lines[-1] = f"Optimised over {found['looked_at']:,} cases: {front} (optimise.parquet)"
+    for name, each in [*(("", each) for each in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
+        values = [f"{column} {friendly(value, found['units'][column])}" for column, value in each["values"].items()]
+        margin = "" if each["margin"] is None else f", margin {100.0 * each['margin']:.3g} % ({each['limiting']})"
+        lines.append(f"  {name}{setting_text(each['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
+    if len(best) > LISTED_ANSWERS:
+        lines.append(f"  and {len(best) - LISTED_ANSWERS:,} more")
+    return lines

@@ -1,0 +1,36 @@
+"""Values of a case in words, as the closing lines of a run have them."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from ..language import wording
+
+
+def friendly(value: float, unit: str, *, speed: bool = False) -> str:
+    """Return a value as it could stand in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
+    scale = wording.scale(unit, value, speed=speed)
+    if scale.unit.isascii() or scale.unit.startswith("µ"):
+        return f"{value / scale.factor:.4g} {scale.unit}".rstrip()
+    return f"{value:.4g} {unit}"
+
+
+def joint_count(paths: Iterable[str]) -> int:
+    """Return of how many joints dotted paths speak."""
+    return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
+
+
+def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
+    """Return the swept values of a case in words."""
+    return ", ".join(
+        f"{wording.axis_name(path, joint_count(swept))} {value_text(path, value, facts)}"
+        for path, value in swept.items()
+        if value is not None
+    )
+
+
+def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
+    """Return a swept value with its unit, and the fit that it is the mean of."""
+    if value is None or isinstance(value, str):
+        return value or "-"
+    fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
+    return friendly(value, facts["units"].get(path, "1"), speed=path.endswith("speed")) + fit

@@ -1,0 +1,166 @@
+"""Claims about `define`: quantities of a grid's own, and expressions of them in place of numbers."""
+
+import pytest
+from grid_fake import CONTACT, JOINT, TEXT, load
+
+from clearsweep.language.errors import InputError
+
+DEFINED = TEXT.replace("name: demo\n", "name: demo\ndefine: {play: 0.5 mm, d: 20 mm, r: = d / 2}\n").replace(
+    "clearance: 0.5 mm", "clearance: = play"
+)
+WHOLE = DEFINED.replace("bearing_radius: 10 mm", "bearing_radius: = r")
+
+
+def ids(grid):
+    return [grid.case_id(index) for index in range(len(grid))]
+
+
+def swept(text, values="[20 um, 50 um]"):
+    return f"{text}sweep: {{define.play: {values}}}\n"
+
+
+def test_a_defined_quantity_is_the_number_it_stands_for(at):
+    assert ids(at(WHOLE)) == ids(at(TEXT))
+
+
+def test_arithmetic_is_exact_until_the_last_rounding(at):
+    text = TEXT.replace("clearance: 0.5 mm", "clearance: = 3 * '0.1 mm'")
+    assert ids(at(text)) == ids(at(TEXT, {f"{JOINT}.clearance": "0.3 mm"}))
+
+
+@pytest.mark.parametrize(
+    ("written", "value"),
+    [
+        ("= min(play, d)", 5e-4),
+        ("= max(play, '1 mm') / 4", 2.5e-4),
+        ("= abs(-play)", 5e-4),
+        ("= sqrt(play * play)", 5e-4),
+        ("= (d - r) / 20", 5e-4),
+        ("= play + '5 um'", 5.05e-4),
+    ],
+)
+def test_every_form_of_an_expression_is_worked_out(at, written, value):
+    text = WHOLE.replace("clearance: = play", f'clearance: "{written}"')
+    if "play" not in written:
+        text = text.replace("play: 0.5 mm, ", "")
+    assert at(text).case(0).joints[0].clearance == value
+
+
+def test_expressions_stand_wherever_a_number_may(at):
+    text = WHOLE.replace("play: 0.5 mm", "play: 0.5 mm, n: 4, top: 5 kN")
+    text += f"sweep: {{{JOINT}.length: {{linspace: [= d, = 2 * d, = n]}}, drive.speed: [= '100 rpm' * n]}}\n"
+    text += "limits: {rod_slider_force_peak: = top}\n"
+    grid = at(text)
+    assert len(grid) == 4
+    assert grid.limits == {"rod_slider_force_peak": 5000.0}
+    assert grid.axes[f"{JOINT}.length"][-1] == 0.04
+
+
+def test_a_swept_name_is_worked_out_for_every_case(at):
+    text = swept(WHOLE.replace("r: = d / 2", "r: = play * 20"))
+    text = text.replace("length: 20 mm", "length: = d")
+    grid = at(text)
+    joints = [grid.case(index).joints[0] for index in range(2)]
+    assert [(joint.clearance, joint.bearing_radius) for joint in joints] == [(20e-6, 4e-4), (50e-6, 1e-3)]
+    written = [
+        at(TEXT, {f"{JOINT}.clearance": play, f"{JOINT}.bearing_radius": radius})
+        for play, radius in (("20 um", "0.4 mm"), ("50 um", "1 mm"))
+    ]
+    assert ids(grid) == [each.case_id(0) for each in written]
+    assert [*grid.identities()] == [int(each, 16) for each in ids(grid)]
+    assert grid.unit("define.play") == "m"
+
+
+def test_a_number_may_follow_from_two_axes(at):
+    text = swept(WHOLE.replace("r: = d / 2", "r: = 20 * play + d")).replace(
+        "define.play:", "define.d: [2 mm, 3 mm], define.play:"
+    )
+    grid = at(text)
+    found = {(point["define.d"], point["define.play"]) for point in map(grid.point, range(4))}
+    assert len(found) == 4
+    assert len(set(ids(grid))) == 4
+    assert all(int(name, 16) == number for name, number in zip(ids(grid), grid.identities(), strict=True))
+
+
+def test_a_resolved_grid_gives_the_same_cases(at):
+    for text in (WHOLE, swept(WHOLE), swept(WHOLE.replace("r: = d / 2", "r: = play * 20 + d"))):
+        grid = at(text)
+        again = load(grid.resolved())
+        assert ids(again) == ids(grid)
+        assert again.frame() == grid.frame()
+
+
+def test_the_defaults_of_a_number_that_follows_follow_too(at):
+    text = swept(TEXT.replace("name: demo\n", "name: demo\ndefine: {play: 50 mm}\n")).replace(
+        "crank:  {length: 50 mm", "crank:  {length: = play"
+    )
+    text = text.replace("[20 um, 50 um]", "[40 mm, 50 mm]")
+    grid = at(text)
+    assert [grid.written_case(k)["mechanism"]["crank"]["center"] for k in range(2)] == [0.02, 0.025]
+    assert ids(load(grid.resolved())) == ids(grid)
+
+
+def test_an_override_of_a_name_holds(at):
+    assert at(WHOLE, {"define.play": "0.4 mm"}).case(0).joints[0].clearance == 4e-4
+
+
+WRONG = {
+    "circle": ("r: = d / 2", "r: = d + e, e: = r", "define.r: is made of itself: r -> e -> r; break the circle"),
+    "unit": ("clearance: = play", "clearance: = play * d", "found '1e-05 m^2', whose unit m^2 has another dimension"),
+    "expression shown": ("clearance: = play", "clearance: = play * d", "(found is the value of '= play * d')"),
+    "sum": ("clearance: = play", "clearance: = play + 1", "'play' in m and '1' in 1 cannot be added"),
+    "unknown": ("clearance: = play", "clearance: = ploy", "is not defined under `define`; did you mean 'play'?"),
+    "unused": ("play: 0.5 mm", "play: 0.5 mm, spare: 2", "define.spare: is used by nothing"),
+    "shadows a unit": ("play: 0.5 mm", "play: 0.5 mm, mm: 2", "define.mm: is a unit"),
+    "shadows a function": ("play: 0.5 mm", "play: 0.5 mm, sqrt: 2", "define.sqrt: is a function of expressions"),
+    "shadows a column": ("r: = d / 2", "r: = d / 2, steps: 2", "define.steps: is the name of a column"),
+    "no identifier": ("play: 0.5 mm", "play: 0.5 mm, a-b: 2", "define.a-b: is no name"),
+    "a cut comma": ("clearance: = play", "clearance: = min(play", "an expression with a comma is written in quotes"),
+    "by zero": ("clearance: = play", "clearance: = play / (1 - 1)", "has no value here"),
+    "no quantity": ("play: 0.5 mm", "play: wide", "define.play: found 'wide', which does not begin with a number"),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "message"), WRONG.values(), ids=WRONG)
+def test_a_mistake_is_told_with_its_place(told, old, new, message):
+    problems = told(WHOLE.replace(old, new))
+    assert any(message in each for each in problems), problems
+    assert all(each.split(":")[1].isdigit() for each in problems)
+
+
+def test_an_axis_over_an_expression_is_refused(told):
+    (problem,) = told(f"{WHOLE}sweep: {{{JOINT}.clearance: [20 um, 50 um]}}\n")
+    assert f"{JOINT}.clearance: varies, but its value is the expression '= play'" in problem
+
+
+def test_what_cannot_vary_with_a_name_is_refused(told):
+    text = swept(WHOLE.replace("play: 0.5 mm", "play: 0.5 mm, n: 10")).replace(
+        "define.play:", "define.n: [2, 3], define.play:"
+    )
+    problems = told(text + "limits: {rod_slider_force_peak: = n * '1 kN'}\n")
+    assert any("is made of define.n, which varies; only the numbers of a case may be" in each for each in problems)
+    text = text.replace("restitution: 0.9", "restitution: 0.9, exponent: = n / 4")
+    problems = told(text.replace("      restitution: 0.9, ", "      restitution: 0.9\n      "))
+    assert any(f"{CONTACT}.exponent: is made of define.n, which varies; this value cannot" in each for each in problems)
+
+
+def test_a_value_out_of_range_on_an_axis_is_refused(told):
+    problems = told(swept(WHOLE, "[20 um, 11 mm]"))
+    assert any(f"{JOINT}.clearance: found" in each and "the journal would have no radius" in each for each in problems)
+    (problem,) = told(swept(WHOLE.replace("clearance: = play", "clearance: = play - '30 um'")))
+    assert "comes to -1e-05, out of range; allowed: above 0 (m)" in problem
+
+
+def test_numbers_of_one_name_vary_together(at):
+    text = swept(WHOLE.replace("r: = d / 2", "r: = play + d / 2"), "[1 mm, 20 mm]")
+    assert len(at(text)) == 2
+
+
+def test_a_grid_without_expressions_has_the_bits_it_had(at):
+    assert at(TEXT).defined.follow == {}
+    assert "define" not in at(TEXT).resolved()
+
+
+def test_no_name_is_an_error():
+    with pytest.raises(InputError, match="defines nothing"):
+        load({"define": {}, "mechanism": {"type": "slider-crank"}})

@@ -1,0 +1,167 @@
+"""Claims about `optimise`: the best of ordinary cases, the same however often it was interrupted."""
+
+import pyarrow.parquet as pq
+import pytest
+from fake_physics import FAILS, GOOD, Fake, grid
+from fake_sweeps import sweep
+from grid_fake import JOINT, TEXT
+from grid_fake import load as grid_load
+
+import clearsweep
+from clearsweep import grid as grids
+from clearsweep.grid.optimised import Choice
+from clearsweep.language.errors import InputError
+from clearsweep.report import study
+from clearsweep.report.sections.optimised import sections
+from clearsweep.sweeping import closing
+
+MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"
+
+
+def quiet(source, out, **options):
+    return sweep(source, out, executor="serial", show_progress=False, **options)
+
+
+def asked(cases=40, **changes):
+    """Return a grid whose force peak (N), which is the mass (kg), is to come near 0.4."""
+    section = {"over": {MASS: ["0.1 kg", "0.9 kg"]}, "minimise": "miss", "cases": cases} | changes
+    whole = grid(1, (GOOD,), orbits="none")
+    whole.pop("sweep")
+    return whole | {"figures": {"miss": "abs(rod_slider_force_peak - '0.4 N')"}, "optimise": section}
+
+
+def best(out):
+    return pq.read_table(out / "optimise.parquet").to_pylist()
+
+
+def test_the_best_case_is_found_among_ordinary_cases(tmp_path):
+    result = quiet(asked(), tmp_path / "run")
+    assert result.ran == len(clearsweep.open(tmp_path / "run").summary) == 40
+    (row,) = best(tmp_path / "run")
+    assert row[MASS] == pytest.approx(0.4, abs=0.02)
+    summary = clearsweep.open(tmp_path / "run").summary
+    assert row["miss"] == summary["miss"].min()
+    assert "Optimised over 40 cases" in closing.run_text(closing.of_run(result))
+    assert clearsweep.open(tmp_path / "run").optimise["case_id"][0] == row["case_id"]
+
+
+def test_run_again_it_has_the_same_cases_and_the_same_bytes(tmp_path):
+    quiet(asked(), tmp_path / "a")
+    again = quiet(asked(), tmp_path / "a")
+    assert again.ran == 0
+    quiet(asked(16), tmp_path / "b")  # what a run has that was stopped after a round
+    more = quiet(asked(), tmp_path / "b")
+    assert more.ran == 24
+    for name in ("a", "b"):
+        assert (tmp_path / name / "optimise.parquet").read_bytes() == (tmp_path / "a/optimise.parquet").read_bytes()
+
+
+def test_limits_are_constraints(tmp_path):
+    result = quiet(asked() | {"limits": {"rod_slider_force_peak": 0.3}}, tmp_path / "run")
+    (row,) = best(tmp_path / "run")
+    assert 0.27 < row[MASS] <= 0.3
+    assert row["limiting"] == "rod_slider_force_peak"
+    none = quiet(asked() | {"limits": {"rod_slider_force_peak": 0.05}}, tmp_path / "run")
+    assert (result.exit_code, none.exit_code) == (0, 0)
+    (row,) = best(tmp_path / "run")
+    assert row["margin"] < 0.0
+    assert row["limiting"] == "rod_slider_force_peak"
+    assert "none keeps to the limits" in closing.run_text(closing.of_run(none))
+
+
+def test_of_two_objectives_the_front_is_given(tmp_path):
+    source = asked(minimise=["miss", "rod_slider_force_peak"], over={MASS: ["0.1 kg", "0.9 kg"]})
+    quiet(source, tmp_path / "run")
+    rows = best(tmp_path / "run")
+    assert len(rows) > 5
+    assert all(row[MASS] <= 0.42 for row in rows)
+    peaks = [row["rod_slider_force_peak"] for row in rows]
+    assert peaks == sorted(peaks, reverse=True)
+    (largest,) = best_of(tmp_path / "large", asked(minimise=None, maximise="rod_slider_force_peak"))
+    assert largest[MASS] > 0.85
+
+
+def best_of(out, source):
+    source["optimise"] = {key: value for key, value in source["optimise"].items() if value is not None}
+    quiet(source, out)
+    return best(out)
+
+
+def test_the_case_that_is_written_is_looked_at_first(tmp_path):
+    source = asked()
+    result = quiet(source, tmp_path / "run")
+    own = grids.load(source, Fake.catalogue())
+    assert result.optimised.start.point[MASS] == own.optimise.start[MASS]
+    assert own.point(0)[MASS] == own.optimise.start[MASS]
+
+
+def test_failed_cases_are_infeasible(tmp_path):
+    source = asked(over={MASS: ["0.1 kg", "0.9 kg"], GRAVITY: {"among": [GOOD, FAILS]}}, cases=32)
+    result = quiet(source, tmp_path / "run")
+    assert result.failed > 0
+    (row,) = best(tmp_path / "run")
+    assert row[GRAVITY] == GOOD
+
+
+def test_a_null_objective_is_an_error(tmp_path):
+    source = asked() | {"figures": {"miss": "rod_slider_force_peak / (rod_slider_force_peak - rod_slider_force_peak)"}}
+    with pytest.raises(InputError, match="miss is null in case"):
+        quiet(source, tmp_path / "run")
+
+
+def test_a_resolved_grid_asks_for_the_same_cases():
+    own = grids.load(asked(), Fake.catalogue())
+    again = grids.load(own.resolved(), Fake.catalogue())
+    assert [*again.identities()] == [*own.identities()]
+    assert again.frame() == own.frame()
+
+
+OPTIMISED = (
+    TEXT
+    + f"""\
+optimise:
+  over: {{{JOINT}.clearance: [20 um, 300 um], {JOINT}.contact.law: {{among: [hunt-crossley, flores]}}}}
+  minimise: rod_slider_force_peak
+  cases: 20
+"""
+)
+
+
+def test_laws_fits_and_whole_numbers_are_chosen(at):
+    own = at(OPTIMISED)
+    assert {own.point(k)[f"{JOINT}.contact.law"] for k in range(len(own))} == {"hunt-crossley", "flores"}
+    assert [*grid_load(own.resolved()).identities()] == [*own.identities()]
+    fits = at(OPTIMISED.replace("[20 um, 300 um]", "{among: {fits: [H7/g6, H7/f7]}}"))
+    assert len({fits.point(k)[f"{JOINT}.clearance"] for k in range(len(fits))}) == 2
+    assert Choice("whole", (2, 5)).at(0.99) == 5
+    assert Choice("range", (1.0, 100.0)).at(0.5) == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("minimise: rod_slider_force_peak", "minimise: rod_slider_force_peek", "did you mean 'rod_slider_force_peak'"),
+        ("  minimise: rod_slider_force_peak\n", "", "optimise.minimise: is missing"),
+        ("cases: 20", "cases: none", "optimise.cases: found 'none'"),
+        ("[20 um, 300 um]", "[300 um, 20 um]", "is not below the second"),
+        ("[20 um, 300 um]", "20 um", "expected [low, high], {among: [...]}"),
+        ("{among: [hunt-crossley, flores]}", "[hunt-crossley, flores]", "this key takes {among: [...]}"),
+        ("cases: 20", "cases: 20\n  case: 3", "unknown key 'case'; did you mean 'cases'?"),
+        ("optimise:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\noptimise:\n", "stands beside `sweep`"),
+    ],
+)
+def test_a_mistake_is_told(told, old, new, message):
+    problems = told(OPTIMISED.replace(old, new))
+    assert any(message in each for each in problems), problems
+
+
+def test_the_report_has_the_best_cases(tmp_path):
+    out = tmp_path / "run"
+    quiet(asked(minimise=["miss", "rod_slider_force_peak"]), out)
+    made = sections(study.prepare(clearsweep.open(out)))
+    assert [section.key for section in made] == ["optimise"]
+
+
+def test_shards_cannot_optimise(tmp_path):
+    with pytest.raises(InputError, match="optimise"):
+        quiet(asked(), tmp_path / "run", shard="1/2")
