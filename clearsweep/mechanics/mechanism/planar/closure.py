@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, Guide, Machine, Stretch
+from ....contracts.machine import GROUND, Guide, Machine, Slot, Stretch
+from .component import component, dot, left
 
 STATIONS = 720  # of a turn, at which the machine is closed
 COARSE = 24  # of them, found one after the other; the others begin between these
@@ -59,7 +60,9 @@ class Closure:
         self.held = [
             joint for joint in machine.joints if isinstance(joint, Stretch)
         ]  # not stretched: without clearance
-        self.rows = 2 * len(machine.joints) + 1 + len(self.held)
+        sizes = [1 if isinstance(joint, Slot) else 2 for joint in machine.joints]
+        self.first = np.concatenate([[0], np.cumsum(sizes)])  # row of each joint, and of what comes behind them
+        self.rows = int(self.first[-1]) + 1 + len(self.held)
         if self.rows != 3 * len(self.names):
             free = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
@@ -78,7 +81,7 @@ class Closure:
         c, s = np.cos(q[:, i + 2]), np.sin(q[:, i + 2])
         arm = np.stack([c * local[0] - s * local[1], s * local[0] + c * local[1]], -1)
         rate = first[:, i + 2, None]
-        return q[:, i : i + 2] + arm, first[:, i : i + 2] + rate * _left(arm), -(rate**2) * arm, _left(arm)
+        return q[:, i : i + 2] + arm, first[:, i : i + 2] + rate * left(arm), -(rate**2) * arm, left(arm)
 
     def evaluate(self, q, angles, first=None):
         """Return constraints (N, rows), their derivatives (N, rows, 3 bodies), and what the second derivative lacks."""
@@ -87,18 +90,23 @@ class Closure:
         values, lacking = np.zeros((count, self.rows)), np.zeros((count, self.rows))
         jacobian = np.zeros((count, self.rows, q.shape[1]))
         for joint in self.machine.joints:
+            if isinstance(joint, Slot):
+                across = component(self, joint, joint.axis + 0.5 * math.pi, q, first)
+                values[:, row], jacobian[:, row], lacking[:, row] = across
+                row += 1
+                continue
             (p, dp, ddp, lever_p), (d, dd, ddd, lever_d) = (
                 self.end(at, q, first) for at in (joint.proximal, joint.distal)
             )
             ends = ((joint.proximal.body, -1.0, lever_p), (joint.distal.body, 1.0, lever_d))
             if isinstance(joint, (Guide, Stretch)):
-                angle_p, rate = self._angle(joint.proximal.body, q), self._angle(joint.proximal.body, first)
+                angle_p, rate = self.angle(joint.proximal.body, q), self.angle(joint.proximal.body, first)
                 along = np.stack([np.cos(angle_p + joint.axis), np.sin(angle_p + joint.axis)], -1)
-                normal, gap = _left(along), d - p
-                values[:, row] = self._angle(joint.distal.body, q) - angle_p
-                values[:, row + 1] = _dot(normal, gap)
+                normal, gap = left(along), d - p
+                values[:, row] = self.angle(joint.distal.body, q) - angle_p
+                values[:, row + 1] = dot(normal, gap)
                 lacking[:, row + 1] = (
-                    _dot(normal, ddd - ddp) - 2.0 * rate * _dot(along, dd - dp) - rate**2 * _dot(normal, gap)
+                    dot(normal, ddd - ddp) - 2.0 * rate * dot(along, dd - dp) - rate**2 * dot(normal, gap)
                 )
                 for body, sign, lever in ends:
                     if body == GROUND:
@@ -106,9 +114,9 @@ class Closure:
                     i = 3 * self.index[body]
                     jacobian[:, row, i + 2] = sign
                     jacobian[:, row + 1, i : i + 2] = sign * normal
-                    jacobian[:, row + 1, i + 2] = sign * _dot(normal, lever)
+                    jacobian[:, row + 1, i + 2] = sign * dot(normal, lever)
                     if body == joint.proximal.body:
-                        jacobian[:, row + 1, i + 2] -= _dot(along, gap)
+                        jacobian[:, row + 1, i + 2] -= dot(along, gap)
             else:
                 values[:, row : row + 2] = d - p - np.asarray(self.offsets.get(joint.name, (0.0, 0.0)))
                 lacking[:, row : row + 2] = ddd - ddp
@@ -120,27 +128,14 @@ class Closure:
                     jacobian[:, row : row + 2, i + 2] = sign * lever
             row += 2
         for joint in self.held:
-            values[:, row], jacobian[:, row], lacking[:, row] = self._stretched(joint, q, first)
+            values[:, row], jacobian[:, row], lacking[:, row] = component(self, joint, joint.axis, q, first)
             row += 1
         values[:, row] = q[:, 3 * self.crank + 2] - angles
         jacobian[:, row, 3 * self.crank + 2] = 1.0
         return values, jacobian, lacking
 
-    def _stretched(self, joint: Stretch, q, first):
-        """Return the stretch of a spring (N,), its derivatives, and what its second derivative lacks."""
-        (p, dp, ddp, lever_p), (d, dd, ddd, lever_d) = (self.end(at, q, first) for at in (joint.proximal, joint.distal))
-        turned, rate = self._angle(joint.proximal.body, q) + joint.axis, self._angle(joint.proximal.body, first)
-        along = np.stack([np.cos(turned), np.sin(turned)], -1)
-        normal, gap, row = _left(along), d - p, np.zeros_like(q)
-        for body, sign, lever in ((joint.proximal.body, -1.0, lever_p), (joint.distal.body, 1.0, lever_d)):
-            i = 3 * self.index[body]
-            row[:, i : i + 2] = sign * along
-            row[:, i + 2] = sign * _dot(along, lever)
-        row[:, 3 * self.index[joint.proximal.body] + 2] += _dot(normal, gap)
-        lacking = _dot(along, ddd - ddp) + 2.0 * rate * _dot(normal, dd - dp) - rate**2 * _dot(along, gap)
-        return _dot(along, gap), row, lacking
-
-    def _angle(self, body, q):
+    def angle(self, body, q):
+        """Return the angle of a body (N,) rad, or its derivative."""
         return np.zeros(len(q)) if body == GROUND else q[:, 3 * self.index[body] + 2]
 
     # ------------------------------------------------------------------------------------------ positions
@@ -151,8 +146,9 @@ class Closure:
         unit = np.ones(self.rows)
         row = 0
         for joint in self.machine.joints:
-            unit[row : row + 2] = (1.0, self.size) if isinstance(joint, (Guide, Stretch)) else (self.size, self.size)
-            row += 2
+            unit[row] = 1.0 if isinstance(joint, (Guide, Stretch)) else self.size
+            unit[row + 1] = self.size  # of a slot, the next row's, which is set then
+            row += 1 if isinstance(joint, Slot) else 2
         unit[row:-1] = self.size
         return jacobian * scale / unit[:, None]
 
@@ -231,7 +227,7 @@ class Closure:
                     (
                         joint
                         for joint in self.machine.joints
-                        if isinstance(joint, (Guide, Stretch)) == guides
+                        if isinstance(joint, (Guide, Stretch, Slot)) == guides
                         and (joint.proximal.body in placed) != (joint.distal.body in placed)
                     ),
                     None,
@@ -276,7 +272,8 @@ class Closure:
         angles = given.copy()
         angles[self.crank] = angle
         values, _, _ = self.evaluate(self._hung(angles)[None], np.array([angle]))
-        joint = self.machine.joints[int(np.argmax(np.abs(values[0, : 2 * len(self.machine.joints)]))) // 2]
+        worst = int(np.argmax(np.abs(values[0, : self.first[-1]])))
+        joint = self.machine.joints[int(np.searchsorted(self.first, worst, side="right")) - 1]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
     # ------------------------------------------------------------------------------------------ a turn
@@ -389,11 +386,3 @@ def extent(body) -> float:
     """Return the largest distance (m) between two points of a body, its centre of mass among them."""
     points = np.array([body.center, *body.points.values()])
     return float(np.max(np.hypot(*(points[:, None] - points[None]).T)))
-
-
-def _left(vector):
-    return np.stack([-vector[..., 1], vector[..., 0]], -1)
-
-
-def _dot(a, b):
-    return np.sum(a * b, -1)
