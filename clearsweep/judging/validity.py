@@ -150,7 +150,7 @@ _TOLD = {
     UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "The temperature of a film or a warm joint is not known",
     FRICTION_HEAT: f"Friction heats a dry joint by more than {HEATING:g} K, at {LEADS:g} W/K unless thermal says more",
     BALL: "A stiffness that follows from the material is that of a ball in a socket",
-    FILM_UNSURE: "The temperature of a film or a warm joint is uncertain by more than a tenth of its rise above ambient",
+    FILM_UNSURE: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
     IMBALANCE: "The energies do not add up as closely as the tolerance promises",
     UNCHECKED: "The error check came to nothing",
     UNREACHED: "A life does not come to its limit",

@@ -1,4 +1,4 @@
-"""Cases of the stability table with loads, free cranks, four-bars, guides and elastic rods: a factorial drawn once, by a seed.
+"""Cases of the stability table with loads, free cranks, four-bars, guides, elastic rods: a factorial drawn by a seed.
 
 Each family has FOLD cases.  In every factor each level occurs equally often, in an order drawn at random: a balanced
 factorial.  Stiffness is between what the load presses by half a millimetre and what oscillates CYCLES times in a
