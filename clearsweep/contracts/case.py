@@ -194,6 +194,7 @@ class Joint(NamedTuple):
     tilt: tuple[float, ...] = ()  # rad, rotation vector of the bearing, about x and y of its body
     offset: tuple[float, ...] = ()  # m, of the bearing's middle, along the axes of its body
     axial: Contact | None = None  # at a flange; None: as `contact`
+    slot_length: float | None = None  # m, between the centres of the ends of a slot
     thermal: Thermal | None = None  # of a dry joint
     temperature: float | None = None  # K, of both its bodies, where its heat balance has found it
     walls: str | None = None  # 'spread', else the walls of a spatial joint bear at the journal's ends

@@ -114,8 +114,8 @@ class JointSite(NamedTuple):
     name: str  # as in the grid: 'rod-slider'
     proximal: str  # the body towards the drive
     distal: str
-    kind: str = "revolute"  # 'guide': prismatic; 'spatial', with flanges, or 'through', without; or 'line': a gap with
-    # two ends, which is always there
+    kind: str = "revolute"  # 'guide': prismatic; 'slot': a pin in one; 'spatial', with flanges, or 'through', without;
+    # or 'line': a gap with two ends, which is always there
     journal: str = ""  # the body it sits on unless the grid says otherwise; left out: the distal one
 
     @property

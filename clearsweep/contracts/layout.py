@@ -252,6 +252,7 @@ def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True
     """Return the columns that settle as a run grows longer, or those that do not, with everything in every joint."""
     kinds: dict[str, set] = {
         "guide": {"friction"},
+        "slot": {"friction"},
         "spatial": {"wear", "spatial", "axial", "friction"},
         "through": {"wear", "spatial", "friction"},
     }

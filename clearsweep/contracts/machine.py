@@ -69,6 +69,15 @@ class Guide(NamedTuple):
     axis: float  # rad, of the line in the frame of the proximal body
 
 
+class Slot(NamedTuple):
+    """A pin in a straight slot: the distal point stays on a line through the proximal one, and may turn."""
+
+    name: str
+    proximal: At
+    distal: At
+    axis: float  # rad, of the line in the frame of the proximal body
+
+
 class Stretch(NamedTuple):
     """A spring and damper between two segments of an elastic link, which a guide keeps on one line."""
 
@@ -173,7 +182,9 @@ class Machine(NamedTuple):
     """A planar machine."""
 
     bodies: Mapping[str, Body]  # 'ground' among them
-    joints: tuple  # of Pin and Guide, in the order in which they were written; of Stretch where links are in segments
+    joints: (
+        tuple  # of Pin, Guide and Slot, in the order in which they were written; of Stretch where links are in segments
+    )
     driven: str  # name of the Pin that the drive turns: its proximal body is the ground
     drive: tuple  # Constant, Course or Motor
     gravity: float  # m/s^2, along -y

@@ -20,7 +20,7 @@ class JointOutline(NamedTuple):
     """A joint of a `planar` mechanism; its two points are 'body.point', '' where that could not be read."""
 
     name: str
-    type: str  # 'revolute' or 'prismatic'
+    type: str  # 'revolute', 'prismatic' or 'slot'
     proximal: str
     distal: str
     journal: str = ""  # a body; '': the distal one

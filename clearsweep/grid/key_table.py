@@ -69,6 +69,11 @@ _GUIDE = (
     Field("length", "m", "of the block along the guide"),
     Field("height", "m", "of the block across the guide"),
 )
+_SLOT = (
+    Field("clearance", "m", "between the pin and each of the walls, where it is in the middle"),
+    Field("bearing_radius", "m", "half the width of the slot; the pin's radius is smaller by the clearance"),
+    Field("slot_length", "m", "of the slot, between the centres of its rounded ends", low_open=False),
+)
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -336,6 +341,17 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
     enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.sticks)))
 
 
+def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Enter a pin in a straight slot, which always has clearance."""
+    tree[path] = Section("a pin in a straight slot with rounded ends")
+    enter_numbers(tree, path, _SLOT)
+    enter_contact(tree, path, catalogue._replace(laws=pointed(catalogue)))
+    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
+        del tree[inner]
+    tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
+    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.remembers)))
+
+
 def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Enter a joint of which the grid says whether it is a pin or a guide: all keys of both."""
     _revolute(tree, path, site, catalogue)
@@ -343,6 +359,7 @@ def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
     enter_numbers(
         tree, path, tuple(field._replace(text=f"of a guide: {field.text}", optional=True) for field in _GUIDE[2:])
     )
+    enter_numbers(tree, path, (_SLOT[2]._replace(text=f"of a slot: {_SLOT[2].text}", optional=True),))
 
 
 def _through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
@@ -363,6 +380,7 @@ _SITES = {
     "line": _gap,
     "revolute": _revolute,
     "guide": _guide,
+    "slot": _slot,
     "spatial": _flanged,
     "through": _through,
     ANY: _either,

@@ -47,6 +47,12 @@ def _bodies(draft: Draft) -> None:
         draft.problems.add(draft.place(section), f"{section}.{GROUND}", sentence)
         return
     links = []
+    for joint in outline.joints if outline.spatial else ():
+        if joint.type == "slot":
+            path = f"mechanism.joints.{joint.name}"
+            draft.problems.add(
+                draft.place(path), f"{path}.type", "a slot is not known in space; write a planar mechanism"
+            )
     for joint in outline.joints:
         ends = _ends(draft, joint)
         path = f"mechanism.joints.{joint.name}"
@@ -141,8 +147,8 @@ def _elastic(draft: Draft, body: str) -> None:
         draft.problems.add(draft.place(path), f"{path}.between", sentence)
     for joint in draft.outline.joints:
         at = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
-        if at is not None and (joint.type == "prismatic" or at not in ends):
-            what = "a guide" if joint.type == "prismatic" else f"at {at}"
+        if at is not None and (joint.type != "revolute" or at not in ends):
+            what = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {at}")
             sentence = f"{joint.name}, {what}, is on it, which is not known: a link gives between its two pins alone"
             draft.problems.add(draft.place(path), path, sentence)
     for load in draft.outline.loads:
@@ -179,18 +185,20 @@ def _guides(draft: Draft, sticking: set[str]) -> None:
     """Check that what moves in an open guide can turn, and that nothing stands beside it that is not known there."""
     for site in draft.mechanism.joints:
         path = f"joints.{site.name}"
-        if site.kind != "guide" or not isinstance(draft.shape.get(path), Section):
+        if site.kind not in ("guide", "slot") or not isinstance(draft.shape.get(path), Section):
             continue
         inertia = "mechanism.slider.inertia"
-        if inertia in draft.shape and not draft.there(inertia):
+        if site.kind == "guide" and inertia in draft.shape and not draft.there(inertia):
             sentence = f"is missing; with clearance in {site.name} the slider turns: write such as 1e-4 kg*m^2"
             draft.problems.add(draft.place("mechanism.slider"), inertia, sentence)
         for other in (other for other in draft.shape if other.endswith(".wear") and other.startswith("joints.")):
-            sentence = f"is not computed beside clearance in {site.name}, a guide; leave it out"
+            sentence = f"is not computed beside clearance in {site.name}, a {site.kind}; leave it out"
             draft.problems.add(draft.place(other), other, sentence)
         for other in (path for path in draft.names if path.endswith(".friction.law")):
             for law in sorted(draft.names[other] & sticking):
-                sentence = f"{law} sticks, which is not known beside clearance in {site.name}, a guide; choose another"
+                sentence = (
+                    f"{law} sticks, which is not known beside clearance in {site.name}, a {site.kind}; choose another"
+                )
                 draft.problems.add(draft.place(other), other, sentence)
         if "seated" in draft.reached("simulate.start"):
             sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"

@@ -132,7 +132,8 @@ def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:
     """Return the outline of a joint."""
     ends = _pair(section.get("between"))
     journal = section.get("journal")
-    kind = "prismatic" if section.get("type") == "prismatic" else "revolute"
+    written = section.get("type")
+    kind = written if written in ("prismatic", "slot") else "revolute"
     return JointOutline(name, kind, *ends, journal if isinstance(journal, str) else "")
 
 

@@ -1,4 +1,4 @@
-"""Cases of the stability table with loads, free cranks, four-bars and guides: a factorial drawn once, by a seed.
+"""Cases of the stability table with loads, free cranks, four-bars, guides, elastic rods: a factorial drawn by a seed.
 
 Each family has FOLD cases.  In every factor each level occurs equally often, in an order drawn at random: a balanced
 factorial.  Stiffness is between what the load presses by half a millimetre and what oscillates CYCLES times in a
@@ -28,7 +28,7 @@ Levels = dict[str, float]
 
 def cases() -> list[Extreme]:
     """Return all cases."""
-    families = {"loaded": _loaded, "free crank": _free, "four-bar": _four_bar, "guide": _guide}
+    families = {"loaded": _loaded, "free crank": _free, "four-bar": _four_bar, "guide": _guide, "elastic rod": _elastic}
     draw = np.random.default_rng(SEED)
     return [
         Extreme(f"{name}/{number:02d} {_said(levels)}", make(levels))
@@ -114,3 +114,12 @@ def _guide(levels: Levels) -> Section:
     joint = _joint(levels) | {"length": 0.06, "height": 0.03}
     mechanism = _slider_crank(levels, inertia=5e-5 * levels["mass"])
     return _grid(levels, mechanism, {"slider-ground": joint}, _pressed(levels))
+
+
+def _elastic(levels: Levels) -> Section:
+    """Return a slider-crank whose rod gives: from as much as rubber to as little as ten of steel."""
+    mechanism = _slider_crank(levels)
+    softer = levels["softness"] * (1.0 if levels["restitution"] < 0.8 else 0.5)
+    damping = 0.1 if levels["restitution"] < 0.1 else 0.01
+    mechanism["rod"]["elastic"] = {"axial_stiffness": 4e9 * 1e-4**softer, "segments": 4, "damping": damping}
+    return _grid(levels, mechanism, {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}, _pressed(levels))

@@ -11,7 +11,7 @@ import numpy as np
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ..compiled.vector import Vector
-from . import dry, guide, lubricated, spatial, worn
+from . import dry, guide, lubricated, slot, spatial, worn
 from .elastic.conformal import Foundation
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
@@ -92,6 +92,9 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     law, elastic = contact_terms(joint)
     if joint.is_guide:
         return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, friction_term(joint))
+    if joint.slot_length is not None:
+        half = 0.5 * joint.slot_length
+        return slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, law, elastic, friction_term(joint))
     if joint.is_spatial:
         return _spatial_term(joint)
     pressed = dry.Joint(

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 
 from ...contracts.catalogue import Choice, Field, Keys
-from ...contracts.machine import At, Guide, Pin
+from ...contracts.machine import At, Guide, Pin, Slot
 from ...contracts.outline import ANY, GROUND, JointOutline, Outline
 
 _AXIS = Field(
@@ -16,10 +16,10 @@ _ALONG = Field("along", "rad", "the direction in which the point is followed", -
 def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
     """Yield the sections of a joint, `ends` being the points that it can join."""
     path = f"mechanism.joints.{joint.name}"
-    kind = Choice("type", ("revolute", "prismatic"), "a pin or a guide")
+    kind = Choice("type", ("revolute", "prismatic", "slot"), "a pin, a guide, or a pin in a slot of the proximal body")
     bodies = tuple(filter(None, joint.bodies))
     journal = (Choice("journal", bodies, "the body that its journal sits on", bodies[-1] if bodies else ANY),)
-    words = (kind,) if joint.type == "prismatic" else (kind, *journal)
+    words = (kind,) if joint.type in ("prismatic", "slot") else (kind, *journal)
     yield Keys(path, "a joint", () if joint.type == "revolute" else (_AXIS,), words=words)
     texts = ("the proximal point, body.point", "the distal point")
     between = tuple(Choice(str(k), ends, text) for k, text in enumerate(texts))
@@ -50,9 +50,10 @@ def pair_of(values, path: str) -> tuple[float, float]:
     return values[f"{path}.0"], values[f"{path}.1"]
 
 
-def joint_of(values, joint: JointOutline) -> Pin | Guide:
+def joint_of(values, joint: JointOutline) -> Pin | Guide | Slot:
     """Return a joint of a case."""
     ends = [At(*end.split(".", 1)) for end in (joint.proximal, joint.distal)]
     if joint.type == "revolute":
         return Pin(joint.name, *ends)
-    return Guide(joint.name, *ends, values[f"joints.{joint.name}.axis"])
+    form = Slot if joint.type == "slot" else Guide
+    return form(joint.name, *ends, values[f"joints.{joint.name}.axis"])

@@ -51,13 +51,13 @@ def outlined(outline: Outline) -> Mechanism:
 
 
 def _site(joint: JointOutline) -> JointSite:
-    kind = {"prismatic": "guide", ANY: ANY}.get(joint.type, "revolute")
+    kind = {"prismatic": "guide", "slot": "slot", ANY: ANY}.get(joint.type, "revolute")
     return JointSite(joint.name, *joint.bodies, kind, joint.journal)
 
 
 def _keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the bodies, the joints and what else describes a mechanism."""
-    pins = tuple(joint.name for joint in outline.joints if joint.type != "prismatic")
+    pins = tuple(joint.name for joint in outline.joints if joint.type not in ("prismatic", "slot"))
     driven = Choice("driven", pins, "the revolute joint that the drive turns, from the ground to the crank")
     yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(FLAG,))
     yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")
@@ -104,7 +104,7 @@ def machine(case: Case) -> Machine:
 
 MECHANISM = Mechanism(
     "planar",
-    "any mechanism of rigid bodies in a plane with revolute and prismatic joints, each of which may have clearance",
+    "any mechanism of bodies in a plane with revolute and prismatic joints and slots, each of which may have clearance",
     "Newton-Euler; the ideal joints are eliminated, their loops closed to rounding",
     "Newton-Euler of rigid bodies in a plane, see mechanics/mechanism/planar",
     "Bodies, points and joints have the names that the grid gives them.",

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.catalogue import Channel
-from ....contracts.machine import GROUND, Aim, At, Course, Guide, Machine, Motor, Stretch
+from ....contracts.machine import GROUND, Aim, At, Course, Guide, Machine, Motor, Slot, Stretch
 from ...joint.contract import Load
 from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
@@ -162,7 +162,7 @@ def _value(machine: Machine, opened: frozenset[str]) -> Planar:
         site: tuple = Open() if joint.name in opened else Closed()
         ends = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_point(machine, joint.proximal), _point(machine, joint.distal))
-        if isinstance(joint, (Guide, Stretch)):
+        if isinstance(joint, (Guide, Stretch, Slot)):
             held = isinstance(joint, Stretch)
             site = Sprung(joint.stiffness, joint.damping) if held else site
             axis = direction_of(math.cos(joint.axis), math.sin(joint.axis))

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, At, Guide, Machine, Stretch
+from ....contracts.machine import GROUND, At, Guide, Machine, Slot, Stretch
+from .component import put_component
 from .turn import Turn, between
 
 STATIONS = 720  # of a turn, at which the machine is closed
@@ -63,7 +64,9 @@ class Closure:
         self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
         self.crank = self.index[_driven(machine).distal.body]
         self.held = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
-        self.rows = 2 * len(machine.joints) + 1 + len(self.held)
+        sizes = [1 if isinstance(joint, Slot) else 2 for joint in machine.joints]
+        self.first = np.concatenate([[0], np.cumsum(sizes)])  # row of each joint, and of what comes behind them
+        self.rows = int(self.first[-1]) + 1 + len(self.held)
         if self.rows != 3 * len(self.names):
             free = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
@@ -109,7 +112,10 @@ class Closure:
         turned = _turned(columns)
         values, lacking = (np.zeros((*q.shape[:-1], self.rows)) for _ in range(2))
         jacobian = np.zeros((*q.shape[:-1], self.rows, q.shape[-1]))
-        for row, joint in zip(range(0, self.rows, 2), self.machine.joints, strict=False):
+        for row, joint in zip(self.first, self.machine.joints, strict=False):
+            if isinstance(joint, Slot):
+                put_component(self, joint, joint.axis + 0.5 * math.pi, (q, first), (values, jacobian, lacking), row)
+                continue
             near, far = (self._end(at, columns, rates, turned) for at in (joint.proximal, joint.distal))
             both = ((joint.proximal.body, -1.0, near), (joint.distal.body, 1.0, far))
             ends = [(3 * self.index[body], sign, end) for body, sign, end in both if body != GROUND]
@@ -135,26 +141,11 @@ class Closure:
                 for i, sign, end in ends:
                     jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
                     jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = sign * end.lever_x, sign * end.lever_y
-        for row, joint in enumerate(self.held, 2 * len(self.machine.joints)):
-            values[..., row], lacking[..., row] = self._stretched(joint, q, first, jacobian[..., row, :])
+        for row, joint in enumerate(self.held, self.first[-1]):
+            put_component(self, joint, joint.axis, (q, first), (values, jacobian, lacking), row)
         values[..., -1] = q[..., 3 * self.crank + 2] - angles
         jacobian[..., -1, 3 * self.crank + 2] = 1.0
         return values, jacobian, lacking
-
-    def _stretched(self, joint: Stretch, q, first, row):
-        """Return the stretch (m) of a spring and what its second derivative lacks; put its derivatives into `row`."""
-        near, far = (self.end(at, q, first) for at in (joint.proximal, joint.distal))
-        turned, rate = self.angle(joint.proximal.body, q) + joint.axis, self.angle(joint.proximal.body, first)
-        c, s = np.cos(turned), np.sin(turned)
-        x, y = far.x - near.x, far.y - near.y
-        for at, sign, end in ((joint.proximal, -1.0, near), (joint.distal, 1.0, far)):
-            i = 3 * self.index[at.body]
-            row[..., i], row[..., i + 1] = sign * c, sign * s
-            row[..., i + 2] = sign * (c * end.lever_x + s * end.lever_y)
-        row[..., 3 * self.index[joint.proximal.body] + 2] += c * y - s * x
-        across = c * (far.dy - near.dy) - s * (far.dx - near.dx)
-        bend = c * (far.ddx - near.ddx) + s * (far.ddy - near.ddy)
-        return c * x + s * y, bend + 2.0 * rate * across - rate**2 * (c * x + s * y)
 
     def angle(self, body: str, q: np.ndarray) -> Any:
         """Return the angle (rad) of a body, or its rate, (...)."""
@@ -166,8 +157,9 @@ class Closure:
         """Return the derivatives with lengths measured by the machine's size."""
         scale, unit, row = np.tile([self.size, self.size, 1.0], len(self.names)), np.ones(self.rows), 0
         for joint in self.machine.joints:
-            unit[row : row + 2] = (1.0, self.size) if isinstance(joint, (Guide, Stretch)) else (self.size, self.size)
-            row += 2
+            unit[row] = 1.0 if isinstance(joint, (Guide, Stretch)) else self.size
+            unit[row + 1] = self.size  # of a slot, the next row's, which is set then
+            row += 1 if isinstance(joint, Slot) else 2
         unit[row:-1] = self.size
         return jacobian * scale / unit[:, None]
 
@@ -245,7 +237,7 @@ class Closure:
                     (
                         joint
                         for joint in self.machine.joints
-                        if isinstance(joint, (Guide, Stretch)) == guides
+                        if isinstance(joint, (Guide, Stretch, Slot)) == guides
                         and (joint.proximal.body in placed) != (joint.distal.body in placed)
                     ),
                     None,
@@ -290,7 +282,8 @@ class Closure:
         angles = given.copy()
         angles[self.crank] = angle
         values, _, _ = self.evaluate(self._hung(angles), angle)
-        joint = self.machine.joints[int(np.argmax(np.abs(values[: 2 * len(self.machine.joints)]))) // 2]
+        worst = int(np.argmax(np.abs(values[: self.first[-1]])))
+        joint = self.machine.joints[int(np.searchsorted(self.first, worst, side="right")) - 1]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
     # ------------------------------------------------------------------------------------------ a turn

@@ -20,6 +20,7 @@ from ....contracts.machine import (
     Motor,
     Push,
     Rubbing,
+    Slot,
     Spring,
     Stretch,
     Tabled,
@@ -147,6 +148,7 @@ class Ideal:
         outside = self.outside(there, rate, time)
         _, jacobian, _ = self.closure.evaluate(there.q, there.angles)
         reactions: dict[str, np.ndarray] = {}
+        rows = self.closure.first
         rubbing, forces = (
             np.zeros_like(outside),
             [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))],
@@ -157,8 +159,8 @@ class Ideal:
             left = outside + rubbing - self.inertia * moved
             multipliers = np.linalg.solve(jacobian.transpose(0, 2, 1), left[..., None])[..., 0]
             reactions = {
-                joint.name: self._reaction(joint, there, multipliers[:, 2 * j : 2 * j + 2])
-                for j, joint in enumerate(self.machine.joints)
+                joint.name: self._reaction(joint, there, multipliers[:, begin:end])
+                for joint, begin, end in zip(self.machine.joints, rows, rows[1:], strict=False)
             }
             if not forces:
                 break
@@ -235,9 +237,9 @@ class Ideal:
 
     def _reaction(self, joint, there: Turn, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
-        if isinstance(joint, Guide | Stretch):
+        if isinstance(joint, Guide | Stretch | Slot):
             along = joint.axis + self.closure.angle(joint.proximal.body, there.q)
-            return -multipliers[:, 1:] * np.stack([-np.sin(along), np.cos(along)], -1)
+            return -multipliers[:, -1:] * np.stack([-np.sin(along), np.cos(along)], -1)
         return -multipliers
 
     def rate(self) -> float:
@@ -276,7 +278,7 @@ def determined(machine: Machine) -> Machine:
 
 def _constraints(machine: Machine) -> int:
     """Return how many equations joints and drive make, springs being at rest."""
-    return 1 + sum(3 if isinstance(joint, Stretch) else 2 for joint in machine.joints)
+    return 1 + sum({Slot: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
 
 
 def _bodies_of(load: Any) -> set[str]:

@@ -1,0 +1,215 @@
+"""A pin with clearance in a straight slot, against closed forms, a round bearing, and its own powers."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+from planar_machines import CRANK, ground, pin
+
+import clearsweep
+from clearsweep.contracts.machine import Aim, At, Body, Constant, Machine, Slot
+from clearsweep.language.errors import InputError
+from clearsweep.mechanics.joint import dry
+from clearsweep.mechanics.joint.contract import PRESSED, Place, Present, load
+from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
+from clearsweep.mechanics.joint.friction.sliding import Tanh
+from clearsweep.mechanics.joint.guide import GuideGap
+from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
+from clearsweep.mechanics.joint.slot import SlotJoint
+from clearsweep.mechanics.joint.wear.contract import NoWear
+from clearsweep.mechanics.mechanism import contract, planar
+
+REACH, FOOT, CRANK_LENGTH, SPEED = 0.15, -0.15, 0.05, 12.0
+LEVER = Body(0.4, 2e-3, (0.12, 0.0), {"foot": (0.0, 0.0), "middle": (REACH, 0.0)})
+GRID = {
+    "mechanism": {
+        "type": "planar",
+        "bodies": {
+            "ground": {"points": {"main": [0.0, 0.0], "foot": [0.0, FOOT]}},
+            "crank": {
+                "mass": 0.3,
+                "inertia": 1e-4,
+                "center": [0.025, 0.0],
+                "points": {"pivot": [0.0, 0.0], "pin": [CRANK_LENGTH, 0.0]},
+            },
+            "lever": {
+                "mass": 0.4,
+                "inertia": 2e-3,
+                "center": [0.12, 0.0],
+                "points": {"foot": [0.0, 0.0], "middle": [REACH, 0.0]},
+            },
+        },
+        "joints": {
+            "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
+            "foot": {"type": "revolute", "between": ["ground.foot", "lever.foot"]},
+            "slot": {"type": "slot", "between": ["lever.middle", "crank.pin"]},
+        },
+        "driven": "main",
+        "start": {"lever": "80 deg"},
+        "output": {"body": "lever"},
+    },
+    "drive": {"speed": SPEED},
+    "joints": {
+        "slot": {
+            "clearance": "0.05 mm",
+            "bearing_radius": "6 mm",
+            "slot_length": "120 mm",
+            "contact": {"law": "lankarani-nikravesh", "stiffness": 1e9, "exponent": 1.5, "restitution": 0.7},
+            "friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": "5 mm/s"},
+        }
+    },
+    "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-8},
+    "save": {"orbits": "all"},
+}
+
+
+def grid(**changes):
+    """Return the grid with other values at paths, dots written as two underscores."""
+    made = copy.deepcopy(GRID)
+    for path, value in changes.items():
+        *sections, last = path.split("__")
+        inside = made
+        for section in sections:
+            inside = inside[section]
+        inside[last] = value
+    return made
+
+
+def machine():
+    """Return a quick-return mechanism whose crank pin runs in a slot of the lever."""
+    return Machine(
+        {"ground": ground(main=(0.0, 0.0), foot=(0.0, FOOT)), "crank": CRANK, "lever": LEVER},
+        (
+            pin("main", "ground.main", "crank.pivot"),
+            pin("foot", "ground.foot", "lever.foot"),
+            Slot("slot", At("lever", "middle"), At("crank", "pin"), 0.0),
+        ),
+        "main",
+        Constant(SPEED),
+        0.0,
+        Aim("lever"),
+        {"lever": 1.4},
+    )
+
+
+def lever(time):
+    """Return the angle of the lever without clearance at times (s)."""
+    turned = SPEED * time
+    return np.arctan2(CRANK_LENGTH * np.sin(turned) - FOOT, CRANK_LENGTH * np.cos(turned))
+
+
+def test_the_machine_without_clearance_moves_and_presses_as_the_closed_form_says():
+    times, h = np.linspace(0.0, 0.5, 51), 1e-4
+    found = planar.ideal(machine(), SPEED * times)
+    np.testing.assert_allclose(found.place, lever(times), rtol=1e-12)
+    spun = (lever(times - h) - 2.0 * lever(times) + lever(times + h)) / h**2
+    inertia = 2e-3 + 0.4 * 0.12**2
+    x, y = CRANK_LENGTH * np.cos(SPEED * times), CRANK_LENGTH * np.sin(SPEED * times) - FOOT
+    pushed = -np.hypot(*found.reactions["slot"].T)
+    np.testing.assert_allclose(pushed, -np.abs(inertia * spun / np.hypot(x, y)), rtol=1e-4, atol=1e-5)
+
+
+LAW, ELASTIC, FRICTION = Hysteresis(0.4), PowerThreeHalves(1e9), Tanh(0.1, 0.01)
+JOINT = SlotJoint(5e-5, 6e-3, 1.0, 0.06, LAW, ELASTIC, FRICTION)
+
+
+def state(gap, joint=JOINT):
+    """Return what a joint does in contact at a gap."""
+    depth = math.hypot(gap.x - min(max(gap.x, -0.06), 0.06), gap.y) - joint.clearance
+    present = Present(np.array([math.sqrt(max(depth, 0.0))]), np.array([PRESSED]), np.array([0.2]), 0)
+    return load(joint, gap, Place(0, 1, 1, 0), present), present
+
+
+def test_an_end_of_the_slot_is_a_round_bearing():
+    round_one = dry.Joint(5e-5, 6e-3 + 5e-5, 6e-3, 1.0, LAW, ELASTIC, FRICTION, NoWear())
+    beyond, across = 4e-5, 5e-5
+    gap = GuideGap(0.06 + beyond, across, 0.3, 0.1, 0.0, 7.0, 1.0, 0.0, 1.0, 0.0)
+    slotted, present = state(gap)
+    bearing = load(round_one, dry.Gap(beyond, across, 0.3, 0.1, 0.0, 7.0), Place(0, 1, 1, 0), present)
+    assert (slotted.fx, slotted.fy) == pytest.approx((bearing.fx, bearing.fy), rel=1e-12)
+    assert slotted.moment_distal == pytest.approx(bearing.moment_distal, rel=1e-12)
+    assert slotted.contacts[0] == pytest.approx(bearing.contacts[0], rel=1e-12)
+
+
+def test_the_walls_press_across_wherever_the_pin_is():
+    for x in (-0.0599, 0.0, 0.03):
+        pull, _ = state(GuideGap(x, 6e-5, 0.5, 0.1, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0))
+        contact = pull.contacts[0]
+        assert pull.fy == pytest.approx(-contact.normal, rel=1e-14)
+        assert pull.fx == pytest.approx(-contact.tangential, rel=1e-14)  # the tangent points backwards along the slot
+        assert (contact.rate, contact.slip) == pytest.approx((0.1, -0.5))
+        assert contact.depth == pytest.approx(1e-5)
+
+
+@pytest.mark.parametrize("x", [0.01, 0.06002, -0.06003])
+def test_the_powers_on_both_bodies_add_up(x):
+    gap = GuideGap(x, -7e-5, 0.4, -0.2, 3.0, -5.0, math.cos(0.3), math.sin(0.3), 1.0, 0.0)
+    pull, _ = state(gap)
+    c, s = gap.axis_x, gap.axis_y
+    place = np.array([c * gap.x - s * gap.y, s * gap.x + c * gap.y])
+    seen = np.array([c * gap.vx - s * gap.vy, s * gap.vx + c * gap.vy])
+    moving = seen + gap.spin_proximal * np.array([-place[1], place[0]])  # of the pin, the slot's point being at rest
+    power = (
+        moving @ [pull.fx, pull.fy] + pull.moment_distal * gap.spin_distal + pull.moment_proximal * gap.spin_proximal
+    )
+    contact = pull.contacts[0]
+    assert power == pytest.approx(-contact.normal * contact.rate + contact.tangential * contact.slip, rel=1e-10)
+
+
+def test_a_machine_with_a_slot_runs_and_its_energies_add_up():
+    path = clearsweep.simulate(clearsweep.load_case(grid()))
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] < 1e-7
+    assert np.ptp(path["joints/slot/x"]) == pytest.approx(2.0 * CRANK_LENGTH, rel=1e-3)
+    assert np.max(np.abs(path["joints/slot/y"])) < 1e-4
+    np.testing.assert_allclose(path["lever/angle"], lever(path.t), atol=1e-3)
+    inertia = 2e-3 + 0.4 * 0.12**2
+    times, h = np.linspace(0.0, 2.0 * math.pi / SPEED, 4001), 1e-4
+    spun = (lever(times - h) - 2.0 * lever(times) + lever(times + h)) / h**2
+    arm = np.hypot(CRANK_LENGTH * np.cos(SPEED * times), CRANK_LENGTH * np.sin(SPEED * times) - FOOT)
+    assert path.summary["slot_force_peak_ideal"] == pytest.approx(np.max(np.abs(inertia * spun / arm)), rel=1e-4)
+    assert path.summary["slot_friction_power"] > 0.0
+
+
+def test_a_slot_that_is_too_short_meets_its_ends():
+    long, short = (
+        clearsweep.simulate(clearsweep.load_case(grid(joints__slot__slot_length=size))) for size in (0.12, 0.0998)
+    )
+    assert short.summary["slot_force_peak"] > 5.0 * long.summary["slot_force_peak"]
+    assert short.summary["energy_residual"] < 1e-6
+
+
+def test_open_and_ideal_machines_agree_under_the_ideal_force():
+    made = machine()
+
+    class Clearance:
+        clearance = 5e-5
+
+    built = planar.build(made, {"slot": Clearance()}, {})
+    ideal = planar.ideal(made, np.array([0.0]))
+    force = ideal.reactions["slot"][0]
+    pose = contract.place(built.value, built.start)
+    (gap,) = contract.gaps(built.value, pose)
+    assert gap.y == pytest.approx(0.0, abs=1e-15)
+    turning = -(gap.axis_x * gap.x * force[1] - gap.axis_y * gap.x * force[0])  # the slot is pushed where the pin is
+    from clearsweep.mechanics.joint.contract import Load
+
+    motion = contract.accelerate(built.value, pose, (Load(float(force[0]), float(force[1]), float(turning), 0.0, ()),))
+    assert motion.output == pytest.approx(float(ideal.acceleration[0]), rel=1e-9)
+    assert motion.torque == pytest.approx(float(ideal.torque[0]), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"joints": {}}, "slot: is missing"),
+        ({"joints__slot__wear": {"law": "archard", "coefficient": 1e-15}}, "unknown key 'wear'"),
+        ({"joints__slot__slot_length": "-1 mm"}, "out of range"),
+        ({"mechanism__driven": "slot"}, "slot"),
+        ({"simulate__start": "seated"}, "cannot be seated"),
+    ],
+)
+def test_what_is_not_known_is_refused(changes, sentence):
+    with pytest.raises(InputError, match=sentence):
+        clearsweep.load_case(grid(**changes))
