@@ -168,6 +168,7 @@ def test_a_mistake_is_told_once_with_its_reason(overrides):
     assert len(str(error.value).splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_the_report_and_the_closing_table_name_the_fits(tmp_path):
     values = (12e-6, 20.5e-6, 36.5e-6)
     run = Run(sweep={CLEARANCE: list(values)})

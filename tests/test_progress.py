@@ -277,6 +277,7 @@ class Long(Fake):
         return fake_physics.trajectory(case)
 
 
+@pytest.mark.slow
 @heavy
 def test_a_run_and_its_status_tell_of_compiling_and_of_a_life_at_work(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(phases, "FIRST", 0.3)  # s
@@ -349,6 +350,7 @@ class Steady(Fake):
                 time.sleep(0.02)
 
 
+@pytest.mark.slow
 @heavy
 def test_a_dry_run_of_cases_that_take_long_extrapolates_their_beginning(tmp_path, monkeypatch):
     monkeypatch.setattr(estimate, "PILOT_TIME", 4.0)  # s

@@ -163,6 +163,7 @@ def test_page_shows_the_drawings_of_the_motion(pages):
     assert text.count("Force p99: ") == 6  # every pair of four axes
 
 
+@pytest.mark.slow
 def test_long_tables_say_that_they_are_cut(pages):
     text = Page(pages("big").read_text(encoding="utf-8")).text
     assert "The first 50 of 10000 rows are shown" in text

@@ -102,7 +102,7 @@ def test_what_has_nothing_to_show_is_left_out():
     assert section.filled(BLOCKS.values()) == list(BLOCKS.values())
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_table_called_like_its_section_has_no_second_heading(tmp_path):
     page = report.write(Run(failures=8), tmp_path / "page.html").read_text(encoding="utf-8")
     assert re.findall(r"<h(\d)[^>]*>Failed cases</h\1>", page) == ["2"]

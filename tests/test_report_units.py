@@ -68,7 +68,11 @@ def written(text: str) -> str:
 NAMED = tuple(mechanism for mechanism in CATALOGUE.mechanisms if mechanism.joints)  # else a grid names its keys
 
 
-@pytest.mark.parametrize("mechanism", NAMED, ids=lambda mechanism: mechanism.name)
+@pytest.mark.parametrize(
+    "mechanism",
+    [NAMED[0], *(pytest.param(each, marks=pytest.mark.slow) for each in NAMED[1:])],
+    ids=[mechanism.name for mechanism in NAMED],
+)
 def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
     checked = 0
     for path, node in shape(mechanism, CATALOGUE).items():

@@ -290,7 +290,7 @@ def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
 # ------------------------------------------------------------------------------------------------------- report
 
 
-@pytest.mark.parametrize("again", [True, False])
+@pytest.mark.parametrize("again", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_report_flags_what_is_chaotic_and_says_what_was_not_checked(run, again, tmp_path):
     made, second = noisy(run, 1.0)
     if again:

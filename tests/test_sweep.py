@@ -206,7 +206,9 @@ def test_a_hundred_kills_lose_nothing_that_was_committed(tmp_path):
     tortured(tmp_path, kills=100, seed=2)
 
 
-@pytest.mark.parametrize(("signum", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("signum", "code"), [pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow), (signal.SIGTERM, 143)]
+)
 def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum, code):
     source = grid(100, (GOOD + 0.05,))
     process = program(tmp_path / "run", source, jobs=2, show_progress=False)
@@ -277,7 +279,9 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
     process.communicate(timeout=20)
 
 
-@pytest.mark.parametrize(("limit", "fails"), [(2000, r"tmp|parts|shards"), (150_000, "writing failed")])
+@pytest.mark.parametrize(
+    ("limit", "fails"), [(2000, r"tmp|parts|shards"), pytest.param(150_000, "writing failed", marks=pytest.mark.slow)]
+)
 def test_storage_that_fails_stops_the_run_and_harms_nothing(tmp_path, limit, fails):
     """`limit`: bytes that a file may have; no batch fits any more, or every batch but not the merged histories."""
     small, source = (

@@ -98,7 +98,7 @@ def test_fixed_step_is_of_fourth_order_in_free_flight():
     assert 12.0 < coarse / fine < 20.0
 
 
-@pytest.mark.parametrize("name", ["b_base", "b_grav_fric", "ab_base"])
+@pytest.mark.parametrize("name", ["b_base", "b_grav_fric", pytest.param("ab_base", marks=pytest.mark.slow)])
 def test_scipy_on_the_same_laws_agrees_with_the_reference_and_with_ours(name):
     problem = PROBLEMS[name]
     found = scipy_ivp(scene_of(problem, 1e-9), problem.times, problem.end, 1e-12)
@@ -145,6 +145,7 @@ def results():
         return verify.measure(quick=True)
 
 
+@pytest.mark.slow
 def test_results_survive_json_and_are_complete(results):
     read = json.loads(json.dumps(results, allow_nan=False))
     assert read["version"]
@@ -168,6 +169,7 @@ def test_quick_measurement_judges_every_stiff_case():
     assert {row["name"] for row in found["choices"]} == {case.name for case in stiff.cases()}
 
 
+@pytest.mark.slow
 def test_table_is_narrow_and_has_a_line_for_every_row(results):
     lines = text.text(results).splitlines()
     assert sum("tolerance 1e-06" in line for line in lines) == 12
@@ -181,6 +183,7 @@ def test_a_machine_may_be_without_events():
     assert known_machines.event_error(moments, np.array([1.000001e-3, 1.999997e-3])) == pytest.approx(3e-9, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_statistics_come_with_an_interval_for_every_tolerance_and_length(results):
     rows = results["convergence"]["rows"]
     assert [(row["revolutions"], row["tolerance"]) for row in rows] == [
@@ -203,6 +206,7 @@ def test_statistics_agree_between_tolerances_and_narrow_with_the_length_of_the_r
         assert apart < 1.5 * math.hypot(long["half_width"], other["half_width"])  # 3 standard errors
 
 
+@pytest.mark.slow
 def test_main_prints_text_or_json(results, monkeypatch, capsys):
     monkeypatch.setattr(verify, "measure", lambda quick, note: results)
     verify.main(json=True, quick=True)
@@ -217,6 +221,7 @@ def test_time_at_equal_error_lies_between_the_settings():
     assert accuracy.time_at_error({"rows": rows}, "m", 1e-8) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_figure_is_written(results, tmp_path, ending):
     path = verify.draw(results, tmp_path / f"error.{ending}")
@@ -242,6 +247,7 @@ def test_each_of_our_methods_solves_the_stiff_problem_and_the_implicit_one_is_th
     assert spent["auto"] < 0.5 * spent["explicit"]
 
 
+@pytest.mark.slow
 def test_the_report_is_written_with_its_figure(results, tmp_path):
     page = verify.write(results, tmp_path).read_text(encoding="utf-8")
     assert (tmp_path / "accuracy" / "error.svg").stat().st_size > 10_000
