@@ -45,7 +45,7 @@ def test_a_hertz_impact_is_as_deep_hard_and_long_as_the_closed_form():
 def test_a_housing_settles_where_the_table_of_its_film_says():
     rows = film_at_rest.measure(quick=True)
     assert largest(rows, "eccentricity ratio", "reynolds") < 0.003
-    assert largest(rows, "attitude", "reynolds") < 4.0
+    assert largest(rows, "attitude", "reynolds") < 4.6
     assert largest(rows, "eccentricity ratio", "finite") < 0.01
 
 
@@ -55,7 +55,7 @@ def test_every_film_settles_where_both_tables_say_and_drags_as_tabulated():
     published = [row for row in rows if row.kind == "published"]
     assert len({row.point for row in published}) >= 24
     assert largest(published, "eccentricity ratio", "reynolds") < 0.003
-    assert largest(published, "attitude", "reynolds") < 4.0
+    assert largest(published, "attitude", "reynolds") < 4.6
     drag = [row for row in rows if row.quantity == "friction variable"]
     assert all(row.computed == pytest.approx(row.reference, rel=0.012) for row in drag)
 

@@ -18,6 +18,7 @@ OUTSIDE = (
     "CITATION.cff",
     "results/*.md",
     "results/accuracy/*.svg",
+    "results/measured/*.svg",
     "results/readme/*.png",
 )
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
@@ -77,7 +78,7 @@ def on_page_markdown(markdown, page, config, files):
     """Return a page with links between docs/ and its surroundings as they are on the site."""
     if (ROOT / "docs" / page.file.src_uri).exists():
         return markdown.replace("](../", "](")
-    return markdown.replace("](docs/", "](")
+    return markdown.replace("](docs/", "](").replace("](../docs/", "](../")
 
 
 def on_page_content(content, page, config, files):

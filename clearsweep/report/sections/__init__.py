@@ -6,6 +6,7 @@ from ...language import phases
 from ..section import Section
 from ..study import Study
 from . import (
+    budget,
     cases,
     curves,
     drivers,
@@ -39,6 +40,7 @@ SECTIONS: tuple[Callable[[Study], list[Section]], ...] = (  # in the order of th
     optimised.sections,
     mechanism.sections,
     headline.sections,
+    budget.sections,
     sample.sections,
     curves.sections,
     peak_revolution.sections,

@@ -74,7 +74,7 @@ def _head(rows: list[Row]) -> Iterator[str]:
     yield "  A further point of the same source is expected within the largest difference of its quantity."
     yield "* No parameter is fitted to the points, unless the section says which."
     yield "* No measured force of a mechanism with clearance was available. The page tests the ingredients of such a"
-    yield "  force: contact, friction, film, linkage."
+    yield "  force: contact, friction, film, linkage. What decides a peak: [how far to trust it](../docs/trust.md)."
 
 
 def _sources(rows: list[Row]) -> Iterator[str]:
