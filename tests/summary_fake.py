@@ -6,7 +6,7 @@ import pandas as pd
 class OfFrame:
     """The reading side of a store whose summary is the frame `summary`, its units in `attrs`."""
 
-    seek = None  # nothing is sought
+    seek = optimise = None  # nothing is sought or optimised
     worst = ()  # no revolution of a peak is saved
 
     @property

@@ -245,6 +245,22 @@ def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp
     assert "it would pass with rod_slider_force_peak at most 0.1 N" in closing.run_text(facts)
 
 
+def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
+    source = sought(limit=0.05, largest="mechanism.rod.mass")  # the peak is the mass of the slider
+    result = quiet(source, tmp_path / "run")
+    first = result.effects[0]
+    assert (first.path, first.value) == (MASS, 0.14)
+    assert first.margin == pytest.approx(-1.8)
+    assert first.lower == pytest.approx(-1.52)
+    assert first.upper == pytest.approx(-2.08)
+    assert all(effect.size == 0.0 for effect in result.effects[1:])
+    text = closing.run_text(closing.of_run(result))
+    assert f"{MASS} (0.14 kg): -10% -152 %, +10% -208 %" in text
+    again = quiet(source, tmp_path / "run")
+    assert again.ran == 0
+    assert again.effects == result.effects
+
+
 FITTED = (
     GRID_TEXT
     + """\
@@ -258,6 +274,7 @@ def test_fits_are_tried_completely_at_their_largest_clearances(at):
     grid = at(FITTED)
     assert [fit.name for fit in grid.seek.fits] == ["H7/g6", "H7/f7", "H8/e8"]
     assert grid.axes[PLAY] == tuple(fit.high for fit in grid.seek.fits)
+    assert grid.fits == {}  # they name means
     assert grid.axes[PLAY][1] == pytest.approx(31e-6)  # of 20 mm: the contract's 10 to 31 um
     again = grid_load(grid.resolved())
     assert again.seek == grid.seek

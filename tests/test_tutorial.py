@@ -115,6 +115,18 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     assert [fit.name for fit in fits if fit.high <= answer["seek_low"]][-1] == "H7/f7"
 
 
+def test_the_best_design_has_the_least_clearance_where_that_decides_the_force(tmp_path):
+    grid_file = (ROOT / "configs/press_joint_best.yaml").read_text(encoding="utf-8")
+    assert grid_file.endswith(shown("end of configs/press_joint_best.yaml"))
+    best = read("press_joint_best")
+    result = sweep(best, tmp_path / "best", simulator=Quick, executor="serial", show_progress=False)
+    assert result.ran == best.optimise.cases
+    points = [each.point for each in result.optimised.best]
+    assert min(point[CLEARANCE] for point in points) < 20e-6
+    assert result.optimised.start.point == {"define.width": 0.08, CLEARANCE: 45e-6}
+    assert best.case(0).joints[0].length == 0.08
+
+
 @pytest.mark.slow
 def test_the_commands_lead_to_the_decision(tmp_path, monkeypatch):
     shutil.copytree(ROOT / "configs", tmp_path / "configs")

@@ -70,6 +70,7 @@ def fits_among(
         except _WrongFitError as error:
             draft.problems.add(error.written, "seek.among", str(error) or "its bearing radius is not known")
             return None
+    draft.fits.pop(paths[0], None)  # a clearance on the axis is not the mean of its fit
     return found
 
 

@@ -209,6 +209,10 @@ class Grid:
         """Return the case at a `point`, for whoever has use for that, too."""
         return case_of(self._tree(point), self._outline)
 
+    def case_tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
+        """Return the case at a `point` in the shape of a grid file, in SI."""
+        return self._tree(point)
+
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
         return identity(self.written_case(index))

@@ -3,12 +3,15 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from ..grid import key_units
 from ..judging.verdict import KINDS, Limit
 from ..language import wording
+from .sensitivity import STEP
 from .settings import friendly, joint_count, setting_text, value_text
+from .simulator import SIMULATION
 from .sweep import RunResult
 
-LISTED_ANSWERS = 12
+LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
 
 
 def sought(
@@ -24,7 +27,11 @@ def sought(
     for answer in result.answers:
         best = [each | {"needed": _needed(limits, columns, each["margins"])} for each in answer.best]
         answers.append(answer._asdict() | {"best": best})
-    return {"asked": result.seek.written() | {"unit": units[result.seek.path]}, "answers": answers}
+    return {
+        "asked": result.seek.written() | {"unit": units[result.seek.path]},
+        "answers": answers,
+        "effects": _effects(result),
+    }
 
 
 def seek_lines(facts: dict[str, Any]) -> list[str]:
@@ -55,6 +62,28 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         lines += [f"    {_nearest(path, best, facts)}" for best in answer["best"][:LISTED_ANSWERS]]
     if len(answers) > LISTED_ANSWERS:
         lines.append(f"  and {len(answers) - LISTED_ANSWERS:,} more")
+    return [*lines, *_effect_lines(facts["seek"]["effects"])]
+
+
+def _effects(result: RunResult) -> list[dict[str, Any]]:
+    """Return what other keys do to the margin, ready for JSON."""
+    units = key_units(result.open().grid, SIMULATION.catalogue()) if result.effects else {}
+    return [effect._asdict() | {"unit": units.get(effect.path, "1")} for effect in result.effects]
+
+
+def _effect_lines(effects: list[dict[str, Any]]) -> list[str]:
+    """Return the lines on the keys that move the margin where no value keeps to the limits."""
+    moving = [each for each in effects if any(each[end] not in (None, each["margin"]) for end in ("lower", "upper"))]
+    if not moving:
+        return ["  No other key of the grid moves the margin by itself."] if effects else []
+    lines = [f"  What moves the margin ({100.0 * moving[0]['margin']:.3g} %) of the case furthest from its limits:"]
+    for each in moving[:LISTED_EFFECTS]:
+        ends = [
+            f"{change} {'fails' if each[end] is None else f'{100.0 * each[end]:.3g} %'}"
+            for change, end in ((f"-{STEP:.0%}", "lower"), (f"+{STEP:.0%}", "upper"))
+        ]
+        value = friendly(each["value"], each["unit"], speed=each["path"].endswith("speed"))
+        lines.append(f"    {each['path']} ({value}): {', '.join(ends)}")
     return lines
 
 
@@ -65,7 +94,10 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
     if best["margin"] is None:
         return f"{where}every case failed or cannot be judged ({best['limiting']})"
     margin = f"{100.0 * best['margin']:.3g} %"
-    text = f"{where}best at {value_text(path, best['value'], facts)}, margin {margin}, limited by {best['limiting']}"
+    text = f"{where}best at {value_text(path, best['value'], facts)}, margin {margin}"
+    if best["limiting"] is None:  # good values alone, where motion is chaotic
+        return f"{text}, but values beside it do not keep to the limits"
+    text += f", limited by {best['limiting']}"
     needed = [f"{name} {words}" for name, words in best["needed"].items()]
     return f"{text}; it would pass with {wording.sentence_list(needed)}" if needed else text
 

@@ -115,7 +115,7 @@ class Seeking:
 def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
     """Return the place that tells what the limiting column is: the first bad one beyond the border."""
     if border.good is None:
-        return 0
+        return min((place for place, good in known.items() if not good), default=0)
     return min((place for place, good in known.items() if place > border.good and not good), default=last)
 
 

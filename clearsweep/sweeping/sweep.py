@@ -3,7 +3,7 @@
 import errno
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from .crew import Crew, Options, case_ids, most, within
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
 from .seeking import Answer, Seeking
+from .sensitivity import Effect, effects
 from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Simulator
@@ -60,6 +61,7 @@ class RunResult:
     joined: int = 0  # directories that were joined; 0 for a run
     seek: grids.Seek | None = None  # what was sought
     answers: tuple[Answer, ...] = ()  # what was found
+    effects: tuple[Effect, ...] = ()  # of other keys on the margin, where a search has no answer
     optimised: Optimised | None = None  # what was found; None where nothing was optimised, or it was stopped
     refined: Refined | None = None  # what `refine` came to; None where it was not asked for or was stopped
 
@@ -113,7 +115,15 @@ def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the comma
 def run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator = SIMULATION) -> RunResult:
     """Run a grid as `sweep` does, its cases by `simulator`."""
     with phases.shown(options.show_progress):
-        return _run_sweep(source, out, options, simulator)
+        result = _run_sweep(source, out, options, simulator)
+        if not any(answer.best for answer in result.answers):
+            return result
+
+        def beside(further: dict[str, Any], directory: Path) -> None:
+            _run_sweep(further, directory, options, simulator)
+
+        grid = load(source, simulator)
+        return replace(result, effects=tuple(effects(grid, [*result.answers], result.directory, simulator, beside)))
 
 
 def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:

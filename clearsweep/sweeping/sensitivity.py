@@ -1,0 +1,112 @@
+"""Finds which other keys of a grid move the margin where `seek` finds no value, from finite differences.
+
+Their cases are a run of their own in a folder of the run's directory, so that it resumes like any other.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from .. import grid as grids
+from .. import store
+from ..judging.verdict import MARGIN
+from ..language.errors import InputError
+from .seeking import Answer
+from .worker import Simulator
+
+STEP = 0.1  # of a value, up and down: beyond the scatter of chaotic motion, small enough for a slope
+FOLDER = "sensitivity"  # its name goes on with a hash of the keys
+_APART = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose its cases
+_OF_METHOD = ("simulate.", "save.", "uncertain.")  # keys that are no part of the machine
+
+
+class Effect(NamedTuple):
+    """What one key does to the margin where none of the values sought keeps to the limits."""
+
+    path: str
+    value: float  # SI, as the grid has it
+    margin: float  # of the limits, at this value
+    lower: float | None  # with the value lower by STEP, None where the case failed or cannot be
+    upper: float | None
+
+    @property
+    def size(self) -> float:
+        """Return by how much the margin moves at most."""
+        return max(abs(each - self.margin) for each in (self.lower, self.upper, self.margin) if each is not None)
+
+
+def effects(
+    grid: grids.Grid, answers: list[Answer], directory: Path, simulator: Simulator, run: Callable[[dict, Path], Any]
+) -> list[Effect]:
+    """Return the effects of other keys on the margin, the largest first; [] where every search has an answer.
+
+    They are those at the case furthest from its limits, at its best value.  `run` runs a grid in a directory.
+    """
+    nearest = [each for answer in answers for each in answer.best if each["margin"] is not None]
+    if grid.seek is None or not nearest:
+        return []
+    worst = min(nearest, key=lambda each: each["margin"])
+    point = worst["point"] | dict.fromkeys(grid.seek.paths, worst["value"])
+    fixed = {key: part for key, part in grid.resolved().items() if key not in _APART}
+    moved = _moved(grid, point, fixed, simulator)
+    paths = list(moved)
+    if not paths:
+        return []
+    own = {path: value for path, value in _numbers(grid, point).items() if path in moved}
+    rows = [own, *(own | {path: value} for path, values in moved.items() for value in values)]
+    columns = {path: [value] * len(rows) for path, value in point.items()}
+    columns |= {path: [row[path] for row in rows] for path in paths}
+    name = hashlib.sha256(" ".join(sorted(columns)).encode()).hexdigest()[:8]
+    out = directory / f"{FOLDER}-{name}"
+    run(fixed | {"cases": columns}, out)
+    found = _margins(store.open(out), paths)
+    start = found.get(tuple(own.values()))
+    if start is None:
+        return []
+    effects = []
+    for path in paths:
+        ends = [found.get(tuple((own | {path: own[path] * factor}).values())) for factor in (1.0 - STEP, 1.0 + STEP)]
+        effects.append(Effect(path, own[path], start, *ends))
+    return sorted(effects, key=lambda effect: (-effect.size, effect.path))
+
+
+def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
+    """Return path -> value (SI) of the numbers of a case that could be others."""
+    tree = grid.case_tree(point)
+    return {
+        path: value
+        for path, value in grids.leaves(tree)
+        if isinstance(value, float) and value and path not in point and not path.startswith(_OF_METHOD)
+    }
+
+
+def _moved(
+    grid: grids.Grid, point: Mapping[str, Any], fixed: dict[str, Any], simulator: Simulator
+) -> dict[str, list[float]]:
+    """Return path -> the values lower and upper by STEP, of the keys that can have them."""
+    found = {}
+    for path, value in _numbers(grid, point).items():
+        possible = [
+            other
+            for other in (value * (1.0 - STEP), value * (1.0 + STEP))
+            if _is_possible(fixed | {"cases": {**{axis: [at] for axis, at in point.items()}, path: [other]}}, simulator)
+        ]
+        if possible:
+            found[path] = possible
+    return found
+
+
+def _is_possible(source: dict[str, Any], simulator: Simulator) -> bool:
+    try:
+        grids.load(source, simulator.catalogue())
+    except InputError:
+        return False
+    return True
+
+
+def _margins(run: store.StoredRun, paths: list[str]) -> dict[tuple[float, ...], float]:
+    """Return the values of some keys -> the margin of the case that has them."""
+    table = run.summary
+    rows = table[[*paths, MARGIN]].dropna().to_numpy(float).tolist()
+    return {tuple(values): margin for *values, margin in rows}
