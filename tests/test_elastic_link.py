@@ -34,6 +34,7 @@ def test_an_impact_on_six_segments_is_that_on_the_continuous_bar(speed):
     assert found == pytest.approx((peak, duration), rel=0.01)
 
 
+@pytest.mark.slow
 def test_more_segments_come_nearer_to_the_continuous_bar():
     peak, _ = elastic_bar.continuous(4.4, steps=8000)
     errors = [abs(elastic_bar.in_segments(4.4, segments)[0] / peak - 1.0) for segments in (1, 4, 12)]
@@ -42,13 +43,13 @@ def test_more_segments_come_nearer_to_the_continuous_bar():
     assert errors[2] < 0.0015
 
 
-@pytest.mark.parametrize("share", [0.25, pytest.param(1.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [0.13, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_a_crank_with_an_elastic_rod_moves_as_equations_of_its_own_say(share):
     end = share * math.pi / SPEED
     begun, state = Rod(SPEED, STIFFNESS, 4, damping=0.02).run(end)
     path = solved(ROD, times=np.array([0.0, end]), **{"simulate.revolutions": 0.5, "simulate.tolerance": 1e-11})
     events = path.events[(path.events["kind"] == "on") & (path.events["t"] <= end)]
-    assert len(events) == len(begun) > 2
+    assert len(events) == len(begun) > 1
     np.testing.assert_allclose(events["t"], [time for time, _ in begun], rtol=1e-6)
     np.testing.assert_allclose(events["rate"], [rate for _, rate in begun], rtol=1e-5)
     found = [path[name][-1] for name in ("slider/x", "slider/v", "rod/angle", "rod/extension")]

@@ -32,7 +32,7 @@ def test_every_value_lies_in_its_range_and_every_entry_has_a_source():
             assert value.low < value.high, (entry.name, key)
 
 
-def test_materials_are_what_the_issue_of_a_bearing_needs():
+def test_steels_irons_bronzes_aluminium_and_plastics_are_there_with_all_their_values():
     names = " ".join(library.MATERIALS)
     for wanted in ("100Cr6", "GJL", "CuSn", "EN AW", "PTFE", "POM", "PA66"):
         assert wanted in names

@@ -76,6 +76,25 @@ def test_a_case_is_the_same_alone_beside_others_and_in_any_order(together):
     assert all(same(one, backwards[CASES - 1 - place]) for place, one in enumerate(alone))
 
 
+ELASTIC = {"mechanism.rod.elastic": {"axial_stiffness": 4e8, "segments": 2, "damping": 0.02}}
+SEALED = {
+    "loads": {
+        "seal": {
+            "on": "slider-ground",
+            "friction": {"law": "karnopp", "force": 20, "static_force": 30, "stribeck_velocity": 1, "band": 1e-4},
+        }
+    }
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changes", [ELASTIC, SEALED], ids=["elastic rod", "seal that sticks"])
+def test_links_that_give_and_guides_that_stick_are_the_same_alone_and_beside_others(together, changes):
+    alone, beside = alone_and_together(cases(**changes))
+    assert all(map(same, alone, beside))
+    assert {trajectory.status for trajectory in alone} == {"ok"}
+
+
 def test_windows_marks_and_methods_of_one_case_are_not_those_beside_it(together):
     """Some pass marks and open their windows while others are on their way to them; one goes by the implicit method."""
     settings = {"simulate.revolutions": 2.2, "save.orbits": "none"}
