@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from clearsweep import cli
 from clearsweep.verify import measured
 from clearsweep.verify.measured import (
+    bar,
     crank_pin,
     databooks,
     film_at_rest,
@@ -40,6 +41,13 @@ def test_a_hertz_impact_is_as_deep_hard_and_long_as_the_closed_form():
     rows = hertz.measure()
     assert len(rows) == 12
     assert all(row.computed == pytest.approx(row.reference, rel=5e-5) for row in rows)
+
+
+def test_an_impact_on_a_chain_of_six_springs_is_that_on_the_continuous_bar():
+    rows = bar.measure()
+    assert len(rows) == 6
+    for row in rows:
+        assert row.computed == pytest.approx(row.reference, rel=0.01), row
 
 
 def test_a_housing_settles_where_the_table_of_its_film_says():

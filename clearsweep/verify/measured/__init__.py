@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from ...language import phases
-from . import crank_pin, databooks, film_at_rest, hertz, oblique, squeezer, stick_slip, whirl, worn
+from . import bar, crank_pin, databooks, film_at_rest, hertz, oblique, squeezer, stick_slip, whirl, worn
 from .points import Row
 
-BENCHMARKS = (oblique, crank_pin, film_at_rest, whirl, stick_slip, squeezer, hertz, worn, databooks)
+BENCHMARKS = (oblique, crank_pin, film_at_rest, whirl, stick_slip, squeezer, hertz, bar, worn, databooks)
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:

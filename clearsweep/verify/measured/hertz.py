@@ -8,8 +8,7 @@ from .points import Row, reference
 
 NAME = "Hertz impacts"
 TEXT = """The first two benchmarks of Chung & Ooi: two equal balls that meet, and a ball on a rigid wall. `impact-
-pair` with the law `hertz` and the stiffness of the materials is the whole model. The axial impact on an elastic bar
-needs links that stretch. It is not compared."""
+pair` with the law `hertz` and the stiffness of the materials is the whole model."""
 CLEARANCE = 1e-3  # m: far from the contact, of no influence
 HEAVY = 1e12  # times the ball's mass: a wall
 
