@@ -451,7 +451,7 @@ def test_johnson_tells_its_force_at_a_micrometre_and_its_limit():
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():
-    with pytest.raises(InputError, match="unknown law 'jonson'; did you mean 'johnson'"):
+    with pytest.raises(InputError, match="unknown name 'jonson'; did you mean 'johnson'"):
         describe.text("jonson")
 
 
