@@ -13,8 +13,11 @@ AT_ONCE = 4096  # rows in memory
 Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
 
 
-def case_table(study: Study, key: str, title: str, columns: Headings, by: str) -> Table:
-    """Return columns of the summary that are there, the largest of the column `by` first; no rows without that."""
+def case_table(study: Study, key: str, title: str, columns: Headings, by: str, *, smallest: bool = False) -> Table:
+    """Return columns of the summary that are there, ordered by the column `by`; no rows without that.
+
+    The largest value stands first, or the smallest.
+    """
     present = [(column, heading) for column, heading in columns if column in study.cases]
     heads = (
         Column("case_id"),
@@ -24,16 +27,16 @@ def case_table(study: Study, key: str, title: str, columns: Headings, by: str) -
     if by not in dict(present) or study.cases.empty:
         return Table(key, title, "", heads, [])
     shown = [*(axis.path for axis in study.swept()), *(column for column, _ in present)]
-    note = f"Sorted by {dict(present)[by]}, largest first."
-    return Table(key, title, note, heads, CaseRows(study.cases, shown, by))
+    note = f"Sorted by {dict(present)[by]}, {'smallest' if smallest else 'largest'} first."
+    return Table(key, title, note, heads, CaseRows(study.cases, shown, by, smallest=smallest))
 
 
 class CaseRows(Sequence):
     """Rows of a table, one per case, made as they are read: of a million cases a page shows a few."""
 
-    def __init__(self, cases: Rows, columns: list[str], by: str = ""):
-        """Take cases, the columns behind case_id, and the one by which they are ordered, the largest first."""
-        self.cases, self.columns, self.by = cases, columns, by
+    def __init__(self, cases: Rows, columns: list[str], by: str = "", *, smallest: bool = False):
+        """Take cases, the columns behind case_id, and the one by which they are ordered, from which end."""
+        self.cases, self.columns, self.by, self.smallest = cases, columns, by, smallest
 
     def __len__(self) -> int:
         return len(self.cases)
@@ -41,7 +44,7 @@ class CaseRows(Sequence):
     def _order(self) -> np.ndarray:
         if not self.by:
             return np.arange(len(self))
-        return self.cases.ordered(self.by)
+        return self.cases.ordered(self.by, smallest=self.smallest)
 
     @overload
     def __getitem__(self, which: int) -> tuple: ...

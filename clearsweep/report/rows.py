@@ -91,9 +91,10 @@ class Rows:
             return np.nan
         return self.once(("largest", column), lambda: float(self[column].max()) if len(self) else np.nan)
 
-    def ordered(self, column: str) -> np.ndarray:
-        """Return the places of all cases, the largest value of a column first, those without one last."""
-        return np.argsort(-self[column].to_numpy(), kind="stable")
+    def ordered(self, column: str, *, smallest: bool = False) -> np.ndarray:
+        """Return the places of all cases, the largest (or smallest) value of a column first, those without one last."""
+        values = self[column].to_numpy()
+        return np.argsort(values if smallest else -values, kind="stable")
 
     def ranked(self, column: str) -> tuple[str, ...]:
         """Return the case with the largest value of a column, the median and the one with the least; each once."""

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..judging import validity, verdict
+from ..judging import order, validity, verdict
 from ..language import wording
 from .lives import Lives, life_lines
 from .searched import optimise_lines, optimised, refine_lines, seek_lines, sought
 from .settings import friendly, joint_count, setting_text, value_text
 from .sweep import RunResult
-
-WORST_CASES = 5
+from .worst_cases import WorstCases
 
 LISTED_FAILURES = 3  # of each status
 FILES = ("summary.parquet", "orbits.h5", "run.json")
@@ -26,14 +25,15 @@ def of_run(result: RunResult) -> dict[str, Any]:
     run = result.open()
     swept = list(run.grid["units"])
     joints = [joint.name for joint in run.layout.joints]
-    worst: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     statuses: Counter[str] = Counter()
     remarks = validity.Remarks(joints)
     judged = validity.columns(joints, {column.name for column in run.layout.columns})
     kept = _Kept(run.grid)
     lives = Lives(run.layout)
-    columns = ["status", *swept, *(_peak(joint) for joint in joints), *judged, *kept.columns, *lives.columns]
+    lead = order.lead_of(run.layout, kept.verdict.limits, seeks=result.seek is not None)
+    worst = WorstCases(lead, joints, kept.verdict.limits)
+    columns = ["status", *swept, *worst.columns, *judged, *kept.columns, *lives.columns]
     columns = list(dict.fromkeys(columns))
     for block in run.blocks(columns):
         good = block["status"] == "ok"
@@ -47,8 +47,9 @@ def of_run(result: RunResult) -> dict[str, Any]:
             finished = {name: values[good] for name, values in block.items()}
             remarks.add(finished)
             kept.add(finished, swept)
-            lives.add(finished, functools.partial(_known, finished, swept=swept))
-            worst = sorted([*worst, *_worst_of(finished, joints, swept)], key=_order, reverse=True)[:WORST_CASES]
+            known = functools.partial(_known, finished, swept=swept)
+            lives.add(finished, known)
+            worst.add(finished, known)
     return {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -71,7 +72,10 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "optimised": optimised(result, kept.units),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
-        "worst": worst,
+        "question": lead.question,
+        "ranked": {"title": lead.title, "headings": list(lead.headings), "units": kept.units},
+        "no_limits": order.no_limits(run.layout) if lead.question in ("film", "force") else "",
+        "worst": worst.entries,
         "failures": failures,
         "files": {name: str(result.directory / name) for name in FILES},
     }
@@ -153,30 +157,11 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _peak(joint: str) -> str:
-    return f"{joint}_force_peak"
-
-
 def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
     """Return which case is at a place of a block of the summary, None for a value that it does not use."""
     values = {path: block[path][place : place + 1].tolist()[0] for path in swept}
     found = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}
     return {"case_id": block["case_id"][place], "swept": found}
-
-
-def _worst_of(block: dict[str, np.ndarray], joints: list[str], swept: list[str]) -> list[dict[str, Any]]:
-    """Return the cases of a block with the largest normal forces."""
-    peaks = np.nan_to_num(np.array([block[_peak(joint)] for joint in joints]))
-    order = np.lexsort((block["case_id"], peaks.max(axis=0)))
-    entries = []
-    for place in order[-WORST_CASES:].tolist():
-        peak, joint = max(zip(peaks[:, place].tolist(), joints, strict=True))
-        entries.append(_known(block, place, swept) | {"joint": joint, "force_peak": peak})
-    return entries
-
-
-def _order(entry: dict[str, Any]) -> tuple[float, str]:
-    return entry["force_peak"], entry["case_id"]
 
 
 def run_text(facts: dict[str, Any]) -> str:
@@ -194,13 +179,7 @@ def run_text(facts: dict[str, Any]) -> str:
             f"grid with these values has them again, `clearsweep report {facts['directory']} --all` shows all"
         )
     lines += derived_lines(facts["derived"])
-    lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
-    lines += _limit_lines(facts)
-    lines += seek_lines(facts)
-    lines += optimise_lines(facts)
-    lines += refine_lines(facts)
-    if facts["worst"]:
-        lines += ["", "Largest normal force", *_aligned(_worst_rows(facts))]
+    lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
     if facts["failures"]:
         lines += [
             "",
@@ -213,7 +192,14 @@ def run_text(facts: dict[str, Any]) -> str:
             for entry in facts["failures"]
         ]
         lines += ["  --retry-failed runs them again"]
-    lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
+    if facts["worst"]:
+        lines += ["", facts["ranked"]["title"], *_aligned(_worst_rows(facts))]
+    lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
+    lines += seek_lines(facts)
+    lines += optimise_lines(facts)
+    lines += _limit_lines(facts)
+    lines += refine_lines(facts)
+    lines += ["", facts["no_limits"]] if facts["no_limits"] and facts["ok"] else []
     lines += [
         "",
         f"Results in {facts['directory']}: {', '.join(FILES)}",
@@ -316,19 +302,31 @@ def plain(text: str) -> str:
 
 def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
     paths = list(facts["worst"][0]["swept"])
-    head = ["case_id", *(wording.axis_name(path, joint_count(paths)) for path in paths), "joint", "force peak"]
-    return [
-        head,
-        *(
+    of_joint = facts["question"] in ("life", "film", "force")
+    head = ["case_id", *(wording.axis_name(path, joint_count(paths)) for path in paths)]
+    rows = [[*head, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
+    for entry in facts["worst"]:
+        rows.append(
             [
                 wording.short_id(entry["case_id"]),
                 *(value_text(path, entry["swept"][path], facts) for path in paths),
-                wording.joint_name(entry["joint"]),
-                friendly(entry["force_peak"], "N"),
+                *([wording.joint_name(entry["joint"])] if of_joint else []),
+                *(_figure(figure, facts["ranked"]["units"]) for figure in entry["figures"]),
             ]
-            for entry in facts["worst"]
-        ),
-    ]
+        )
+    return rows
+
+
+def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
+    """Return a figure of the table with its unit, shares in per cent, lives in hours."""
+    name, value = figure["column"], figure["value"]
+    if value is None or "words" in figure:
+        return str(figure.get("words", "-"))
+    if name.endswith("_life_hours"):
+        return f"{value:.4g} h"
+    if name.endswith("_dry_load_share"):
+        return f"{100.0 * value:.3g} %"
+    return friendly(value, units.get(name, "1"))
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

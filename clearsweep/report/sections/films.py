@@ -18,8 +18,6 @@ def sections(study: Study) -> list[Section]:
         thinnest = joint.column("film_thickness_min")
         if study.has(thinnest):
             title = f"Film in joint {joint.title}"
-            table = case_table(
-                study, f"film_{joint.name}", title, shown(study, "film", joint), joint.column("film_loss")
-            )
+            table = case_table(study, f"film_{joint.name}", title, shown(study, "film", joint), thinnest, smallest=True)
             blocks.append(table._replace(note=f"{table.note} {NOTE}"))
     return [Section("film", "Films", blocks)] if blocks else []

@@ -12,6 +12,7 @@ from ..main_effects import MainEffect, main_effects
 from ..section import Points, Section, filled
 from ..study import PER_HOURS, RATIO, Joint, Study, grouped
 from ..table import Column, Table
+from .verdict import ratios
 
 
 def sections(study: Study) -> list[Section]:
@@ -21,7 +22,7 @@ def sections(study: Study) -> list[Section]:
 
 def _points(study: Study) -> list[str]:
     """Return the sentences about the figures, about failed cases, and the warnings of the run."""
-    points = sentences(study)
+    points = sentences(study) + ([] if study.cases.empty else ratios(study))
     failed, finished = len(study.failed), len(study.cases)
     if failed and finished:
         cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)

@@ -28,6 +28,12 @@ def sections(study: Study) -> list[Section]:
     return [Section("life", "Life", filled([Points(_points(study, joint)), Gallery(NOTE, _pictures(study, joint))]))]
 
 
+def ends(study: Study) -> list[str]:
+    """Return the shortest and the longest life in one sentence each; [] where no case has a life."""
+    joint = next((each for each in study.joints if each.name == study.run.layout.life), None)
+    return [] if joint is None or study.cases.empty else _points(study, joint)
+
+
 def _points(study: Study, joint: Joint) -> list[str]:
     """Return the shortest and the longest life, and how many cases did not come to their limit."""
     asked, hours = study.run.grid["life"], joint.column("life_hours")

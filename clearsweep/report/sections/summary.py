@@ -2,9 +2,12 @@
 
 import numpy as np
 
+from ...judging import verdict
+from ...language import wording
 from .. import elastic_range
 from ..section import Cards, Section
 from ..study import RATIO, Joint, Study
+from ..worst_case import question, worst_case
 
 ONSET = "onset_rate_max"
 
@@ -22,6 +25,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     cards = [("Cases finished", f"{finished} of {finished + failed + missing}", said)]
     if study.cases.empty:
         return cards
+    cards += _answer(study)
     figures = (
         (study.lead.figure, f"Largest {study.lead.name}", ""),
         ("force_peak_ratio", "Peak over ideal peak", "1: as without clearance"),
@@ -40,6 +44,35 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
             elastic = elastic_range.beside(study, joint, worst) if joint and figure == ONSET else ""
             said = "; ".join(filter(None, (where, beside, elastic))) or (f"joint {joint.title}" if joint else "")
             cards.append((name, study.text(worst, column), said))
+    return cards
+
+
+def _answer(study: Study) -> list[tuple[str, str, str]]:
+    """Return the cards that answer the question of the grid: the figures of its worst case."""
+    found, lead = worst_case(study), question(study)
+    if found is None:
+        return []
+    case_id, candidate = found
+    value = float(study.cases.at[case_id, candidate.columns[0]])
+    at = study.setting(case_id)
+    if lead.question == "life":
+        return [("Shortest life", f"{wording.plain(value)}{wording.BLANK}h", at)]
+    if lead.question in ("seek", "limits"):
+        exceeded = study.cases.at[case_id, verdict.EXCEEDED]
+        count = int((study.cases[verdict.EXCEEDED] == "").sum())
+        return [
+            ("Within the limits", f"{count} of {len(study.cases)}", "finished cases"),
+            ("Smallest margin", verdict.margin_words(value, study.limits, exceeded), at),
+        ]
+    if lead.question == "force":
+        return [("Largest normal force", study.text(case_id, candidate.columns[0]), at)]
+    cards = [("Thinnest film", study.text(case_id, candidate.columns[0]), at)]
+    for heading, name in zip(lead.headings[1:], candidate.columns[1:], strict=True):
+        known = float(study.cases.at[case_id, name])
+        if not np.isnan(known):
+            share = name.endswith("dry_load_share")
+            said = wording.percent(known) if share else study.text(case_id, name)
+            cards.append((f"{heading[0].upper()}{heading[1:]}", said, "of that case"))
     return cards
 
 

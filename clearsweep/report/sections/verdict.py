@@ -1,10 +1,10 @@
-"""The verdict: how far forces exceed those without clearance, which cases keep to the limits, and where they do not."""
+"""The verdict: the answer to the question of the grid first, then which cases keep to the limits and where not."""
 
 import itertools
 
 import numpy as np
 
-from ...judging import verdict
+from ...judging import order, verdict
 from ...language import wording
 from ..case_table import axis_columns
 from ..draw import passing
@@ -14,6 +14,8 @@ from ..section import Block, Gallery, Points, Section, filled
 from ..shown import in_words
 from ..study import Axis, Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
+from ..worst_case import question, worst_case
+from . import life
 from .sought import safest
 
 MAPS = 3  # pairs of axes at most
@@ -24,9 +26,36 @@ def sections(study: Study) -> list[Section]:
     """Return the section; [] where no case finished."""
     if study.cases.empty:
         return []
-    points = [*safest(study), *_kept(study), *ratios(study)]
+    points = [*life.ends(study), *safest(study), *_kept(study), *_worst(study)]
     blocks: list[Block] = [Points(points), _table(study), Gallery(NOTE, _maps(study))]
     return [Section("verdict", "Verdict", filled(blocks))]
+
+
+def _worst(study: Study) -> list[str]:
+    """Return the worst case of a grid that asks nothing of its cases, and which limit to add."""
+    found, lead = worst_case(study), question(study)
+    if lead.question not in ("film", "force"):
+        return []
+    advice = [capital(order.no_limits(study.run.layout)) + "."]
+    if found is None:
+        return advice
+    case_id, candidate = found
+    joint = next(each for each in study.joints if each.name == candidate.joint)
+    said = [
+        f"{heading} {_share(study, case_id, name)}"
+        for heading, name in zip(lead.headings, candidate.columns, strict=True)
+        if heading != "over ideal" and not wording.missing(study.cases.at[case_id, name])
+    ]
+    text = f"Worst case{_at(study, case_id)}{study.where(joint, ', joint {}')}: {', '.join(said)}"
+    ratio = joint.column("force_peak_ratio")
+    if ratio in candidate.columns and not wording.missing(study.cases.at[case_id, ratio]):
+        text += f"; with friction {study.text(case_id, ratio)} times the largest reaction without clearance"
+    return [f"{text} (case {wording.short_id(case_id)}).", *advice]
+
+
+def _share(study: Study, case_id: str, column: str) -> str:
+    value = float(study.cases.at[case_id, column])
+    return wording.percent(value) if column.endswith("_dry_load_share") else study.text(case_id, column)
 
 
 def ratios(study: Study) -> list[str]:

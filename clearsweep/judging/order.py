@@ -1,0 +1,102 @@
+"""Which question a run answers first: one order for the verdict, the cards, the closing table and the sorting."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ..contracts.layout import Layout
+from .verdict import MARGIN, Limit
+
+#: The questions of a grid in the order in which they are answered.  A study of films and one of forces ask by what they
+#: contain, and only where nothing else is asked.
+QUESTIONS = ("life", "seek", "limits", "film", "force")
+
+
+_LEAST, _MOST = True, False  # which end of the ranking figure is the worst
+
+
+class Candidate(NamedTuple):
+    """The columns by which one joint, or the whole mechanism, is ranked: by the first of them."""
+
+    joint: str  # 'rod_slider', '' for the mechanism
+    columns: tuple[str, ...]
+
+
+class Lead(NamedTuple):
+    """What ranks the cases of a run."""
+
+    question: str  # one of QUESTIONS, the first that the run answers
+    title: str  # of the closing table
+    headings: tuple[str, ...]  # of the columns of each candidate
+    smallest: bool  # the smallest value is the worst
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Return all columns that it needs."""
+        return tuple(dict.fromkeys(name for each in self.candidates for name in each.columns))
+
+    def worst(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the worst value of each case over the candidates, NaN where all are null, and which candidate has it.
+
+        columns : (n,) each, NaN for null
+        """
+        values = np.array([np.asarray(columns[each.columns[0]], float) for each in self.candidates])
+        sign = -1.0 if self.smallest else 1.0
+        which = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
+        return np.take_along_axis(values, which[None], axis=0)[0], which
+
+    def ranking(self, values: np.ndarray) -> np.ndarray:
+        """Return values as numbers that are larger the worse the case is, -inf for null."""
+        return np.where(np.isnan(values), -np.inf, -values if self.smallest else values)
+
+
+def lead_of(layout: Layout, limits: Iterable[Limit], *, seeks: bool = False) -> Lead:
+    """Return what ranks the cases of a run with this layout and these limits; `seeks`: its grid seeks a value.
+
+    A search is judged by the limits, so its cases are ranked by their margin.
+    """
+    there = {column.name for column in layout.columns}
+    if (hours := f"{layout.life}_life_hours") in there:
+        return Lead("life", "Shortest life", ("life",), _LEAST, (Candidate(layout.life, (hours,)),))
+    limited = tuple(dict.fromkeys(limit.column for limit in limits))
+    if limited:
+        names = (MARGIN, *limited)
+        return Lead("seek" if seeks else "limits", "Smallest margin", names, _LEAST, (Candidate("", names),))
+    joints = [joint.name for joint in layout.joints]
+    for question, title, smallest, figures in _BY_CONTENT:
+        found = [name for name in joints if f"{name}_{next(iter(figures))}" in there]
+        shown = {
+            figure: heading for figure, heading in figures.items() if all(f"{name}_{figure}" in there for name in found)
+        }
+        if found:
+            candidates = tuple(Candidate(name, tuple(f"{name}_{figure}" for figure in shown)) for name in found)
+            return Lead(question, title, tuple(shown.values()), smallest, candidates)
+    return Lead("force", "", (), _MOST, ())
+
+
+_BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
+    (
+        "film",
+        "Thinnest film",
+        _LEAST,
+        {"film_thickness_min": "least film", "dry_load_share": "dry load share", "film_loss": "loss"},
+    ),
+    ("force", "Largest normal force", _MOST, {"force_peak": "force peak", "force_peak_ratio": "over ideal"}),
+)
+
+
+def no_limits(layout: Layout) -> str:
+    """Return which limit to add to a grid that asks nothing of its cases."""
+    there = {column.name for column in layout.columns}
+    lead = lead_of(layout, ())
+    if lead.question == "film":
+        example = f"{lead.candidates[0].columns[0]}: {{at_least: 2 um}}"
+    elif lead.candidates:
+        joint = lead.candidates[0].joint
+        ideal = f"{joint}_force_peak_ideal"
+        example = f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal}}}" if ideal in there else "5 kN")
+    else:
+        return "No limits are set, so no case is judged."
+    return f"No limits are set, so no case is judged. To judge them, add to the grid: limits: {{{example}}}"

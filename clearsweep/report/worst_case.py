@@ -1,0 +1,25 @@
+"""The worst case of a run by the question that its grid asks, the same as in the closing lines of the run."""
+
+import numpy as np
+
+from ..judging import order
+from .dotted import sought
+from .study import Study
+
+
+def question(study: Study) -> order.Lead:
+    """Return what ranks the cases of a study."""
+    return order.lead_of(study.run.layout, study.limits, seeks=bool(sought(study.run.grid)))
+
+
+def worst_case(study: Study) -> tuple[str, order.Candidate] | None:
+    """Return the worst case and the columns to show of it; None where all are null."""
+    lead, cases = question(study), study.cases
+    if cases.empty or not lead.candidates or any(name not in cases for name in lead.columns):
+        return None
+    values, which = lead.worst({name: cases[name].to_numpy(float) for name in lead.columns})
+    if np.isnan(values).all():
+        return None
+    badness = lead.ranking(values)
+    place = int(np.flatnonzero(badness == badness.max())[-1])  # of equal ones the last, as the closing lines do
+    return cases.index[place], lead.candidates[int(which[place])]

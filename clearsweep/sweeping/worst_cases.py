@@ -1,0 +1,48 @@
+"""The worst cases of a run by the question that its grid asks, as its closing table lists them."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..judging.order import Lead
+from ..judging.verdict import EXCEEDED, MARGIN, Limit, margin_words
+
+WORST_CASES = 5
+
+
+class WorstCases:
+    """Keeps the worst of finished cases, block by block."""
+
+    def __init__(self, lead: Lead, joints: list[str], limits: tuple[Limit, ...]):
+        """Take what ranks cases, the joints whose force peaks every entry holds, and the limits of the grid."""
+        self.lead, self.joints, self.limits = lead, joints, limits
+        self.columns = [*dict.fromkeys((*lead.columns, *(f"{joint}_force_peak" for joint in joints)))]
+        self.entries: list[dict[str, Any]] = []  # the worst first
+
+    def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
+        """Take in some finished cases; known : place in the block -> which case that is."""
+        if not self.lead.candidates:
+            return
+        values, which = self.lead.worst(block)
+        badness = self.lead.ranking(values)
+        order = np.lexsort((block["case_id"], badness))[-WORST_CASES:]
+        entries = [known(place) | self._figures(block, place, int(which[place])) for place in order.tolist()]
+        self.entries = sorted([*self.entries, *entries], key=self._badness, reverse=True)[:WORST_CASES]
+
+    def _badness(self, entry: dict[str, Any]) -> tuple[float, str]:
+        first = entry["figures"][0]["value"]
+        return float(self.lead.ranking(np.array(np.nan if first is None else first))), entry["case_id"]
+
+    def _figures(self, block: Mapping[str, np.ndarray], place: int, which: int) -> dict[str, Any]:
+        """Return the figures by which a case is listed, and the largest force peak with its joint, None for null."""
+        candidate = self.lead.candidates[which]
+        peaks = [(float(np.nan_to_num(float(block[f"{joint}_force_peak"][place]))), joint) for joint in self.joints]
+        peak, joint = max(peaks)
+        figures = []
+        for name in candidate.columns:
+            value = float(block[name][place])
+            figures.append({"column": name, "value": None if np.isnan(value) else value})
+            if name == MARGIN:
+                figures[-1]["words"] = margin_words(value, self.limits, block[EXCEEDED][place] or "")
+        return {"joint": candidate.joint or joint, "force_peak": peak, "figures": figures}

@@ -1,0 +1,78 @@
+"""Which question a run answers first: the same on the page and on the command line."""
+
+import numpy as np
+import pytest
+from fake_physics import grid
+from report_fake import Run
+from test_seek import quiet
+
+from clearsweep.contracts.layout import Column
+from clearsweep.judging import order, verdict
+from clearsweep.report.sections import summary
+from clearsweep.report.sections import verdict as section
+from clearsweep.report.study import prepare
+from clearsweep.report.worst_case import question, worst_case
+from clearsweep.sweeping import closing
+
+PEAK = "rod_slider_force_peak"
+FILM = {"film_thickness_min": "m", "dry_load_share": "1", "film_loss": "W"}
+
+
+def layout(*names, life=""):
+    made = Run().layout
+    columns = tuple(Column(f"rod_slider_{name}", "1", "") for name in ("force_peak", *names))
+    return made._replace(columns=columns, life=life)
+
+
+LIMITS = verdict.limits_of({PEAK: 1.0})
+
+
+@pytest.mark.parametrize(
+    ("given", "limits", "seeks", "leads"),
+    [
+        (layout("life_hours", *FILM, life="rod_slider"), LIMITS, True, "life"),
+        (layout(*FILM), LIMITS, True, "seek"),
+        (layout(*FILM), LIMITS, False, "limits"),
+        (layout(*FILM), (), False, "film"),
+        (layout(), (), False, "force"),
+    ],
+)
+def test_the_first_question_that_a_grid_asks_leads(given, limits, seeks, leads):
+    assert order.lead_of(given, limits, seeks=seeks).question == leads
+
+
+def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_case():
+    lead = order.lead_of(layout(*FILM), ())
+    assert lead.headings == ("least film", "dry load share", "loss")
+    values, _ = lead.worst({name: np.array([3.0, 1.0, np.nan]) for name in lead.columns})
+    assert int(np.argmax(lead.ranking(values))) == 1
+    assert lead.ranking(values)[2] == -np.inf
+
+
+def test_of_several_joints_the_worse_one_ranks_a_case_and_null_never_does():
+    candidates = tuple(order.Candidate(name, (name,)) for name in ("a", "b"))
+    lead = order.Lead("force", "", ("peak",), False, candidates)
+    values, which = lead.worst({"a": np.array([1.0, np.nan, np.nan]), "b": np.array([2.0, -3.0, np.nan])})
+    assert values.tolist()[:2] == [2.0, -3.0]
+    assert which.tolist()[:2] == [1, 1]
+    assert np.isnan(values[2])
+
+
+@pytest.mark.parametrize("limits", [None, {PEAK: "0.1015 N"}])
+def test_page_and_closing_lines_name_the_same_worst_case(tmp_path, limits):
+    result = quiet(grid(3) | ({"limits": limits} if limits else {}), tmp_path / "run")
+    facts = closing.of_run(result)
+    prepared = prepare(result.open())
+    case_id, _ = worst_case(prepared)
+    assert facts["worst"][0]["case_id"] == case_id
+    assert facts["question"] == question(prepared).question == ("limits" if limits else "force")
+    names = [name for name, _, _ in summary.sections(prepared)[0].blocks[0].cards]
+    assert names[1] == ("Within the limits" if limits else "Largest normal force")
+    said = " ".join(section.sections(prepared)[0].blocks[0].texts)
+    text = closing.run_text(facts)
+    assert ("No limits are set" in said) == ("No limits are set" in text) == (not limits)
+    assert ("Worst case" in said) == (not limits)
+    if limits:
+        margins = [entry["figures"][0]["value"] for entry in facts["worst"]]
+        assert margins == sorted(margins)
+        assert "limits" not in facts["no_limits"]
