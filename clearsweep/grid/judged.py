@@ -2,16 +2,11 @@
 
 from typing import Any
 
-from ..contracts.case import column_name
-from ..contracts.catalogue import Catalogue, Mechanism
-from ..contracts.layout import columns_of
 from ..judging.verdict import EXCEEDED, KINDS, MARGIN
 from ..language import expression, quantity
 from ..language.errors import InputError, nearest, shown
 from .document import WrittenValue
 from .draft import Draft
-from .keys import Section
-from .life_keys import LIFE
 
 SECTIONS = ("figures", "limits")  # of a grid file
 _TIMES = "times"
@@ -120,36 +115,3 @@ def _quantity(draft: Draft, written: WrittenValue, path: str, unit: str) -> floa
     except InputError as error:
         draft.problems.add(written, path, str(error))
         return None
-
-
-def figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
-    """Return the figures of merit that the cases will have, each with its unit."""
-    sections = [path.split(".") for path, node in draft.shape.items() if isinstance(node, Section)]
-    inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
-    parts = {
-        column_name(joint): {part for other, *rest in inside if other == joint for part in rest[:1]}
-        for joint, *_ in inside
-    }
-    for joint in mechanism.joints:
-        if column_name(joint.name) in parts and mechanism.spatial:
-            parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
-    until, life = str(draft.values.get("simulate.until.figure", "")), draft.values.get(f"{LIFE}.joint")
-    asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in draft.values}
-    asked |= {name for name, there in (("until", until), ("life", life), ("uncertain", draft.uncertain)) if there}
-    for joint in mechanism.joints:
-        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(draft, joint.name):
-            parts[column_name(joint.name)].add("strength")
-    if life and column_name(life) in parts:
-        parts[column_name(life)].add("judged")
-    columns = columns_of(catalogue, mechanism, parts, asked, until)
-    return {column.name: column.unit for column in columns}
-
-
-def _strength(draft: Draft, joint: str) -> bool:
-    """Return whether a yield strength or a hardness is written of a joint with contact."""
-    own = f"joints.{joint}."
-    known = [path for path in (*draft.written, *draft.swept) if path.startswith(own)]
-    return f"{own}contact" in draft.shape and any(
-        path.endswith(".yield_strength") or path in (f"{own}wear.hardness", f"{own}roughness.hardness")
-        for path in known
-    )
