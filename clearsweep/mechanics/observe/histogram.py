@@ -18,6 +18,7 @@ EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64) 
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
 BETWEEN = 3  # even places within a step, at its quarters, at which the bodies are looked at
+MOMENTS = 8  # these and both ends, and the last one again: as many as are looked at at once
 # Rows of Tally.course: N, s, m/s, m, W
 FORCE, KAPPA_COURSE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE, COURSES = range(6)
 
