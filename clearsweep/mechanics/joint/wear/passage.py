@@ -30,14 +30,14 @@ from .contract import (
 DEGREE = 6  # of the polynomials over the share of the step, as many as its stages give
 POINTS = 8  # as many as vectors hold, and enough for the DEGREE
 ON_BEARING, ON_JOURNAL, DEEPEST, WAY, ROWS = range(COURSES, COURSES + 5)  # after the courses: angles, depth, way slid
-#: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it;
+#: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it,
+#: and one over its half;
 #: coefficients over the place of what is worn off per place, of the arc's middle and of half the arc.
-AREA, HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(8)
+AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(9)
 #: Of an end of the arc: where it was a point before, change of place per way, coefficients, those of its slope, places
 #: at which it passes edges; what is worn before edges; terms of sums.
-END, PER_WAY, END_COURSE, END_SLOPE, PASSING, WORN, TERM = range(8, 15)
-BLOCK = 4  # edges that are worked on together, each with a row of terms
-BODY = (TERM + BLOCK) * POINTS
+END, PER_WAY, END_COURSE, END_SLOPE, PASSING, WORN, TERM = range(9, 16)
+BODY = (TERM + 2) * POINTS
 FIRST = ROWS * POINTS  # of the room of the bearing
 ROOM = FIRST + 2 * BODY  # the coefficients over the share of the step, then the room of bearing and journal
 
@@ -56,7 +56,7 @@ FIT = np.zeros((PARTS + 1, POINTS))
 FIT[:, : DEGREE + 1] = np.linalg.pinv(np.vander(np.arange(PARTS + 1) / PARTS, DEGREE + 1, increasing=True)).T
 PAIRS = POINTS // 2  # of points as far from the middle
 _FROM_POINTS = np.linalg.inv(np.vander(PLACES, increasing=True))
-#: (PAIRS, POINTS): what gives the coefficients over the place, even and odd, from sums and differences of pairs' values.
+#: (PAIRS, POINTS): what gives even and odd coefficients over the place from sums and differences of pairs' values.
 EVEN, ODD = np.zeros((2, PAIRS, POINTS))
 EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAIRS:].T
 #: Nodes and weights of Gauss's rule on 0 to 1 after x = u^2 (3 - 2 u), in which the load is smooth at the ends of the
@@ -118,7 +118,7 @@ def _see_body(room, first, i, area, angle, half):
     """Put what a body, whose room begins at `first`, sees at a point into `room`."""
     half = max(half, FAINT)
     room[first + AREA * POINTS + i], room[first + MIDDLE * POINTS + i] = area, angle
-    room[first + HALF * POINTS + i] = half
+    room[first + HALF * POINTS + i], room[first + PER_HALF * POINTS + i] = half, 1.0 / half
     room[first + START * POINTS + i], room[first + STOP * POINTS + i] = angle - half, angle + half
 
 
@@ -172,16 +172,13 @@ def fit_points(room):
 
 @kernel
 def within(joint, room, edge, width):
-    """Put what the arc wears before a BLOCK of edges, `width` (rad) apart, that it holds at all points, into WORN."""
-    for i in abreast(POINTS):
-        half = room[HALF * POINTS + i]
-        inverse = 1.0 / half
-        x = (edge - room[MIDDLE * POINTS + i]) * inverse
-        for k in range(BLOCK):
-            share = share_before(joint.wear.pressure, x + k * (width * inverse), half)
-            room[(TERM + k) * POINTS + i] = room[AREA * POINTS + i] * share
-    for k in range(BLOCK):
-        room[WORN * POINTS + k] = summed(room, TERM + k)
+    """Put what the arc wears before edges, `width` (rad) apart, that it holds at all points, into WORN."""
+    for k in abreast(POINTS):
+        angle, total = edge + NUMBERS[k] * width, 0.0
+        for i in range(POINTS):
+            x = (angle - room[MIDDLE * POINTS + i]) * room[PER_HALF * POINTS + i]
+            total += room[AREA * POINTS + i] * share_before(joint.wear.pressure, x, room[HALF * POINTS + i])
+        room[WORN * POINTS + k] = total
 
 
 @inlined
@@ -332,7 +329,7 @@ def worn_before(joint, room, edge, edges, last):
     angle = edge * width
     if kinds.near_start < edge <= kinds.near_stop:
         within(joint, room, angle, width)
-        return min(BLOCK, kinds.near_stop - edge + 1)
+        return min(POINTS, kinds.near_stop - edge + 1)
     starting, stopping = edge <= kinds.start, edge > kinds.stop
     if starting == stopping or not steady(room, START if starting else STOP):
         room[WORN * POINTS] = passed(joint, room, angle)

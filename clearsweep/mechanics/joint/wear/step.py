@@ -40,7 +40,19 @@ from .contract import (
     wear_rate,
     width_class,
 )
-from .passage import DEGREE, FIRST, FIT, ON_BEARING, POINTS, WAY, clearance_at, enter_wear, rubbing_at, rubbing_of, value
+from .passage import (
+    DEGREE,
+    FIRST,
+    FIT,
+    ON_BEARING,
+    POINTS,
+    WAY,
+    clearance_at,
+    enter_wear,
+    rubbing_at,
+    rubbing_of,
+    value,
+)
 
 LEAST = 1e-7  # rad, of half an arc that is looked at
 ANGLES = BETWEEN + 4  # numbers that tell the course of an angle: at the quarters, then its slopes at both ends
