@@ -11,6 +11,7 @@ import numpy as np
 from ..judging import order, validity, verdict
 from ..language import wording
 from .lives import Lives, life_lines
+from .pace import Pace, pace_lines
 from .searched import optimise_lines, optimised, refine_lines, seek_lines, sought
 from .settings import friendly, joint_count, setting_text, value_text
 from .sweep import RunResult
@@ -30,10 +31,10 @@ def of_run(result: RunResult) -> dict[str, Any]:
     remarks = validity.Remarks(joints)
     judged = validity.columns(joints, {column.name for column in run.layout.columns})
     kept = _Kept(run.grid)
-    lives = Lives(run.layout)
+    lives, pace = Lives(run.layout), Pace(run.grid, run.layout)
     lead = order.lead_of(run.layout, kept.verdict.limits, seeks=result.seek is not None)
     worst = WorstCases(lead, joints, kept.verdict.limits)
-    columns = ["status", *swept, *worst.columns, *judged, *kept.columns, *lives.columns]
+    columns = ["status", *swept, *worst.columns, *judged, *kept.columns, *lives.columns, *pace.columns]
     columns = list(dict.fromkeys(columns))
     for block in run.blocks(columns):
         good = block["status"] == "ok"
@@ -49,6 +50,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
             kept.add(finished, swept)
             known = functools.partial(_known, finished, swept=swept)
             lives.add(finished, known)
+            pace.add(finished, known)
             worst.add(finished, known)
     return {
         "directory": str(result.directory),
@@ -68,6 +70,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "units": run.grid.get("units", {}),
         "limits": kept.facts(),
         "life": lives.facts(),
+        "slowest": pace.slowest,
         "seek": sought(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
         "optimised": optimised(result, kept.units),
         "refined": result.refined and result.refined._asdict(),
@@ -172,7 +175,7 @@ def run_text(facts: dict[str, Any]) -> str:
         done = (
             f"{cases(facts['reused'])} of {facts['joined']} directories joined in {wording.duration(facts['seconds'])}"
         )
-    lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
+    lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}", *pace_lines(facts["slowest"])]
     if facts["others"]:
         lines.append(
             f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet: a "
