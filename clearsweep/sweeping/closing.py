@@ -170,16 +170,16 @@ def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[s
 def run_text(facts: dict[str, Any]) -> str:
     """Return the facts of a run as the lines a person reads."""
     left = f", {facts['missing']:,} left" if facts["missing"] else ""
-    done = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} were there before)"
+    done = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} reused)"
     if facts["joined"]:
         done = (
-            f"{cases(facts['reused'])} of {facts['joined']} directories joined in {wording.duration(facts['seconds'])}"
+            f"{cases(facts['reused'])} of {facts['joined']} directories merged in {wording.duration(facts['seconds'])}"
         )
     lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}", *pace_lines(facts["slowest"])]
     if facts["others"]:
         lines.append(
-            f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet: a "
-            f"grid with these values has them again, `clearsweep report {facts['directory']} --all` shows all"
+            f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet; "
+            f"a grid with these values has them again; `clearsweep report {facts['directory']} --all` shows all"
         )
     lines += derived_lines(facts["derived"])
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
@@ -223,7 +223,7 @@ def derived_lines(derived: dict[str, dict[str, Any]]) -> list[str]:
 def estimate_text(facts: dict[str, Any]) -> str:
     """Return the facts of a dry run as the lines a person reads."""
     lines = [
-        f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them there already, "
+        f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them stored already, "
         f"{facts['pending']:,} to run",
         *derived_lines(facts["derived"]),
         *_assumed_lines(facts["assumed"]),
@@ -231,7 +231,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
         *_case_lines(facts["case"]),
     ]
     if facts["seconds"] is None:
-        lines.append("time: unknown, the beginning of the first case does not tell")
+        lines.append("time: unknown; the start of the first case does not show it")
     elif facts["pending"]:
         spread = facts["give_or_take"] > 0.1 * facts["seconds"]
         beginning = (
@@ -256,9 +256,7 @@ def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
         values = " to ".join(f"{value:.6g}" for value in each["values"])
         known = " to ".join(friendly(value, each["unit"], speed=path.endswith("speed")) for value in each["values"])
         same = known == f"{values} {each['unit']}"
-        lines.append(
-            f"no unit is written, so SI it is: {path} = {values} {each['unit']}{'' if same else f' = {known}'}"
-        )
+        lines.append(f"no unit given, SI assumed: {path} = {values} {each['unit']}{'' if same else f' = {known}'}")
     return lines
 
 
