@@ -8,6 +8,7 @@ PAGE = Path(__file__).parent.parent / "results" / "speed.md"
 PARTS = {
     "beside others": "make bench ARGS=--write",
     "side by side": "make bench ARGS=--write",
+    "taken away": "make bench ARGS=--write",
     "two workers": "make bench ARGS=--write",
     "two commits": "make bench AGAINST=TREE ARGS=--write",
     "many cases": "make scale ARGS=--write",

@@ -1,4 +1,4 @@
-"""What parts of a case cost, beside the case without them: onset rates that end, wear, machines of any topology."""
+"""What parts of a case cost, beside the case without them: onset rates that end, wear."""
 
 import copy
 import time
@@ -27,8 +27,6 @@ class Pair(NamedTuple):
 
 PAIRS = (
     Pair("onset renewed over first", FLAGSHIP, {"JOINTS.contact.onset": "renewed"}, each=True),
-    Pair("bodies of any topology over own equations", FLAGSHIP, {"mechanism.slider.offset": 0.0}, each=True),
-    Pair("the same, two joints", "ab_base", {"mechanism.slider.offset": 0.0}, each=True),
     Pair("wear in 360 bins over none", FLAGSHIP, WEAR | {"JOINTS.wear.bins": 360}, each=False),
     Pair("wear in 100,000 bins over none", FLAGSHIP, WEAR | {"JOINTS.wear.bins": 100_000}, each=False),
 )

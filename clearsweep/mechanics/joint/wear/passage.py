@@ -64,6 +64,7 @@ EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAI
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 SOFT_NODES, SOFT_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
+SEVERAL = 2  # edges that one end passes: from so many on they are worked on together
 FAINT = 1e-300  # rad, for an arc without width
 #: Of each point: its way from the one before; the power of which it is the coefficient, one higher; its number.
 WAYS, TIMES, NUMBERS = np.diff(PLACES, prepend=-1.0), np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 0.0]), np.arange(8.0)
@@ -331,10 +332,11 @@ def worn_before(joint, room, edge, edges, last):
         within(joint, room, angle, width)
         return min(POINTS, kinds.near_stop - edge + 1)
     starting, stopping = edge <= kinds.start, edge > kinds.stop
-    if starting == stopping or not steady(room, START if starting else STOP):
+    count = min(POINTS, (min(kinds.start, kinds.stop) if starting else last) - edge + 1)
+    alone = starting == stopping or count < SEVERAL
+    if alone or not steady(room, START if starting else STOP):
         room[WORN * POINTS] = passed(joint, room, angle)
         return 1
-    count = min(POINTS, (min(kinds.start, kinds.stop) if starting else last) - edge + 1)
     end = -1.0 if starting else 1.0
     find_passing(room, end, angle, width)
     crossed(joint, room, end, angle, width)

@@ -1,0 +1,93 @@
+"""What each feature of the README's grid costs: `PYTHONPATH=tests python -m bench.taken_away [--write]`.
+
+Processor time per case of configs/slider_crank.yaml, and of a grid of the same ranges with ten times as many speeds, as
+they are and with wear, orbits and friction taken away.  A sweep's own way to integrate is timed, without storage.  All
+variants have their turn in every round; the least time of each counts.
+"""
+
+import argparse
+import copy
+import tempfile
+import time
+from pathlib import Path
+
+import speed_page
+import yaml
+
+from clearsweep import simulation
+from clearsweep.grid import load
+
+GRID = Path(__file__).parents[2] / "configs/slider_crank.yaml"
+JOINT = "rod-slider"
+FEATURES = ("wear", "orbits", "friction")
+VARIANTS = ((), ("wear",), ("orbits",), ("friction",), ("wear", "orbits"), FEATURES)
+COUNTS = (48, 480)
+TAKEN = 48  # cases of the larger grid that are run, evenly spread over it
+ROUNDS = 3
+
+
+def grid_without(features: tuple[str, ...], count: int) -> dict:
+    """Return the grid of so many cases without some FEATURES."""
+    grid = yaml.safe_load(GRID.read_text(encoding="utf-8"))
+    if "orbits" in features:
+        grid["save"] = {"orbits": "none"}
+    for name in {"wear", "friction"} & set(features):
+        del grid["joints"][JOINT][name]
+    speeds = grid["sweep"]["drive.speed"]["linspace"]
+    speeds[-1] = speeds[-1] * count // COUNTS[0]
+    return copy.deepcopy(grid)
+
+
+def cases_of(grid: dict) -> list:
+    """Return the cases of a grid that are run."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "grid.yaml"
+        path.write_text(yaml.safe_dump(grid), encoding="utf-8")
+        made = load(path, simulation.catalogue())
+        step = max(len(made) // TAKEN, 1)
+        return [made.case(place) for place in range(0, len(made), step)]
+
+
+def spent(cases: list) -> float:
+    """Return the processor time (s) of a case, on average."""
+    begin = time.process_time()
+    for _ in simulation.solve_each(cases):
+        pass
+    return (time.process_time() - begin) / len(cases)
+
+
+def table() -> list[str]:
+    """Return the lines of the table."""
+    lines = ["| taken away | " + " | ".join(f"{count} cases, ms a case" for count in COUNTS) + " | over the whole |"]
+    lines.append("| --- |" + " --- |" * (len(COUNTS) + 1))
+    runs = {(features, count): cases_of(grid_without(features, count)) for features in VARIANTS for count in COUNTS}
+    least = {key: spent(cases) for key, cases in runs.items()}  # compiles; the rounds below count
+    for number in range(ROUNDS):
+        took = {key: spent(cases) for key, cases in runs.items()}
+        least = took if number == 0 else {key: min(least[key], took[key]) for key in runs}
+    for features in VARIANTS:
+        times = [1e3 * least[features, count] for count in COUNTS]
+        shares = ", ".join(f"{least[features, count] / least[(), count]:.2f}" for count in COUNTS)
+        lines.append(f"| {', '.join(features) or 'nothing'} | {times[0]:.1f} | {times[1]:.1f} | {shares} |")
+    return lines
+
+
+def main() -> None:
+    """Print the table, or put it into the page."""
+    reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    reader.add_argument("--write", action="store_true", help="put the table into results/speed.md")
+    given = reader.parse_args()
+    lines = table()
+    print("\n".join(lines))
+    if given.write:
+        head = [
+            "## What each feature of the README's grid costs",
+            "",
+            f"`make bench ARGS=--write`, {time.strftime('%Y-%m-%d')}: processor time of integrating, one process.",
+            "",
+        ]
+        speed_page.write("taken away", "\n".join([*head, *lines]))
+
+
+if __name__ == "__main__":
+    main()
