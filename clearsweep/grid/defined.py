@@ -23,7 +23,7 @@ MOST_VALUES = 20_000  # of a number that varies with a name: of more, the ends o
 _OF_CASES = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
 _NO_NUMBERS = ("name", "figures")  # text of these sections is no expression of defined quantities
 _WAYS = ("sweep", "zip", "cases")
-_OVER = ("optimise", "sample")  # sections with paths under `over`
+_OVER = ("optimise", "identify", "sample")  # sections with paths under `over`
 
 
 class Definitions(NamedTuple):
