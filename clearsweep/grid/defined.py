@@ -186,6 +186,7 @@ class _Reader:
             value = expression.exact_value(text, self.known.values)
         except InputError as error:
             self.problems.add(written, path, str(error))
+            self.problems.unread.add(path)
             return self.worked(written, "0")
         if path in self.varied:
             self.refuse_axis(path, written)
