@@ -164,3 +164,8 @@ def test_a_grid_without_expressions_has_the_bits_it_had(at):
 def test_no_name_is_an_error():
     with pytest.raises(InputError, match="defines nothing"):
         load({"define": {}, "mechanism": {"type": "slider-crank"}})
+
+
+def test_a_name_that_is_not_defined_is_told_once(told):
+    for old, new in (("clearance: 0.5 mm", "clearance: = a"), ("speed: 5000 rpm", "speed: = 1 +")):
+        assert len(told(TEXT.replace(old, new))) == 1

@@ -54,7 +54,13 @@ def body(mechanism, path):
 )
 def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
     schema = functools.reduce(dict.__getitem__, branch.split(), grid.schema(catalogue()))
-    apart = ("sample", "seek", "refine", "optimise")  # under "Choosing cases", as they are the same for every mechanism
+    apart = (
+        "sample",
+        "seek",
+        "refine",
+        "optimise",
+        "identify",
+    )  # under "Choosing cases", as they are the same for every mechanism
     objects = {path: names for path, names in keys(schema) if path.partition(".")[0] not in apart}
     headings, missing = "".join(sections(mechanism)), []
     for path, names in objects.items():
@@ -67,7 +73,7 @@ def test_every_key_of_the_schema_stands_under_its_section(branch, mechanism):
     assert len(objects) > 5
 
 
-@pytest.mark.parametrize("section", ["seek", "refine", "optimise"])
+@pytest.mark.parametrize("section", ["seek", "refine", "optimise", "identify"])
 def test_every_key_of_what_adds_cases_stands_under_its_heading(section):
     text = PAGE.partition(f"\n### `{section}`\n")[2].partition("\n### ")[0]
     named = {name for row in re.findall(r"^\| (.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}

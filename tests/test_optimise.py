@@ -160,6 +160,18 @@ def test_the_report_has_the_best_cases(tmp_path):
     quiet(asked(minimise=["miss", "rod_slider_force_peak"]), out)
     made = sections(study.prepare(clearsweep.open(out)))
     assert [section.key for section in made] == ["optimise"]
+    titles = [picture.title for picture in made[0].blocks[1].pictures]
+    assert titles == ["The front of both objectives", "All cases as lines over what varies and what is judged"]
+
+
+def test_the_report_has_the_best_case_beside_the_one_that_is_written(tmp_path):
+    out = tmp_path / "run"
+    quiet(asked(minimise="rod_slider_force_peak"), out)
+    (section,) = sections(study.prepare(clearsweep.open(out)))
+    said = " ".join(section.blocks[0].texts)
+    assert "Beside the case that the grid has written: rod_slider_force_peak" in said
+    (table,) = [block for block in section.blocks if hasattr(block, "rows")]
+    assert [row[-1] for row in table.rows] == ["as written", "best"]
 
 
 def test_shards_cannot_optimise(tmp_path):

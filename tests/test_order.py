@@ -24,21 +24,24 @@ def layout(*names, life=""):
     return made._replace(columns=columns, life=life)
 
 
+SOUGHT = {"largest": "mechanism.slider.mass"}
 LIMITS = verdict.limits_of({PEAK: 1.0})
 
 
 @pytest.mark.parametrize(
-    ("given", "limits", "seeks", "leads"),
+    ("given", "limits", "asked", "leads"),
     [
-        (layout("life_hours", *FILM, life="rod_slider"), LIMITS, True, "life"),
-        (layout(*FILM), LIMITS, True, "seek"),
-        (layout(*FILM), LIMITS, False, "limits"),
-        (layout(*FILM), (), False, "film"),
-        (layout(), (), False, "force"),
+        (layout("life_hours", *FILM, life="rod_slider"), LIMITS, {"seek": SOUGHT}, "life"),
+        (layout(*FILM), LIMITS, {"seek": SOUGHT}, "seek"),
+        (layout(*FILM), LIMITS, {"optimise": {"minimise": [PEAK]}}, "optimise"),
+        (layout(*FILM), LIMITS, {"identify": {"over": {}, "cases": 400}}, "identify"),
+        (layout(*FILM), LIMITS, {}, "limits"),
+        (layout(*FILM), (), {}, "film"),
+        (layout(), (), {}, "force"),
     ],
 )
-def test_the_first_question_that_a_grid_asks_leads(given, limits, seeks, leads):
-    assert order.lead_of(given, limits, seeks=seeks).question == leads
+def test_the_first_question_that_a_grid_asks_leads(given, limits, asked, leads):
+    assert order.lead_of(given, limits, asked).question == leads
 
 
 def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_case():
@@ -47,6 +50,15 @@ def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_
     values, _ = lead.worst({name: np.array([3.0, 1.0, np.nan]) for name in lead.columns})
     assert int(np.argmax(lead.ranking(values))) == 1
     assert lead.ranking(values)[2] == -np.inf
+
+
+def test_the_best_case_within_the_limits_leads_an_optimisation():
+    lead = order.lead_of(layout(), LIMITS, {"optimise": {"minimise": [PEAK]}})
+    values, _ = lead.worst({PEAK: np.array([1.0, 2.0, 3.0]), "margin": np.array([-0.5, 0.5, 0.1])})
+    assert int(np.argmax(lead.ranking(values))) == 1
+    lead = order.lead_of(layout(), (), {"optimise": {"maximise": [PEAK]}})
+    values, _ = lead.worst({PEAK: np.array([1.0, 2.0, 3.0])})
+    assert int(np.argmax(lead.ranking(values))) == 2
 
 
 def test_of_several_joints_the_worse_one_ranks_a_case_and_null_never_does():

@@ -7,6 +7,7 @@ from .defined import of_resolved as defined_by
 from .enumeration import Words
 from .fits import noted as noted_fits
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
+from .identified import Identify, Turned, turns_of
 from .iso286 import Fit
 from .json_schema import schema
 from .key_units import key_units
@@ -28,10 +29,12 @@ __all__ = [
     "Field",
     "Fit",
     "Grid",
+    "Identify",
     "Law",
     "Optimise",
     "Refine",
     "Seek",
+    "Turned",
     "Words",
     "check_disk",
     "check_memory",
@@ -47,5 +50,6 @@ __all__ = [
     "read_options",
     "schema",
     "starter",
+    "turns_of",
     "usual_history",
 ]

@@ -23,7 +23,7 @@ MOST_VALUES = 20_000  # of a number that varies with a name: of more, the ends o
 _OF_CASES = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
 _NO_NUMBERS = ("name", "figures")  # text of these sections is no expression of defined quantities
 _WAYS = ("sweep", "zip", "cases")
-_OVER = ("optimise", "sample")  # sections with paths under `over`
+_OVER = ("optimise", "identify", "sample")  # sections with paths under `over`
 
 
 class Definitions(NamedTuple):
@@ -186,6 +186,7 @@ class _Reader:
             value = expression.exact_value(text, self.known.values)
         except InputError as error:
             self.problems.add(written, path, str(error))
+            self.problems.unread.add(path)
             return self.worked(written, "0")
         if path in self.varied:
             self.refuse_axis(path, written)

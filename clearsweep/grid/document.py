@@ -59,12 +59,15 @@ class Problems:
 
     def __init__(self) -> None:
         self._places: dict[str, tuple[int, int]] = {}
+        self.unread: set[str] = set()  # paths whose expression has no value: what is there in its place is not wrong
 
     def __len__(self) -> int:
         return len(self._places)
 
     def add(self, written: WrittenValue, path: str, sentence: str) -> None:
         """Note that the value at dotted `path` is wrong."""
+        if written.expression and path in self.unread:
+            return
         sentence += f" (found is the value of {shown(written.expression)})" if written.expression else ""
         self._places.setdefault(
             f"{written.place}{path + ': ' if path else ''}{sentence}", (written.line, written.column)

@@ -44,6 +44,7 @@ class Draft:
     seek: Any = None  # `sought.Seek`
     choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
     optimise: Any = None  # `optimised.Optimise`
+    identify: Any = None  # `identified.Identify`
     refine: Any = None  # `refined.Refine`
     added_in: str = ""  # the key under which cases stand that a run added
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path

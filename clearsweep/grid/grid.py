@@ -16,7 +16,7 @@ from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
 from ..language.errors import InputError, shown
-from . import checks, optimised, variations
+from . import checks, identified, variations
 from .added import ADDED
 from .added import rows as added_rows
 from .assumed import assumed
@@ -25,6 +25,7 @@ from .defined import NOTHING, START, Definitions
 from .document import Problems, name_of_run, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
+from .identified import IDENTIFY, Identify
 from .iso286 import Fit
 from .key_units import unit
 from .keys import Flag, Name, Number, Section, Shape, Table, Word, value_key
@@ -71,14 +72,14 @@ def load(
     grid = Grid(
         name,
         file,
-        draft.axes | _first_values(draft),
+        draft.axes | variations.first_values(draft),
         draft.limits,
         draft.own_figures,
         draft.shape,
         draft.values,
         frozenset(draft.written),
         draft.names,
-        {draft.way[paths[0]]: paths for paths in variations.steps(draft)} | optimised.steps(draft),
+        {draft.way[paths[0]]: paths for paths in variations.steps(draft)} | variations.searched(draft),
         _sample(draft),
         draft.outline,
         {path: tuple(known) for path, known in draft.fits.items()},
@@ -90,6 +91,7 @@ def load(
         tuple(draft.taken.values()),
         draft.defined,
         draft.optimise,
+        draft.identify,
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -99,7 +101,10 @@ def load(
     for index in {0, grid.size - 1} if draft.mechanism.refusal else ():
         _refuse(draft, grid.case(index))
     problems.check()
-    return replace(grid, _layout=Layout.of(grid.case(0), catalogue))
+    layout = Layout.of(grid.case(0), catalogue)
+    identify = identified.check(draft, root, layout)
+    problems.check()
+    return replace(grid, _layout=layout, identify=identify)
 
 
 def starter(kind: str = "slider-crank") -> str:
@@ -114,12 +119,6 @@ def _refuse(draft: Draft, case: Case) -> None:
     if found:
         path = f"mechanism.{found[0]}".rstrip(".")
         draft.problems.add(draft.place(path), path, found[1])
-
-
-def _first_values(draft: Draft) -> dict[str, tuple[Any, ...]]:
-    """Return the values that a search tries first, path by path."""
-    sought = {path: draft.seek.first() for path in draft.seek.paths} if draft.seek else {}
-    return sought | optimised.first(draft)
 
 
 def _sample(draft: Draft) -> dict[str, Any]:
@@ -157,6 +156,7 @@ class Grid:
     taken: tuple[Taken, ...] = ()  # the numbers that libraries gave
     defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
     optimise: Optimise | None = None  # what is to be made small or large
+    identify: Identify | None = None  # what is to be found of a measured machine
     _layout: Layout | None = None
 
     @cached_property
@@ -260,7 +260,7 @@ class Grid:
         ways: dict[str, Any] = {
             way: {path: list(self.axes[path]) for path in paths} for way, paths in self._ways.items()
         }
-        ways.pop(OPTIMISE, None)
+        ways = {way: part for way, part in ways.items() if way not in (OPTIMISE, IDENTIFY)}
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
         columns = dict(zip(self.axes, map(list, zip(*self.added, strict=True)), strict=True)) if self.added else {}
@@ -272,13 +272,15 @@ class Grid:
         judged = {"figures": self.figures, "limits": self.limits, UNCERTAIN: dict(self.uncertain)}
         judged |= {SEEK: self.seek.written() | further} if self.seek else {}
         judged |= {OPTIMISE: self.optimise.written() | further} if self.optimise else {}
+        judged |= {IDENTIFY: self.identify.written() | further} if self.identify else {}
         judged |= {REFINE: self.refine.written() | further} if self.refine else {}
         judged = {key: part for key, part in judged.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gap: any value fills it
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        own = self.optimise.start.items() if self.optimise else ()
+        searched = self.optimise or self.identify
+        own = searched.start.items() if searched else ()
         fillers |= {path: value for path, value in own if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}

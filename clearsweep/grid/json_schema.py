@@ -11,6 +11,7 @@ from .defined import DEFINE
 from .defined import TEXT as TEXT_OF_DEFINE
 from .fits import SPREADS
 from .forms import forms
+from .identified import FEATURES, IDENTIFY
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
 from .naming import MATERIAL
 from .optimised import AMONG, SENSES, WHOLE
@@ -32,6 +33,13 @@ _FITS = {
     "required": ["fits"],
     "additionalProperties": False,
     "properties": {"fits": {"type": "array", "minItems": 1, "items": {"type": "string"}}},
+}
+
+_FIGURES = {
+    "description": "name -> expression of columns of summary.parquet: a figure of your own",
+    "type": "object",
+    "minProperties": 1,
+    "additionalProperties": {"type": "string"},
 }
 
 
@@ -61,12 +69,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "zip": axes("in step: case after case takes the next value of each"),
             "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
             "sample": _sample(),
-            "figures": {
-                "description": "name -> expression of columns of summary.parquet: a figure of your own",
-                "type": "object",
-                "minProperties": 1,
-                "additionalProperties": {"type": "string"},
-            },
+            "figures": _FIGURES,
             "limits": {
                 "description": "figure (a column of summary.parquet) -> the largest value that is acceptable, or "
                 "{at_most or at_least: value, times: another figure}",
@@ -78,6 +81,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "seek": _seek(),
             "refine": _refine(),
             "optimise": _optimise(),
+            IDENTIFY: _identify(),
         }
         chosen_by = {"type": form.mechanism} | ({"spatial": True} if form.spatial else {})
         for key, value in chosen_by.items():
@@ -185,6 +189,26 @@ def _optimise() -> dict[str, Any]:
             **{sense: columns | {"description": f"columns or own figures to {sense}"} for sense in SENSES},
             "cases": {"type": "integer", "minimum": 1, "description": "how many there may be"},
             "seed": {"type": "integer", "minimum": 0, "description": "of the sampler, default 0"},
+            ADDED: _ADDED,
+        },
+    }
+
+
+def _identify() -> dict[str, Any]:
+    """Return the schema of the section `identify`."""
+    pair = {"type": "array", "minItems": 2, "maxItems": 2}
+    columns = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
+    return {
+        "description": "the values of keys with which the machine does what was measured",
+        "type": "object",
+        "required": ["over", "from", "cases"],
+        "additionalProperties": False,
+        "properties": {
+            "over": {"type": "object", "minProperties": 1, "additionalProperties": pair},
+            "from": columns | {"additionalProperties": columns, "description": "file -> channel -> column of the file"},
+            "cases": {"type": "integer", "minimum": 16, "description": "how many there may be"},
+            "features": {"type": "array", "minItems": 1, "items": {"enum": list(FEATURES)}},
+            "seed": {"type": "integer", "minimum": 0, "description": "of what is drawn, default 0"},
             ADDED: _ADDED,
         },
     }

@@ -29,8 +29,11 @@ class Measured(NamedTuple):
     signals: "dict[str, np.ndarray]"  # (n,) each, by the name in the head
 
 
-def read(file: str | PathLike, units: Mapping[str, str]) -> Measured:
-    """Return the signals in a file whose SI units are `units` by name; InputError, with row and column."""
+def read(file: str | PathLike, units: Mapping[str, str | None], *, others: bool = False) -> Measured:
+    """Return the signals in a file whose SI units are `units` by name; InputError, with row and column.
+
+    units : None for a unit that does not matter; others : there may be other columns, which are not read
+    """
     import numpy as np
 
     path = Path(file)
@@ -49,8 +52,9 @@ def read(file: str | PathLike, units: Mapping[str, str]) -> Measured:
     columns: dict[str, np.ndarray] = {}
     for place, head in enumerate(heads):
         name, unit = head_of(head)
-        wanted = (OVER | dict(units)).get(name)
-        if wanted is None:
+        if others and name not in (*OVER, *units):
+            continue
+        if name not in (*OVER, *units):
             known = [*OVER, *units]
             raise InputError(
                 f"{path}:1:{place + 1}: '{head.strip()}' is no signal of this run{nearest(name, known)} "
@@ -58,7 +62,11 @@ def read(file: str | PathLike, units: Mapping[str, str]) -> Measured:
             )
         if name in columns:
             raise InputError(f"{path}:1:{place + 1}: '{name}' is there twice; keep one of them")
-        columns[name] = np.array(_values(str(path), rows, place, unit, wanted))
+        wanted = OVER.get(name) or units[name]
+        columns[name] = np.array(_values(str(path), rows, place, unit if wanted else "", wanted or "1"))
+    if others and (missing := [name for name in units if name not in columns]):
+        there = ", ".join(head.strip() for head in heads)
+        raise InputError(f"{path}:1: has no column '{missing[0]}'{nearest(missing[0], heads)} (found: {there})")
     over = [name for name in OVER if name in columns]
     if len(over) != 1 or len(columns) < 2:
         raise InputError(f"{path}:1: found {', '.join(columns)}; expected crank_angle [deg] or time [s], and a signal")

@@ -18,21 +18,22 @@ KEYS = ("over", *SENSES, "cases", "seed")
 AMONG, WHOLE = "among", "whole"
 ROUND = 16  # cases that are asked for at a time, whatever the number of workers
 MOST_CASES = 100_000
-LOGARITHMIC = 20.0  # ratio of the ends of a range from which on equal ratios count, not equal differences
+#: Ratio of the ends of a range from which on equal ratios count, not equal differences.
+RATIOS = {"range": 20.0, "prior": 4.0}
 _EXAMPLE = "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}"
 
 
 class Choice(NamedTuple):
     """The values that one path may take, SI."""
 
-    kind: str  # 'range', AMONG or WHOLE
+    kind: str  # 'range', 'prior', AMONG or WHOLE
     values: tuple[Any, ...]  # both ends of a range, or all that there are to choose from
 
     @property
     def logarithmic(self) -> bool:
         """Return whether equal ratios count."""
         low, high = self.values[0], self.values[-1]
-        return self.kind == "range" and low > 0.0 and high >= LOGARITHMIC * low
+        return self.kind in RATIOS and low > 0.0 and high >= RATIOS[self.kind] * low
 
     def at(self, part: float) -> Any:
         """Return the value at a part, from 0 to 1, of the way through the choice."""
@@ -43,9 +44,14 @@ class Choice(NamedTuple):
             return min(low + int(part * (high - low + 1)), high)
         return low * (high / low) ** part if self.logarithmic else low + (high - low) * part
 
+    def part(self, value: float) -> float:
+        """Return which part of the way through a range a value is."""
+        low, high = self.values
+        return math.log(value / low) / math.log(high / low) if self.logarithmic else (value - low) / (high - low)
+
     def written(self) -> Any:
         """Return it as a grid may have it."""
-        return list(self.values) if self.kind == "range" else {self.kind: list(self.values)}
+        return list(self.values) if self.kind in RATIOS else {self.kind: list(self.values)}
 
 
 class Optimise(NamedTuple):
@@ -138,21 +144,26 @@ def read(draft: Draft, root: WrittenValue) -> Optimise | None:
         return None
     noted = len(draft.problems)
     for path in paths:
-        values = draft.axes[path]
-        if draft.choices[path] != AMONG and values[0] >= values[-1]:
-            sentence = "the first value is not below the second; swap them"
-            draft.problems.add(draft.swept[path], f"{OPTIMISE}.over.{path}", sentence)
-        if path.endswith(".exponent"):
-            sentence = "cannot be optimised, because units depend on it"
-            draft.problems.add(draft.swept[path], f"{OPTIMISE}.over.{path}", sentence)
+        check_range(draft, path, OPTIMISE)
         always_used(draft, draft.swept[path], OPTIMISE, path)
     objectives = _objectives(draft, section)
-    cases = _count(draft, section, "cases", (1, MOST_CASES), None)
-    seed = _count(draft, section, "seed", (0, 2**31), 0)
+    cases = count(draft, section, (OPTIMISE, "cases"), (1, MOST_CASES), None)
+    seed = count(draft, section, (OPTIMISE, "seed"), (0, 2**31), 0)
     if cases is None or seed is None or not objectives or len(draft.problems) > noted:
         return None
     over = {path: Choice(draft.choices[path], draft.axes[path]) for path in paths}
-    return Optimise(over, objectives, cases, seed, _start(draft, over))
+    return Optimise(over, objectives, cases, seed, start_of(draft, over))
+
+
+def check_range(draft: Draft, path: str, section: str) -> None:
+    """Note a range that is upside down, and a path that cannot vary from case to case."""
+    values = draft.axes[path]
+    if draft.choices[path] != AMONG and values[0] >= values[-1]:
+        sentence = "the first value is not below the second; swap them"
+        draft.problems.add(draft.swept[path], f"{section}.over.{path}", sentence)
+    if path.endswith(".exponent"):
+        sentence = f"cannot vary under `{section}`, because units depend on it"
+        draft.problems.add(draft.swept[path], f"{section}.over.{path}", sentence)
 
 
 def _objectives(draft: Draft, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
@@ -176,26 +187,28 @@ def _objectives(draft: Draft, section: WrittenValue) -> tuple[tuple[str, bool], 
     return tuple(found)
 
 
-def _count(draft: Draft, section: WrittenValue, key: str, allowed: tuple[int, int], default: int | None) -> int | None:
-    """Return a whole number of the section, None where it is missing or wrong."""
-    written = section.value.get(key)
+def count(
+    draft: Draft, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
+) -> int | None:
+    """Return a whole number of a section, `key` its name and the key in it; None where it is missing or wrong."""
+    written, where = section.value.get(key[1]), ".".join(key)
     if written is None:
         if default is None:
-            draft.problems.add(section, f"{OPTIMISE}.{key}", "is missing; write how many cases there may be")
+            draft.problems.add(section, where, "is missing; write how many cases there may be")
         return default
     try:
         value = quantity.read(written.value, "1")
     except InputError as error:
-        draft.problems.add(written, f"{OPTIMISE}.{key}", str(error))
+        draft.problems.add(written, where, str(error))
         return None
     if value != int(value) or not allowed[0] <= value <= allowed[1]:
         sentence = f"found {written.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
-        draft.problems.add(written, f"{OPTIMISE}.{key}", sentence)
+        draft.problems.add(written, where, sentence)
         return None
     return int(value)
 
 
-def _start(draft: Draft, over: Mapping[str, Choice]) -> dict[str, Any]:
+def start_of(draft: Draft, over: Mapping[str, Choice]) -> dict[str, Any]:
     """Return the values that the grid has written, {} unless all are there and can be chosen."""
     found: dict[str, Any] = {}
     for path, choice in over.items():
@@ -212,14 +225,3 @@ def _start(draft: Draft, over: Mapping[str, Choice]) -> dict[str, Any]:
             return {}
         found[path] = int(value) if choice.kind == WHOLE else value
     return found
-
-
-def first(draft: Draft) -> dict[str, tuple[Any, ...]]:
-    """Return the values of the first round, path by path, {} where nothing is optimised."""
-    optimise = draft.optimise
-    return dict(zip(optimise.over, zip(*optimise.first(), strict=True), strict=True)) if optimise else {}
-
-
-def steps(draft: Draft) -> dict[str, tuple[str, ...]]:
-    """Return the paths that vary, in step; {} where nothing is optimised."""
-    return {OPTIMISE: tuple(draft.optimise.over)} if draft.optimise else {}

@@ -15,7 +15,7 @@ from .sampling import DISTRIBUTIONS, METHODS
 from .uncertain import UNCERTAIN
 
 _NEED = {"required": "required", "optional": "may be left out", "implied": "may be left out where all has a default"}
-_SEARCHES = ("seek", "refine", "optimise")
+_SEARCHES = ("seek", "refine", "optimise", "identify")
 _HEAD = """\
 # Keys of a grid file
 
@@ -168,6 +168,7 @@ def _cases(catalogue: Catalogue) -> str:
             "seek",
             "refine",
             "optimise",
+            "identify",
         )
     ]
     axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
@@ -228,7 +229,15 @@ def _searches() -> list[str]:
         "| `seed` | a whole number, at least 0, default 0, of the sampler |",
         added,
     ]
+    identify = [
+        "| `over` | dotted path -> [low, high], the range of its prior |",
+        "| `from` | CSV file beside the grid -> {channel: column}, of what was measured |",
+        "| `cases` | a whole number, at least 16: how many there may be |",
+        "| `features` | a list of rms, peaks, spectrum, impacts; default all of them |",
+        "| `seed` | a whole number, at least 0, default 0, of what is drawn |",
+        added,
+    ]
     lines = []
-    for name, rows in (("seek", seek), ("refine", refine), ("optimise", optimise)):
+    for name, rows in (("seek", seek), ("refine", refine), ("optimise", optimise), ("identify", identify)):
         lines += [f"\n### `{name}`\n", "| key | meaning |\n| --- | --- |", *rows]
     return lines

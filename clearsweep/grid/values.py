@@ -10,6 +10,7 @@ from . import (
     defined,
     fits,
     followers,
+    identified,
     judged,
     life_keys,
     list_key,
@@ -32,7 +33,7 @@ from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 
 _OF_NO_CASE = [  # sections that no law or mechanism has
     *("name", defined.DEFINE, *judged.SECTIONS, uncertain.UNCERTAIN),
-    *(sought.SEEK, refined.REFINE, optimised.OPTIMISE, *variations.WAYS),
+    *(sought.SEEK, refined.REFINE, optimised.OPTIMISE, identified.IDENTIFY, *variations.WAYS),
 ]
 Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
 
@@ -58,7 +59,7 @@ def read_draft(
     draft.taken = {each.path: each for each in taken if each.path not in draft.swept}
     wear_unit.put_units(draft)
     variations.find_sought(draft, root, whole, lambda path: _ahead(draft, path))
-    added.find(draft, root, (sought.SEEK, refined.REFINE, optimised.OPTIMISE))
+    added.find(draft, root, (sought.SEEK, refined.REFINE, optimised.OPTIMISE, identified.IDENTIFY))
     for path, node in draft.shape.items():
         if isinstance(node, Word):
             _word(draft, path, node)
@@ -77,6 +78,8 @@ def read_draft(
     judged.read_into(draft, root)
     draft.seek = sought.read(draft, root, draft.limits)
     draft.optimise = optimised.read(draft, root)
+    draft.identify = identified.read(draft, root)
+    identified.put_saved(draft)
     draft.refine = refined.read(draft, root, draft.limits)
     return draft
 

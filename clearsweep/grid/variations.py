@@ -5,7 +5,7 @@ from itertools import product
 from typing import Any
 
 from ..language.errors import nearest, shown
-from . import case_table, optimised, sampling, sought
+from . import case_table, identified, optimised, sampling, sought
 from .axes import Reading, axis
 from .document import WrittenValue
 from .draft import Draft
@@ -13,6 +13,8 @@ from .keys import Number, Section, Shape, Word, value_key
 
 #: The sections that vary values, in the order in which their axes stand; those after `sweep` go in step.
 WAYS = ("sweep", "zip", "cases", "sample")
+#: The sections whose values may be used by some of the laws that vary beside them, and not by others.
+EACH = ("sweep", sought.SEEK, optimised.OPTIMISE, identified.IDENTIFY)
 
 
 def find(draft: Draft, root: WrittenValue, whole: Shape, fixed: frozenset[str]) -> None:
@@ -51,9 +53,11 @@ def find(draft: Draft, root: WrittenValue, whole: Shape, fixed: frozenset[str]) 
 
 
 def find_optimised(draft: Draft, root: WrittenValue, whole: Shape) -> None:
-    """Note the values that `optimise` may choose."""
+    """Note the values that `optimise` and `identify` may choose."""
     for path, (place, values) in optimised.find(draft, root).items():
         _enter(draft, optimised.OPTIMISE, path, place, values, whole)
+    for path, (place, values) in identified.find(draft, root).items():
+        _enter(draft, identified.IDENTIFY, path, place, values, whole)
 
 
 def find_sought(draft: Draft, root: WrittenValue, whole: Shape, values_of: Callable[[str], tuple[float, ...]]) -> None:
@@ -113,7 +117,7 @@ def _where(way: str, path: str) -> str:
     """Return the key under which a section says how `path` varies: 'sweep.drive.speed', 'sample.over.drive.speed'."""
     if way == sought.SEEK:
         return f"{way}.between"
-    if way == optimised.OPTIMISE:
+    if way in (optimised.OPTIMISE, identified.IDENTIFY):
         return f"{way}.over.{path}"
     return f"sample.over.{path}" if way == "sample" else f"{way}.{path}"
 
@@ -132,7 +136,7 @@ def values(draft: Draft, path: str, reading: Reading) -> list[Any] | None:
         more = axis(draft.problems, f"{draft.added_in}.{path}", draft.added_written[path], reading, distinct=False)
         draft.added[path] = more or []
     if way != "sample":
-        return axis(draft.problems, where, written, reading, distinct=way in ("sweep", sought.SEEK, optimised.OPTIMISE))
+        return axis(draft.problems, where, written, reading, distinct=way in EACH)
     distribution = sampling.distribution(draft.problems, where, written, reading)
     if distribution is None or draft.sample is None:
         return None
@@ -190,7 +194,7 @@ def _always_used(draft: Draft, path: str) -> None:
     """Note a value in step that some of the varied law names do not use: which rows would count is not clear."""
     node = value_key(draft.shape, path)
     varied = [other for other in node.choosers() if other in draft.axes]
-    if all(draft.way[other] in ("sweep", sought.SEEK, optimised.OPTIMISE) for other in (path, *varied)):
+    if all(draft.way[other] in EACH for other in (path, *varied)):
         return
     for choice in product(*(sorted(draft.names[other]) for other in varied)):
         names = draft.names | {other: {name} for other, name in zip(varied, choice, strict=True)}
@@ -198,3 +202,17 @@ def _always_used(draft: Draft, path: str) -> None:
             sentence = f"is not used by {' and '.join(choice)}; in step or drawn, every law that is tried has to use it"
             draft.problems.add(draft.swept[path], _where(draft.way[path], path), sentence)
             return
+
+
+def searched(draft: Draft) -> dict[str, tuple[str, ...]]:
+    """Return the paths that `optimise` or `identify` vary in step, by the section."""
+    found = {optimised.OPTIMISE: draft.optimise, identified.IDENTIFY: draft.identify}
+    return {section: tuple(each.over) for section, each in found.items() if each}
+
+
+def first_values(draft: Draft) -> dict[str, tuple[Any, ...]]:
+    """Return the values that a search tries first, path by path."""
+    found = {path: draft.seek.first() for path in draft.seek.paths} if draft.seek else {}
+    for each in filter(None, (draft.optimise, draft.identify)):
+        found |= dict(zip(each.over, zip(*each.first(), strict=True), strict=True))
+    return found

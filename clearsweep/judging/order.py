@@ -1,7 +1,7 @@
 """Which question a run answers first: one order for the verdict, the cards, the closing table and the sorting."""
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,9 @@ from .verdict import MARGIN, Limit
 
 #: The questions of a grid in the order in which they are answered.  A study of films and one of forces ask by what they
 #: contain, and only where nothing else is asked.
-QUESTIONS = ("life", "seek", "limits", "film", "force")
+QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "film", "force")
+SEARCHES = ("seek", "optimise", "identify")  # those that are sections of a grid, which choose its cases
+SENSES = ("minimise", "maximise")
 
 
 _LEAST, _MOST = True, False  # which end of the ranking figure is the worst
@@ -43,6 +45,8 @@ class Lead(NamedTuple):
         columns : (n,) each, NaN for null
         """
         values = np.array([np.asarray(columns[each.columns[0]], float) for each in self.candidates])
+        if self.question == "optimise" and MARGIN in self.columns:  # beyond the limits no case is the best
+            values = np.where(np.asarray(columns[MARGIN], float) < 0.0, np.nan, values)
         sign = -1.0 if self.smallest else 1.0
         which = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
         return np.take_along_axis(values, which[None], axis=0)[0], which
@@ -52,18 +56,26 @@ class Lead(NamedTuple):
         return np.where(np.isnan(values), -np.inf, -values if self.smallest else values)
 
 
-def lead_of(layout: Layout, limits: Iterable[Limit], *, seeks: bool = False) -> Lead:
-    """Return what ranks the cases of a run with this layout and these limits; `seeks`: its grid seeks a value.
+def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | None = None) -> Lead:
+    """Return what ranks the cases of a run with this layout and these limits.
 
-    A search is judged by the limits, so its cases are ranked by their margin.
+    grid : as run.json holds it, of which the sections that choose cases count
+
+    What is sought is judged by the limits, so those cases are ranked by their margin; those of `optimise` by the first
+    objective, the best first.  The cases of `identify` have no rank: they are near to what was measured, or are not.
     """
+    asked = next((name for name in SEARCHES if (grid or {}).get(name)), "")
     there = {column.name for column in layout.columns}
     if (hours := f"{layout.life}_life_hours") in there:
         return Lead("life", "Shortest life", ("life",), _LEAST, (Candidate(layout.life, (hours,)),))
     limited = tuple(dict.fromkeys(limit.column for limit in limits))
+    if asked == "optimise":
+        return _optimised((grid or {})["optimise"], limited)
+    if asked == "identify":
+        return Lead("identify", "", (), _MOST, ())
     if limited:
         names = (MARGIN, *limited)
-        return Lead("seek" if seeks else "limits", "Smallest margin", names, _LEAST, (Candidate("", names),))
+        return Lead(asked or "limits", "Smallest margin", names, _LEAST, (Candidate("", names),))
     joints = [joint.name for joint in layout.joints]
     for question, title, smallest, figures in _BY_CONTENT:
         found = [name for name in joints if f"{name}_{next(iter(figures))}" in there]
@@ -74,6 +86,14 @@ def lead_of(layout: Layout, limits: Iterable[Limit], *, seeks: bool = False) -> 
             candidates = tuple(Candidate(name, tuple(f"{name}_{figure}" for figure in shown)) for name in found)
             return Lead(question, title, tuple(shown.values()), smallest, candidates)
     return Lead("force", "", (), _MOST, ())
+
+
+def _optimised(asked: Mapping[str, Any], limited: tuple[str, ...]) -> Lead:
+    """Return what ranks cases by the objectives of `optimise`."""
+    written = {sense: asked.get(sense) or [] for sense in SENSES}
+    objectives = [name for names in written.values() for name in ([names] if isinstance(names, str) else names)]
+    names = (*objectives, *((MARGIN,) if limited else ()))
+    return Lead("optimise", "Best cases", names, bool(written["minimise"]), (Candidate("", names),))
 
 
 _BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (

@@ -36,4 +36,5 @@ def all_sought(record: Mapping) -> tuple[str, ...]:
 
 def all_tried(record: Mapping) -> tuple[str, ...]:
     """Return the paths whose values a search of a run chose."""
-    return all_sought(record) or tuple((record.get("optimise") or {}).get("over", ()))
+    searched = record.get("optimise") or record.get("identify") or {}
+    return all_sought(record) or tuple(searched.get("over", ()))

@@ -69,20 +69,21 @@ def _beside(
     angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: measured.Measured
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Return the revolutions measured and computed, the angle (rad) between them, and the misfit."""
-    turns = features.revolutions(angle, values, 0.0)
+    orders = features.common_band(features.density(angle), features.density(crank_angle))
+    turns = features.revolutions(angle, values, 0.0, orders)
     if len(turns) < LEAST_TURNS:
         raise InputError(
             f"{signals.file}: has {(angle[-1] - angle[0]) / features.TURN:.3g} revolutions; at least {LEAST_TURNS} "
             "whole ones, from crank angle 0 on, are needed"
         )
-    own = features.revolutions(crank_angle, computed, 0.0)
+    own = features.revolutions(crank_angle, computed, 0.0, orders)
     if not len(own):
         raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
     lag = features.shift(turns.mean(axis=0), own.mean(axis=0))
-    turns = np.roll(turns.ravel(), -lag)[: len(turns) * features.SAMPLES].reshape(turns.shape)
+    turns = np.roll(turns.ravel(), -lag).reshape(turns.shape)
     turns = turns[:-1] if lag else turns  # the last one has the beginning of the first
     mean = turns.mean(axis=0)
     size = float(np.sqrt(((mean - mean.mean()) ** 2).mean()))
     off = float(np.sqrt(((mean - own.mean(axis=0)) ** 2).mean()))
-    ahead = features.TURN * lag / features.SAMPLES
+    ahead = features.TURN * lag / turns.shape[1]
     return turns, own, ahead - features.TURN * (ahead > features.TURN / 2.0), off / size if size else np.inf

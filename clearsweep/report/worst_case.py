@@ -3,13 +3,12 @@
 import numpy as np
 
 from ..judging import order
-from .dotted import sought
 from .study import Study
 
 
 def question(study: Study) -> order.Lead:
     """Return what ranks the cases of a study."""
-    return order.lead_of(study.run.layout, study.limits, seeks=bool(sought(study.run.grid)))
+    return order.lead_of(study.run.layout, study.limits, study.run.grid)
 
 
 def worst_case(study: Study) -> tuple[str, order.Candidate] | None:

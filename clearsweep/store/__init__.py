@@ -8,7 +8,7 @@ from .assemble import merge
 from .batch import Axis, Form, Row, id_text, open_table
 from .compare import difference
 from .directory import SCRATCH, RunDirectory, commit
-from .judged import OPTIMISE_FILE, SEEK_FILE, Judged, judge, write_answers, write_best
+from .judged import OPTIMISE_FILE, SEEK_FILE, Judged, histories, judge, write_answers, write_best, write_sample
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
 from .record import check_form, now, read_record
@@ -36,6 +36,7 @@ __all__ = [
     "commit",
     "difference",
     "gather",
+    "histories",
     "id_text",
     "is_unfinished",
     "judge",
@@ -53,6 +54,7 @@ __all__ = [
     "verify",
     "write_answers",
     "write_best",
+    "write_sample",
 ]
 
 

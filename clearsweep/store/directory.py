@@ -39,9 +39,10 @@ ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
 LOOK = 0.05  # s, more than a look at who holds the lock takes
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
-ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE) = (
+ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "seek.parquet",
     "optimise.parquet",
+    "identify.parquet",
 )  # answers that follow from cases; run.json has their checksums
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # what may be there before run.json is
 _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # what a lock says

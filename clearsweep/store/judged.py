@@ -1,7 +1,7 @@
 """What limits make of committed cases, and the file of what was sought with them."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 from ..contracts.layout import Column
 from ..judging.verdict import EXCEEDED
 from . import durable
-from .assemble import summary_groups
-from .batch import Form, field_of, summary_schema, values_of, with_verdict
-from .directory import OPTIMISE_FILE, SEEK_FILE, RunDirectory
+from .assemble import OrbitFiles, summary_groups
+from .batch import Form, datasets, field_of, summary_schema, values_of, with_verdict
+from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
 
 
 class Judged(NamedTuple):
@@ -23,6 +23,7 @@ class Judged(NamedTuple):
     exceeded: list[str]  # columns, comma separated
     margins: dict[str, np.ndarray]  # by limited column, NaN where there is none
     columns: dict[str, np.ndarray]  # those that were asked for, NaN for null
+    histories: tuple[dict[str, np.ndarray], ...] = ()  # channels that were asked for, of each case; empty: it failed
 
 
 def judge(run: RunDirectory, form: Form, rows: np.ndarray, names: Sequence[str] = ()) -> Judged:
@@ -47,7 +48,20 @@ def judge(run: RunDirectory, form: Form, rows: np.ndarray, names: Sequence[str] 
         for name, values in here.items():
             margins[name].append(values)
     joined = [{name: np.concatenate([[], *parts]) for name, parts in each.items()} for each in (margins, asked)]
-    return Judged(status, exceeded, *joined)
+    return Judged(status, exceeded, joined[0], joined[1])
+
+
+def histories(run: RunDirectory, form: Form, rows: np.ndarray, names: Sequence[str]) -> list[dict[str, np.ndarray]]:
+    """Return these channels of committed cases (ROWS), case by case."""
+    found: list[dict[str, np.ndarray]] = [{} for _ in rows]
+    with OrbitFiles(run, form) as orbits:
+        for dataset in datasets(form):
+            if dataset.path in names:
+                extents = orbits.extents(dataset.each, dataset.width, rows)
+                for channels, number, start, count in zip(found, rows["batch"].tolist(), *extents, strict=True):
+                    content = orbits.read(number, dataset, int(start), int(count))
+                    channels[dataset.path] = np.frombuffer(content, dataset.dtype)
+    return found
 
 
 def write_answers(run: RunDirectory, form: Form, paths: Sequence[str], answers: Sequence[Any]) -> dict[str, str]:
@@ -87,6 +101,23 @@ def write_best(run: RunDirectory, form: Form, objectives: Sequence[str], best: S
         values += [[each.point[axis.path] for each in best] for axis in form.axes]
         values += [[each.values.get(name) for each in best] for name in objectives]
         values += [[each.margin for each in best], [each.limiting for each in best]]
+        durable.replace(file, _table_bytes(columns, values), run.scratch)
+        return {file.name: durable.checksum(file)}
+
+
+def write_sample(run: RunDirectory, form: Form, sample: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """Write identify.parquet, a weighted sample of what swept keys may be; remove it where there is none.
+
+    Return its checksum by name, as run.json holds it.
+    """
+    file = run.path / IDENTIFY_FILE
+    with durable.storing(file):
+        if not sample:
+            durable.discard(file)
+            return {}
+        columns = [Column(axis.path, axis.unit, "value that it may have") for axis in form.axes]
+        columns += [Column("weight", "1", "probability of the row, 1 in all")]
+        values = [sample[column.name].tolist() for column in columns]
         durable.replace(file, _table_bytes(columns, values), run.scratch)
         return {file.name: durable.checksum(file)}
 

@@ -10,6 +10,7 @@ import numpy as np
 import clearsweep
 
 from ..grid import Grid
+from ..grid.identified import IDENTIFY
 from ..grid.optimised import OPTIMISE
 from ..grid.refined import REFINE
 from ..grid.sought import SEEK
@@ -20,6 +21,8 @@ from .batch import Form, open_table
 from .directory import RunDirectory
 from .record import now, read_record
 
+SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY}  # sections that add cases on the way
+
 
 def is_unfinished(directory: Path) -> bool:
     """Return whether the run in a directory has not come to its end; raise DirectoryError where there is none."""
@@ -28,14 +31,14 @@ def is_unfinished(directory: Path) -> bool:
 
 def keys_so_far(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
     """Return the grid of the cases that a run has, by key: that of its run.json, unless it adds cases on the way."""
-    if {SEEK, REFINE, OPTIMISE} & record.keys():
+    if SEARCHES & record.keys():
         return keys_of_all(record, source)
     return {key: record[key] for key in record["keys"]}
 
 
 def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
     """Return a grid of all cases of a directory by key: their values axis by axis, or else case by case."""
-    unvaried = {key: record[key] for key in record["keys"] if key not in (*WAYS, SEEK, REFINE, OPTIMISE)}
+    unvaried = {key: record[key] for key in record["keys"] if key not in (*WAYS, *SEARCHES)}
     paths = list(record["units"])  # in the order of the columns
     if not paths:
         return unvaried
@@ -49,7 +52,7 @@ def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
     axes = {path: list(dict.fromkeys(_present([*first[path], *columns[path]]))) for path in paths}
     if (
         "sweep" in record
-        and not {*WAYS[1:], SEEK, REFINE, OPTIMISE} & record.keys()
+        and not {*WAYS[1:], *SEARCHES} & record.keys()
         and math.prod(map(len, axes.values())) < 1_000_000
     ):
         return unvaried | {"sweep": axes}

@@ -19,7 +19,7 @@ from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
 from .batch import CASE_ID, GROUP_ROWS, ID_LENGTH, open_table, values_of
 from .datasets import EVENT, NODE, SAMPLE, SECTION
-from .directory import ANSWER_FILES, FINAL_FILES, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
+from .directory import ANSWER_FILES, FINAL_FILES, IDENTIFY_FILE, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
 from .record import RECORD_FILE, check_form, damaged, read_record
 from .worst import GROUP, JOINT, OFFSETS, TURNS
 
@@ -79,6 +79,8 @@ class StoredRun:
             asked = self.grid.get("optimise") or {}
             own = {name for sense in ("minimise", "maximise") for name in asked.get(sense, [])}
             wanted[OPTIMISE_FILE] = {"case_id", *paths, *own, "margin", "limiting"}
+        if IDENTIFY_FILE in self.grid.get("answers", {}):
+            wanted[IDENTIFY_FILE] = {*paths, "weight"}
         for name, names in wanted.items():
             with self._table(name) as table:
                 fields = list(table.schema_arrow)
@@ -226,6 +228,14 @@ class StoredRun:
     def optimise(self) -> "pd.DataFrame | None":
         """Return the best cases as a DataFrame, `attrs["units"]` by column; None where nothing was optimised."""
         return self._answers(OPTIMISE_FILE)
+
+    @property
+    def identify(self) -> "pd.DataFrame | None":
+        """Return a sample of what a measured machine may be, each row with its `weight`; None: nothing was identified.
+
+        A DataFrame, `attrs["units"]` by column.
+        """
+        return self._answers(IDENTIFY_FILE)
 
     def _answers(self, name: str) -> "pd.DataFrame | None":
         if name not in self.grid.get("answers", {}):

@@ -202,6 +202,26 @@ _LAYOUT = {
 _SPAN = _sections({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})
 _FIT = _fields(Fit, {"name": _TEXT, **dict.fromkeys(_some("diameter", "low", "mean", "high"), _NUMBER)})
 _PART = _sections({}, {"law": _WORD, "elastic": _WORD, "exponent": _NUMBER, "pressure": _WORD})
+_FITTED = {**dict.fromkeys(_some("channel", "kind", "feature"), _TEXT), "unit": _UNIT}
+_FITTED |= dict.fromkeys(_some("measured", "computed", "deviations"), _NUMBER)
+_READ = {"file": _TEXT, "channel": _TEXT, "revolutions": _COUNT, "speed": _either(_NOTHING, _NUMBER)}
+_READ |= dict.fromkeys(_some("samples", "orders", "angle"), _NUMBER) | {"noise": _list(_NUMBER)}
+_FOUND = {"path": _PATH, "determined": _text("well|weakly|not", "well, weakly or not"), "ends": _list(_WORD)}
+_FOUND |= dict.fromkeys(_some("value", "low", "high"), _NUMBER)
+_IDENTIFIED = _sections(
+    {
+        "parameters": _list(_sections(_FOUND, {})),
+        "traded": _list(_list(_either(_PATH, _NUMBER))),
+        "fits": _list(_sections(_FITTED, {})),
+        "signals": _list(_sections(_READ, {})),
+        "misfit": _NUMBER,
+        "explained": _FLAG,
+        **dict.fromkeys(_some("looked_at", "finished"), _COUNT),
+        "computed_speed": _NUMBER,
+        "priors": _sections({"gain": _NUMBER, "noise": _list(_NUMBER)}, {}),
+    },
+    {},
+)
 _REQUIRED: dict[str, Check] = {
     "frame": _SECTION,
     "keys": _list(_WORD),
@@ -222,6 +242,8 @@ _OPTIONAL: dict[str, Check] = {
     "optimise": _sections(
         {"over": _by(_PATH, _anything)}, dict.fromkeys(_some("minimise", "maximise"), _list(_COLUMN))
     ),
+    "identify": _sections({"over": _by(_PATH, _anything)}, {}),
+    "identified": _either(_NOTHING, _IDENTIFIED),
     "define": _by(_NAME, _TEXT),
     "source": _either(_TEXT, _NOTHING),
     "fits": _by(_PATH, _list(_FIT)),

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..judging import order, validity, verdict
 from ..language import wording
+from . import identified
 from .lives import Lives, life_lines
 from .pace import Pace, pace_lines
 from .searched import optimise_lines, optimised, refine_lines, seek_lines, sought
@@ -32,7 +33,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
     judged = validity.columns(joints, {column.name for column in run.layout.columns})
     kept = _Kept(run.grid)
     lives, pace = Lives(run.layout), Pace(run.grid, run.layout)
-    lead = order.lead_of(run.layout, kept.verdict.limits, seeks=result.seek is not None)
+    lead = order.lead_of(run.layout, kept.verdict.limits, run.grid)
     worst = WorstCases(lead, joints, kept.verdict.limits)
     columns = ["status", *swept, *worst.columns, *judged, *kept.columns, *lives.columns, *pace.columns]
     columns = list(dict.fromkeys(columns))
@@ -73,6 +74,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "slowest": pace.slowest,
         "seek": sought(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
         "optimised": optimised(result, kept.units),
+        "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
         "question": lead.question,
@@ -200,6 +202,7 @@ def run_text(facts: dict[str, Any]) -> str:
     lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
     lines += seek_lines(facts)
     lines += optimise_lines(facts)
+    lines += identified.identify_lines(facts)
     lines += _limit_lines(facts)
     lines += refine_lines(facts)
     lines += ["", facts["no_limits"]] if facts["no_limits"] and facts["ok"] else []

@@ -94,7 +94,12 @@ class Crew:
         rows = self.directory.rows()
         names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
         places = np.searchsorted(rows["id"], ids[first:])
-        return store.judge(self.directory, store.Form.of(grid), rows[places], names)
+        judged = store.judge(self.directory, store.Form.of(grid), rows[places], names)
+        if grid.identify is None:
+            return judged
+        channels = ["t", "crank_angle", *(signal.channel for signal in grid.identify.signals)]
+        histories = store.histories(self.directory, store.Form.of(grid), rows[places], channels)
+        return judged._replace(histories=tuple(histories))
 
     def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the revolution of the largest peak of cases that have run, None where it is not found again."""

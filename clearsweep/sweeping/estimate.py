@@ -70,6 +70,9 @@ def estimate(
     if grid.optimise:
         more = grid.optimise.cases - len(grid)
         warnings.append(f"{more:,} cases that `optimise` adds follow from these, and come on top")
+    if grid.identify:
+        more = grid.identify.cases - len(grid)
+        warnings.append(f"{more:,} cases that `identify` adds follow from these, and come on top")
     if grid.refine:
         warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
     directory = sweep.directory_of(grid, out, part)

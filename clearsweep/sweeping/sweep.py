@@ -15,8 +15,9 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import executors, progress, resources, rounds, signals
+from . import executors, identified, progress, resources, rounds, signals
 from .crew import Crew, Options, case_ids, most, within
+from .identifying import Identified, Identifying
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
 from .seeking import Answer, Seeking
@@ -63,6 +64,7 @@ class RunResult:
     answers: tuple[Answer, ...] = ()  # what was found
     effects: tuple[Effect, ...] = ()  # of other keys on the margin, where a search has no answer
     optimised: Optimised | None = None  # what was found; None where nothing was optimised, or it was stopped
+    identified: Identified | None = None  # what was found of a measured machine; None as for `optimised`
     refined: Refined | None = None  # what `refine` came to; None where it was not asked for or was stopped
 
     @property
@@ -139,6 +141,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
     if shard and grid.optimise:
         raise InputError("shard: the cases of `optimise` follow from one another; run it without shards")
+    if shard and grid.identify:
+        raise InputError("shard: the cases of `identify` follow from one another; run it without shards")
     if shard and grid.refine:
         raise InputError(
             "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
@@ -170,6 +174,9 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
             known["answers"] = store.write_answers(directory, store.Form.of(grid), paths, answers)
             known["answers"] |= store.write_best(directory, store.Form.of(grid), names, best.best if best else ())
+            machine = search.result() if isinstance(search, Identifying) and complete else None
+            known["answers"] |= store.write_sample(directory, store.Form.of(grid), machine.sample if machine else {})
+            known["identified"] = machine and identified.of_run(machine)
             counts: dict[str, Any] = conclude(crew, grid, wanted, start=start, **known)
     return RunResult(
         directory.path,
@@ -182,16 +189,19 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         seek=grid.seek,
         answers=tuple(answers),
         optimised=best,
+        identified=machine,
         refined=search.result() if isinstance(search, Refining) and complete else None,
     )
 
 
-def _search(grid: grids.Grid) -> Seeking | Refining | Optimising | None:
+def _search(grid: grids.Grid) -> Seeking | Refining | Optimising | Identifying | None:
     """Return what adds cases to a grid, None where nothing does."""
     if grid.seek:
         return Seeking(grid)
     if grid.refine:
         return Refining(grid)
+    if grid.identify:
+        return Identifying(grid)
     return Optimising(grid) if grid.optimise else None
 
 

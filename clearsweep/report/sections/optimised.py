@@ -2,10 +2,12 @@
 
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from ...language import wording
+from ...language import quantity, wording
 from ..case_table import axis_columns
+from ..dotted import dig
 from ..picture import Picture
 from ..section import Block, Gallery, Section, Sentences, filled
 from ..study import Study
@@ -25,8 +27,63 @@ def sections(study: Study) -> list[Section]:
     asked = study.run.grid["optimise"]
     names = [name for sense in ("minimise", "maximise") for name in asked.get(sense, [])]
     rows = [{name: None if pd.isna(each) else each for name, each in row.items()} for row in frame.to_dict("records")]
-    blocks: list[Block] = [Sentences(_sentences(study, rows)), Gallery("", _front(study, rows, names))]
-    return [Section("optimise", "The best cases", filled([*blocks, _table(study, rows, names)]))]
+    start = _start(study)
+    texts = [*_sentences(study, rows), *_beside_start(study, rows, names, start), *_told_apart(study, rows, names)]
+    pictures = [*_front(study, rows, names), *_parallel(study, rows, names)]
+    blocks: list[Block] = [Sentences(texts), Gallery("", pictures), _table(study, rows, names, start)]
+    return [Section("optimise", "The best cases", filled(blocks))]
+
+
+def _start(study: Study) -> str | None:
+    """Return the case that the grid has written, None where none was tried or it failed."""
+    same = np.ones(len(study.cases), bool)
+    for axis in study.axes:
+        written = dig(study.run.grid, axis.path)
+        if isinstance(written, str) and axis.numeric:  # of `define`: with its unit
+            written = quantity.with_unit(written)[0]
+        if written is None:
+            return None
+        values = study.cases[axis.path].to_numpy()
+        same &= np.isclose(values, written, rtol=1e-9) if axis.numeric else values == written
+    return str(study.cases.index[int(np.argmax(same))]) if same.any() else None
+
+
+def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], start: str | None) -> list[str]:
+    """Return by how much the best case is better than the one that the grid has written."""
+    if start is None or len(rows) > 1:
+        return []
+    said = []
+    for name in names:
+        best, before = rows[0][name], float(study.cases.at[start, name])
+        change = f" ({100.0 * (best / before - 1.0):+.3g} %)" if before else ""
+        said.append(f"{name} {study.text(rows[0]['case_id'], name)} in place of {study.text(start, name)}{change}")
+    return [f"Beside the case that the grid has written: {wording.sentence_list(said)}."]
+
+
+def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
+    """Return of each objective with an interval which cases cannot be told from the best one."""
+    lines = []
+    for name in names:
+        ends = [f"{name}_{end}" for end in ("low", "high")]
+        if len(rows) > 1 or rows[0]["case_id"] not in study.cases.index or not all(map(study.has, ends)):
+            continue
+        low, high = (study.cases[end].to_numpy(float) for end in ends)
+        place = study.cases.index.get_loc(rows[0]["case_id"])
+        if np.isnan([low[place], high[place]]).any():
+            continue
+        alike = int(np.count_nonzero((low <= high[place]) & (high >= low[place]))) - 1
+        own = " to ".join(study.text(rows[0]["case_id"], end) for end in ends)
+        lines.append(
+            f"The 95 % interval of {name} of the best case is {own}; {wording.count(alike, 'other case')} cannot be "
+            "told from it, as their intervals overlap."
+        )
+    lines += [
+        f"{name} is the largest peak of a window, which is luck where motion is chaotic; {name}_median and {name}_p95 "
+        "have intervals."
+        for name in names
+        if name.endswith("_force_peak") and study.has(f"{name}_median")
+    ]
+    return lines
 
 
 def _sentences(study: Study, rows: list[dict[str, Any]]) -> list[str]:
@@ -42,18 +99,25 @@ def _sentences(study: Study, rows: list[dict[str, Any]]) -> list[str]:
     return lines
 
 
-def _table(study: Study, rows: list[dict[str, Any]], names: list[str]) -> Table:
-    """Return a row for each of the best cases."""
+def _table(study: Study, rows: list[dict[str, Any]], names: list[str], start: str | None) -> Table:
+    """Return a row for each of the best cases, and one for the case that the grid has written."""
     columns = (
         *axis_columns(study, study.axes),
         *(Column(name, study.unit(name)) for name in names),
         Column("margin"),
         Column("nearest limit"),
+        Column("case"),
     )
     found = []
+    if start is not None and start not in [row["case_id"] for row in rows]:
+        margin = study.cases.at[start, "margin"] if study.has("margin") else float("nan")
+        values = [study.cases.at[start, axis.path] for axis in study.axes]
+        cells = (*values, *(float(study.cases.at[start, name]) for name in names), float(margin))
+        exceeded = study.cases.at[start, "limits_exceeded"] if "limits_exceeded" in study.cases else ""
+        found.append((*cells, exceeded or wording.DASH, "as written"))
     for row in rows:
         numbers = [float("nan") if row[name] is None else row[name] for name in (*names, "margin")]
-        found.append((*(row[axis.path] for axis in study.axes), *numbers, row["limiting"] or wording.DASH))
+        found.append((*(row[axis.path] for axis in study.axes), *numbers, row["limiting"] or wording.DASH, "best"))
     return Table("optimise", "The best cases", "", columns, found)
 
 
@@ -74,3 +138,31 @@ def _front(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[P
     title = "The front of both objectives"
     text = f"{title}: {len(rows)} cases; grey dots are all other finished cases."
     return [Picture(title, "Grey: all cases; line: the front.", text, paint, (WIDTH, HEIGHT))]
+
+
+def _parallel(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[Picture]:
+    """Return every case as a line over its values and objectives, the best ones on top."""
+    paths = [axis.path for axis in study.axes if axis.numeric]
+    if len(study.cases) < FRONT or not paths:
+        return []
+    scales = {axis.path: (axis.name, axis.scale) for axis in study.axes if axis.numeric}
+    scales |= {name: (name, study.scale(name)) for name in names}
+    keys = [*paths, *names]
+    table = np.column_stack([study.cases[key].to_numpy(float) for key in keys])
+    low, high = np.nanmin(table, axis=0), np.nanmax(table, axis=0)
+    places = (table - low) / np.where(high > low, high - low, 1.0)
+    best = study.cases.index.isin([row["case_id"] for row in rows])
+
+    def paint(ax: Any) -> None:
+        across = np.arange(len(keys))
+        ax.plot(across, places[~best].T, color="0.8", linewidth=0.5)
+        ax.plot(across, places[best].T, color="C3", linewidth=1.2)
+        ends = [[scales[key][1].text(end) for key, end in zip(keys, side, strict=True)] for side in (low, high)]
+        labels = [f"{scales[key][0]}\n{one} to {other}" for key, one, other in zip(keys, *ends, strict=True)]
+        ax.set_xticks(across, labels, fontsize=7)
+        ax.set_yticks([])
+        ax.set_xlim(-0.2, len(keys) - 0.8)
+
+    title = "All cases as lines over what varies and what is judged"
+    text = f"{title}: {int(best.sum())} best of {len(best)} cases."
+    return [Picture(title, "Grey: all cases; red: the best.", text, paint, (WIDTH, HEIGHT))]

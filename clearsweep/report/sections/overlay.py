@@ -41,7 +41,7 @@ def _pictures(laid: Laid) -> list[Picture]:
     scale = wording.scale(laid.unit, float(np.abs(laid.measured).max()))
 
     def over_angle(ax: Any) -> None:
-        degrees = 360.0 * np.arange(features.SAMPLES) / features.SAMPLES
+        degrees = 360.0 * np.arange(laid.measured.shape[1]) / laid.measured.shape[1]
         ax.plot(degrees, laid.measured.T / scale.factor, color="0.75", linewidth=0.6)
         ax.plot(degrees, laid.measured.mean(axis=0) / scale.factor, color="0.3", label="measured, mean")
         ax.plot(degrees, laid.computed.mean(axis=0) / scale.factor, color="C3", label="computed")
@@ -73,6 +73,8 @@ def _table(laid: Laid) -> Table:
         ("peak per revolution, p95", *(each.peak_p95 for each in both)),
     ]
     for place, (low, high) in enumerate(features.BANDS):
+        if max(each.spectrum[place] for each in both) < 1e-9 * both[0].rms:
+            continue  # above the band that both have
         rows.append((f"rms, orders {low} to {high}", *(each.spectrum[place] for each in both)))
     columns = (Column("feature"), Column("measured", laid.unit), Column("computed", laid.unit))
     key = f"overlay-{laid.channel.replace('/', '-')}"

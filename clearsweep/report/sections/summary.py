@@ -8,6 +8,7 @@ from .. import elastic_range
 from ..section import Cards, Section
 from ..study import RATIO, Joint, Study
 from ..worst_case import question, worst_case
+from . import identified
 
 ONSET = "onset_rate_max"
 
@@ -50,6 +51,8 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
 def _answer(study: Study) -> list[tuple[str, str, str]]:
     """Return the cards that answer the question of the grid: the figures of its worst case."""
     found, lead = worst_case(study), question(study)
+    if lead.question == "identify":
+        return identified.cards(study)
     if found is None:
         return []
     case_id, candidate = found
@@ -64,6 +67,8 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
             ("Within the limits", f"{count} of {len(study.cases)}", "finished cases"),
             ("Smallest margin", verdict.margin_words(value, study.limits, exceeded), at),
         ]
+    if lead.question == "optimise":
+        return [(f"Best {name}", study.text(case_id, name), at) for name in candidate.columns if name != verdict.MARGIN]
     if lead.question == "force":
         return [("Largest normal force", study.text(case_id, candidate.columns[0]), at)]
     cards = [("Thinnest film", study.text(case_id, candidate.columns[0]), at)]

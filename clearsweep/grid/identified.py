@@ -1,0 +1,278 @@
+"""Reads `identify`: the keys whose values are not known, the measured signals, how many cases that may take."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..contracts.layout import Layout
+from ..judging import features
+from ..language.errors import InputError, nearest, shown
+from . import measured, optimised
+from .added import ADDED
+from .document import WrittenValue
+from .draft import Draft
+from .keys import Number
+from .optimised import Choice
+from .sought import always_used
+
+if TYPE_CHECKING:
+    import numpy as np  # loaded only where a file is read
+
+IDENTIFY = "identify"
+_RANGE = "prior"  # the kind of a `Choice`
+KEYS = ("over", "from", "cases", "features", "seed")
+FEATURES = ("rms", "peaks", "spectrum", "impacts")
+LEAST_TURNS = 3  # revolutions that have to be measured, and computed of every case
+LEAST_SAMPLES = 20  # an impact
+MOST_CASES = 20_000  # the time of an emulator grows with their third power
+SAVED = 12_000  # samples of a signal that every case keeps where the grid does not say how many
+FINEST = 2880  # samples of a revolution that are kept then
+_EXAMPLE = (
+    "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}"
+)
+
+
+class Signal(NamedTuple):
+    """One measured signal."""
+
+    file: str  # its path, whole
+    channel: str  # of time histories, which it is compared with
+    column: str  # of the file
+    unit: str  # of the channel, SI
+
+
+class Identify(NamedTuple):
+    """What is to be identified, in SI."""
+
+    over: dict[str, Choice]
+    signals: tuple[Signal, ...]
+    features: tuple[str, ...]  # some of FEATURES
+    cases: int
+    seed: int
+    start: dict[str, Any]  # the values that the grid has written, {} where some are missing or outside
+
+    def spread(self, first: int, count: int) -> "np.ndarray":
+        """Return points (count, paths) of a Sobol sequence in the unit cube, from the number `first` on."""
+        from scipy.stats import qmc
+
+        sequence = qmc.Sobol(len(self.over), seed=self.seed)
+        points: np.ndarray = (sequence.fast_forward(first) if first else sequence).random(count)
+        return points
+
+    def point(self, parts: "np.ndarray") -> dict[str, float]:
+        """Return the values at a place (paths,) of the unit cube."""
+        return {path: choice.at(part) for (path, choice), part in zip(self.over.items(), parts.tolist(), strict=True)}
+
+    def first(self) -> list[tuple[Any, ...]]:
+        """Return the values of the first round, spread evenly."""
+        count = min(optimised.ROUND, self.cases)
+        return [tuple(self.point(parts).values()) for parts in self.spread(0, optimised.ROUND)[:count]]
+
+    def written(self) -> dict[str, Any]:
+        """Return the section as a grid may have it, in SI."""
+        files: dict[str, dict[str, str]] = {}
+        for signal in self.signals:
+            files.setdefault(signal.file, {})[signal.channel] = signal.column
+        head = {"over": {path: choice.written() for path, choice in self.over.items()}, "from": files}
+        return head | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
+
+
+def find(draft: Draft, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
+    """Return path -> its place and its ends as an axis has them, of what is to be identified."""
+    section = root.value.get(IDENTIFY) if isinstance(root.value, dict) else None
+    if section is None:
+        return {}
+    if not isinstance(section.value, dict):
+        draft.problems.add(section, IDENTIFY, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
+        return {}
+    for key in section.value:
+        if key not in (*KEYS, ADDED):
+            sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
+            draft.problems.add(section.key_place(key), f"{IDENTIFY}.{key}", sentence)
+    for other in ("sweep", "zip", "cases", "sample", "seek", "refine", optimised.OPTIMISE, "life"):
+        if other in root.value:
+            sentence = f"is written beside `{other}`; `identify` chooses all cases itself: leave one of them out"
+            draft.problems.add(section, IDENTIFY, sentence)
+            return {}
+    over = section.value.get("over")
+    if over is None or not isinstance(over.value, dict) or not over.value:
+        sentence = f"names nothing to identify; write such as {_EXAMPLE}"
+        draft.problems.add(over or section, f"{IDENTIFY}.over", sentence)
+        return {}
+    found = {}
+    for path, written in over.value.items():
+        node = draft.shape.get(path)
+        whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
+        if not isinstance(written.value, list) or len(written.value) != 2 or whole:
+            expected = "a quantity that is no whole number" if whole else "[low, high], the range of its prior"
+            sentence = f"found {shown(written.value)}; expected {expected}"
+            draft.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
+        else:
+            draft.choices[path] = "range"
+            found[path] = (over.key_place(path), written)
+    return found
+
+
+def read(draft: Draft, root: WrittenValue) -> Identify | None:
+    """Return what is to be identified, the axes being known; None where nothing is or something is wrong.
+
+    The signals have no units yet; `check` gives them, when the channels are known.
+    """
+    section = root.value.get(IDENTIFY) if isinstance(root.value, dict) else None
+    paths = [path for path, way in draft.way.items() if way == IDENTIFY]
+    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= draft.axes.keys():
+        return None
+    noted = len(draft.problems)
+    for path in paths:
+        optimised.check_range(draft, path, IDENTIFY)
+        always_used(draft, draft.swept[path], IDENTIFY, path)
+    signals, chosen = _signals(draft, section), _features(draft, section)
+    cases = optimised.count(draft, section, (IDENTIFY, "cases"), (optimised.ROUND, MOST_CASES), None)
+    seed = optimised.count(draft, section, (IDENTIFY, "seed"), (0, 2**31), 0)
+    if draft.values.get("save.orbits") != "last":
+        place = draft.place("save.orbits")
+        sentence = f"found {draft.values.get('save.orbits')}; `identify` needs last: it compares time histories"
+        draft.problems.add(place, "save.orbits", sentence)
+    if cases is None or seed is None or not signals or len(draft.problems) > noted:
+        return None
+    over = {path: Choice(_RANGE, draft.axes[path]) for path in paths}
+    return Identify(over, signals, chosen, cases, seed, optimised.start_of(draft, over))
+
+
+def _signals(draft: Draft, section: WrittenValue) -> tuple[Signal, ...]:
+    """Return the signals as they are written."""
+    written, example = section.value.get("from"), "{rig.csv: {slider/a: acceleration}}"
+    if written is None or not isinstance(written.value, dict) or not written.value:
+        sentence = f"says no measured signal; write a file, a channel and the column of the file: {example}"
+        draft.problems.add(written or section, f"{IDENTIFY}.from", sentence)
+        return ()
+    found = []
+    for name, columns in written.value.items():
+        if not isinstance(columns.value, dict) or not columns.value:
+            sentence = f"found {shown(columns.value)}; expected channel: column, such as {example}"
+            draft.problems.add(columns, f"{IDENTIFY}.from.{name}", sentence)
+            continue
+        folder = Path(columns.origin).parent if columns.line else Path()
+        file = str((folder / name).absolute())
+        for channel, column in columns.value.items():
+            if isinstance(column.value, str):
+                found.append(Signal(file, channel, column.value, ""))
+            else:
+                sentence = f"found {shown(column.value)}; expected the name of a column"
+                draft.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", sentence)
+    return tuple(found)
+
+
+def _features(draft: Draft, section: WrittenValue) -> tuple[str, ...]:
+    """Return which features count."""
+    written = section.value.get("features")
+    if written is None:
+        return FEATURES
+    items = written.value if isinstance(written.value, list) else [written]
+    wrong = [item for item in items if item.value not in FEATURES]
+    for item in wrong:
+        near = nearest(str(item.value), FEATURES) or f" (known: {', '.join(FEATURES)})"
+        draft.problems.add(item, f"{IDENTIFY}.features", f"{shown(item.value)} is no feature of a signal{near}")
+    if not items:
+        draft.problems.add(written, f"{IDENTIFY}.features", f"is empty; allowed: {', '.join(FEATURES)}")
+    return tuple(name for name in FEATURES if name in [item.value for item in items])
+
+
+def put_saved(draft: Draft) -> None:
+    """Give `save` what `identify` needs, where the grid does not say it: enough revolutions, finely enough sampled."""
+    if draft.identify is None:
+        return
+    rate = crank_rate(draft)
+    densest = 0.0
+    for file in {signal.file for signal in draft.identify.signals}:
+        columns = {signal.column: None for signal in draft.identify.signals if signal.file == file}
+        try:
+            signals = measured.read(file, columns, others=True)
+        except InputError:
+            continue  # `check` says what is wrong
+        angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
+        densest = max(densest, features.density(angle))
+    if "save.samples" not in draft.written:
+        draft.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), FINEST))
+    if "save.revolutions" not in draft.written:
+        samples = draft.values["save.samples"]
+        total = min(draft.reached("simulate.revolutions") or (10.0,))
+        kept = total - max(draft.reached("simulate.discard") or (2.0,))
+        draft.values["save.revolutions"] = float(max(min(kept, max(SAVED // samples, LEAST_TURNS)), 1))
+
+
+def crank_rate(draft: Draft) -> float | None:
+    """Return the speed of the crank (rad/s), None where it is not one number."""
+    speeds = draft.reached("drive.speed")
+    return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
+
+
+def check(draft: Draft, root: WrittenValue, layout: Layout) -> Identify | None:
+    """Return `identify` with the units of its signals; note what is wrong with the files, and with what is saved."""
+    identify: Identify | None = draft.identify
+    if identify is None:
+        return None
+    written = root.value[IDENTIFY].value["from"]
+    units = {channel.name: channel.unit for channel in layout.channels if channel.unit and channel.name != "t"}
+    whole = [signal._replace(unit=units.get(signal.channel, "")) for signal in identify.signals]
+    for signal in whole:
+        if not signal.unit:
+            near = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
+            draft.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{near}")
+    saved = draft.values.get("save.revolutions") or 2.0
+    if saved < LEAST_TURNS:
+        sentence = f"found {saved:g}; `identify` needs at least {LEAST_TURNS} revolutions that a case saves"
+        draft.problems.add(draft.place("save.revolutions"), "save.revolutions", sentence)
+    for file in dict.fromkeys(signal.file for signal in whole):
+        mine = [signal for signal in whole if signal.file == file and signal.unit]
+        try:
+            for _ in turns_of(file, mine, crank_rate(draft)):
+                pass
+        except InputError as error:
+            draft.problems.add(written, f"{IDENTIFY}.from", str(error))
+    return identify._replace(signals=tuple(whole))
+
+
+class Turned(NamedTuple):
+    """A measured signal over the crank angle."""
+
+    signal: Signal
+    angle: "np.ndarray"  # (n,) rad, ascending
+    values: "np.ndarray"  # (n,) SI
+    speed: float | None  # rad/s, mean, where the file has time
+
+
+def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turned]:
+    """Return signals of a file over the crank angle; InputError where they are not enough.
+
+    rate : rad/s of the crank, None where it is not one number
+    """
+    known: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
+    content = measured.read(file, known, others=True)
+    found = []
+    for signal in signals:
+        values, angle, speed = content.signals[signal.column], content.places, None
+        if content.over == "time":
+            if rate is None:
+                raise InputError(
+                    f"{file}:1: has time, but drive.speed is not one number here; write a column crank_angle [deg]"
+                )
+            angle = features.angle_of_time(content.places, values, rate)
+            speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))
+        _enough(file, signal.column, angle, values)
+        found.append(Turned(signal, angle, values, speed))
+    return found
+
+
+def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:
+    """Raise InputError where a signal has too few revolutions, or too few samples an impact."""
+    count, own = (angle[-1] - angle[0]) / features.TURN, features.density(angle)
+    if count < LEAST_TURNS - 1e-6:
+        raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {LEAST_TURNS} are needed")
+    impacts = max(features.of(features.revolutions(angle, values)).impacts, 1.0)
+    if own < LEAST_SAMPLES * impacts:
+        raise InputError(
+            f"{file}: {column} has {own:.3g} samples a revolution and {impacts:.3g} impacts a revolution, "
+            f"{own / impacts:.2g} samples an impact; at least {LEAST_SAMPLES} are needed: "
+            f"{LEAST_SAMPLES * impacts:.3g} samples a revolution"
+        )

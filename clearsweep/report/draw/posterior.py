@@ -1,0 +1,28 @@
+"""Drawings of what was identified: how likely the values of a key are, and pairs of keys."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ..study import Axis
+from .style import BLUE, plain_axes
+
+BINS = 40
+
+
+def density(ax: Axes, values: np.ndarray, weights: np.ndarray, ends: tuple[float, float, float], axis: Axis) -> None:
+    """Draw a histogram of weighted values; ends : of the interval, and the median, on `axis`, SI."""
+    factor = axis.scale.factor
+    ax.hist(values / factor, BINS, weights=weights, color=BLUE, alpha=0.5, density=True)
+    for end, style in zip(ends, ("--", "-", "--"), strict=True):
+        ax.axvline(end / factor, color=BLUE, linestyle=style, linewidth=1.0)
+    ax.set(xlabel=axis.label(), ylabel="probability density")
+    ax.set_yticks([])
+    plain_axes(ax)
+
+
+def pair(ax: Axes, both: tuple[np.ndarray, np.ndarray], weights: np.ndarray, axes: tuple[Axis, Axis]) -> None:
+    """Draw the weighted values of two keys as a grid of shades."""
+    across, up = (values / axis.scale.factor for values, axis in zip(both, axes, strict=True))
+    counts, x, y = np.histogram2d(across, up, BINS // 2, weights=weights)
+    ax.pcolormesh(x, y, counts.T, cmap="Blues", rasterized=True)
+    ax.set(xlabel=axes[0].label(), ylabel=axes[1].label())

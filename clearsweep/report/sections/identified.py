@@ -1,0 +1,106 @@
+"""What a measured machine is found to be: intervals, how likely values are, how well the best cases fit."""
+
+import itertools
+from typing import Any
+
+import pandas as pd
+
+from ...judging import machine
+from ...language import wording
+from ..draw import posterior
+from ..picture import Picture
+from ..section import Block, Gallery, Section, Sentences, filled
+from ..study import Axis, Study
+from ..table import Column, Quantity, Table
+
+PAIRS = 6  # of keys that are drawn
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where nothing was identified, or the run did not come to its end."""
+    found: dict[str, Any] = study.run.grid.get("identified") or {}
+    sample = study.run.identify if found else None
+    if sample is None or sample.empty:
+        return []
+    axes = {axis.path: axis for axis in study.axes}
+    joints = _joints(found)
+    blocks: list[Block] = [
+        Sentences([*(f"{_said(axes[each['path']], each)}." for each in found["parameters"])]),
+        Sentences(machine.sentences(found, joints)),
+        Gallery("Dashed: the ends of the 95 % interval; solid: the median.", _pictures(found, sample, axes)),
+        _parameters(found, axes),
+        _fits(found),
+    ]
+    return [Section("identify", "The machine that was measured", filled(blocks))]
+
+
+def cards(study: Study) -> list[tuple[str, str, str]]:
+    """Return a card for each key that was identified."""
+    axes = {axis.path: axis for axis in study.axes}
+    found = study.run.grid.get("identified") or {}
+    return [
+        (axes[each["path"]].name, axes[each["path"]].scale.text(each["value"]), _interval(axes[each["path"]], each))
+        for each in found.get("parameters", ())
+    ]
+
+
+def _joints(found: dict[str, Any]) -> int:
+    return len({each["path"].split(".")[1] for each in found["parameters"] if each["path"].startswith("joints.")})
+
+
+def _interval(axis: Axis, each: dict[str, Any]) -> str:
+    """Return the interval of a key."""
+    return f"95 %: {axis.scale.number(each['low'])} to {axis.scale.text(each['high'])}"
+
+
+def _said(axis: Axis, each: dict[str, Any]) -> str:
+    """Return a value, its interval, and how sure it is."""
+    text = f"{axis.name} {axis.scale.text(each['value'])} ({_interval(axis, each)}){machine.certainty(each)}"
+    return text[0].upper() + text[1:]
+
+
+def _pictures(found: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
+    """Return how likely values of each key are, and pairs of keys."""
+    weights, pictures = sample["weight"].to_numpy(), []
+
+    def single(each: dict[str, Any]) -> Picture:
+        axis, ends = axes[each["path"]], (each["low"], each["value"], each["high"])
+
+        def paint(ax: Any) -> None:
+            posterior.density(ax, sample[axis.path].to_numpy(), weights, ends, axis)
+
+        return Picture(f"How likely: {axis.name}", "", f"{_said(axis, each)}.", paint)
+
+    def both(first: Axis, second: Axis) -> Picture:
+        def paint(ax: Any) -> None:
+            pair = (sample[first.path].to_numpy(), sample[second.path].to_numpy())
+            posterior.pair(ax, pair, weights, (first, second))
+
+        title = f"{first.name} and {second.name}"
+        return Picture(title, "Darker: likelier.", f"How likely pairs of {title} are.", paint)
+
+    pictures += [single(each) for each in found["parameters"]]
+    pairs = itertools.combinations([axes[each["path"]] for each in found["parameters"]], 2)
+    return [*pictures, *(both(*pair) for pair in itertools.islice(pairs, PAIRS))]
+
+
+def _parameters(found: dict[str, Any], axes: dict[str, Axis]) -> Table:
+    """Return a row for each key."""
+    rows = []
+    for each in found["parameters"]:
+        axis = axes[each["path"]]
+        cells = [Quantity(each[name], axis.scale.text(each[name])) for name in ("value", "low", "high")]
+        rows.append((axis.name, *cells, each["determined"]))
+    columns = (Column("key"), Column("median"), Column("from"), Column("to"), Column("determined"))
+    return Table("identify", "Keys with their 95 % intervals", "", columns, rows)
+
+
+def _fits(found: dict[str, Any]) -> Table:
+    """Return a row for each feature."""
+    rows = []
+    for each in found["fits"]:
+        cells = [Quantity(each[name], wording.text(each[name], each["unit"])) for name in ("measured", "computed")]
+        rows.append((each["channel"], each["feature"], *cells, each["deviations"]))
+    columns = (Column("signal"), Column("feature"), Column("measured"), Column("computed"), Column("deviations"))
+    note = "Computed: the median of the best cases. Deviations: measured less computed, in standard deviations."
+    return Table("identify-fit", "Features measured and computed", note, columns, rows)

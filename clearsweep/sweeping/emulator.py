@@ -1,0 +1,197 @@
+"""What cases that were not run would give: Gaussian processes of the features of those that were, and what fits them.
+
+Features are first turned into a few directions in which they vary together, each of which has a process of its own
+(Higdon et al. 2008, J. Am. Stat. Assoc. 103, 570, sections 2.1 and 2.2).  What the processes cannot tell is part of
+the covariance by which the measured features are judged; so is the scatter of a motion that does not repeat.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from sklearn.gaussian_process import kernels  # an extra dependency, loaded where a process is fitted
+
+MOST_DIRECTIONS = 14
+SHARE = 0.995  # of the variance of the features that the directions have at least
+LENGTHS = (0.05, 30.0)  # of the processes, in parts of the ranges
+NOISE = (1e-4, 2.0)  # share of the variance of a direction that no input explains
+STEPS = 25  # of the search for the lengths of a process
+CENTRES = 512  # of the distribution that points are drawn from
+EVEN = 0.1  # share of the points that are spread over all ranges
+WIDTH = 0.5  # of a centre over the spread of all
+EFFECTIVE = 200.0  # points that the weights of a draw are worth at least: flattened, till they are
+Likelihood = Callable[[np.ndarray], np.ndarray]  # points (n, inputs) -> logarithm of their likelihood (n,)
+
+
+class Emulator(NamedTuple):
+    """Features over inputs in the unit cube."""
+
+    mean: np.ndarray  # (features,)
+    scale: np.ndarray  # (features,)
+    basis: np.ndarray  # (directions, features), of features less their mean over their scale
+    processes: tuple[Any, ...]  # one for each direction
+    spread: np.ndarray  # (directions,) standard deviation of each
+    rest: np.ndarray  # (features, features) covariance, over their scales, of what the directions leave out
+
+    def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return means (n, features) of the features at points, and variances (n, directions) over their scales."""
+        each = [process.predict(points, return_std=True) for process in self.processes]
+        places = np.array([mean for mean, _ in each]).T * self.spread
+        variances = np.array([deviation for _, deviation in each]).T ** 2 * self.spread**2
+        return self.mean + self.scale * (places @ self.basis), variances
+
+    @property
+    def kernels(self) -> "list[kernels.Kernel]":
+        """Return what the processes have learnt about lengths and noise."""
+        return [process.kernel_ for process in self.processes]
+
+
+def fit(points: np.ndarray, values: np.ndarray, before: "list[kernels.Kernel] | None" = None) -> Emulator:
+    """Return an emulator of features (n, features) over points (n, inputs).
+
+    before : of an emulator of fewer points, whose lengths are kept
+    """
+    mean, scale = values.mean(axis=0), np.maximum(values.std(axis=0), 1e-9)
+    about = (values - mean) / scale
+    _, sizes, rows = np.linalg.svd(about, full_matrices=False)
+    count = min(int(np.searchsorted(np.cumsum(sizes**2) / (sizes**2).sum(), SHARE)) + 1, MOST_DIRECTIONS)
+    count = len(before) if before else count
+    basis = rows[:count] * np.where(rows[:count].sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
+    places = about @ basis.T
+    left = about - places @ basis
+    spread = np.maximum(places.std(axis=0), 1e-9)
+    kept = before or [None] * count
+    processes = tuple(_process(points, places[:, k] / spread[k], kept[k]) for k in range(count))
+    return Emulator(mean, scale, basis, processes, spread, left.T @ left / len(points))
+
+
+def _process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | None") -> Any:
+    """Return a Gaussian process of values (n,), with a kernel that is kept or looked for."""
+    from scipy.optimize import minimize
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import Matern, WhiteKernel
+
+    def search(target: Callable, start: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
+        found = minimize(target, start, method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": STEPS})
+        return found.x, found.fun
+
+    if kernel is None:
+        lengths = np.full(points.shape[1], 0.7)
+        kernel = 1.0 * Matern(lengths, LENGTHS, nu=2.5) + WhiteKernel(0.05, NOISE)
+        return GaussianProcessRegressor(kernel, optimizer=search, alpha=1e-8).fit(points, values)
+    return GaussianProcessRegressor(kernel, optimizer=None, alpha=1e-8).fit(points, values)
+
+
+class Judge(NamedTuple):
+    """Judges points of an emulator by what was measured."""
+
+    emulator: Emulator
+    measured: np.ndarray  # (features,)
+    covariance: np.ndarray  # (features, features), of all but the emulator
+    inflation: float = 1.0  # of all variances
+
+    def distance(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return squares of distances of points (n,) from what was measured, and logarithms of their volumes.
+
+        The covariance is that of the processes, of few directions, and another one that all points share: Woodbury.
+        """
+        means, variances = self.emulator.predict(points)
+        scale, basis = self.emulator.scale, self.emulator.basis
+        shared = self.covariance / np.outer(scale, scale) + self.emulator.rest
+        shared[np.diag_indices_from(shared)] += 1e-9
+        off = (self.measured - means) / scale
+        inverse = np.linalg.inv(shared)
+        inner = basis @ inverse @ basis.T + np.eye(len(basis)) / np.maximum(variances, 1e-12)[:, None, :]
+        along = off @ inverse @ basis.T
+        solved = np.linalg.solve(inner, along[:, :, None])[:, :, 0]
+        squares = np.einsum("ij,jk,ik->i", off, inverse, off) - (along * solved).sum(axis=1)
+        volumes = np.linalg.slogdet(shared)[1] + np.log(np.maximum(variances, 1e-12)).sum(axis=1)
+        return squares, volumes + np.linalg.slogdet(inner)[1]
+
+    def log_likelihood(self, points: np.ndarray) -> np.ndarray:
+        """Return the logarithms of the likelihoods of points, up to one constant."""
+        squares, volumes = self.distance(points)
+        found: np.ndarray = -0.5 * (squares / self.inflation + volumes)
+        return found
+
+    def deviations(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return by how much each measured feature is above that at a point (inputs,), and standard deviations."""
+        means, variances = self.emulator.predict(point[None])
+        scale, basis = self.emulator.scale, self.emulator.basis
+        own = ((variances[0][:, None] * basis**2).sum(axis=0) + np.diag(self.emulator.rest)) * scale**2
+        return self.measured - means[0], np.sqrt(own + np.diag(self.covariance))
+
+
+class Posterior(NamedTuple):
+    """A weighted sample of the unit cube."""
+
+    points: np.ndarray  # (n, inputs)
+    weights: np.ndarray  # (n,), 1 in all
+
+    @property
+    def effective(self) -> float:
+        """Return of how many points with equal weights it tells as much."""
+        return float(1.0 / (self.weights**2).sum())
+
+    def quantiles(self, column: int, shares: tuple[float, ...]) -> list[float]:
+        """Return quantiles of one input."""
+        order = np.argsort(self.points[:, column], kind="stable")
+        cumulated = np.cumsum(self.weights[order]) - 0.5 * self.weights[order]
+        return [float(each) for each in np.interp(shares, cumulated, self.points[order, column])]
+
+
+def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator, size: int, rounds: int) -> Posterior:
+    """Return a weighted sample of points of the unit cube that are even before they are judged.
+
+    In each round they are drawn from about those of the round before that are likely (adaptive importance sampling,
+    Cappe et al. 2004, J. Comput. Graph. Stat. 13, 907), and their weights are what likelihood and density say.
+    """
+    from scipy.spatial.distance import cdist
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(inputs, seed=chance).random_base2(int(np.ceil(np.log2(size))))
+    logs = log_likelihood(points)
+    for _ in range(rounds):
+        flat = _flattened(logs)
+        centres = points[chance.choice(len(points), CENTRES, p=flat)]
+        middle = flat @ points
+        spread = np.einsum("i,ij,ik->jk", flat, points - middle, points - middle)
+        root = WIDTH * np.linalg.cholesky(spread + 1e-6 * np.eye(inputs))
+        points = _drawn(centres, root, chance, size)
+        whitened = np.linalg.inv(root)
+        apart = cdist(points @ whitened.T, centres @ whitened.T, "sqeuclidean")
+        normal = (2.0 * np.pi) ** (inputs / 2.0) * abs(np.prod(np.diag(root)))
+        density = EVEN + (1.0 - EVEN) * np.exp(-0.5 * apart).mean(axis=1) / normal
+        logs = log_likelihood(points) - np.log(density)
+    weights = np.exp(logs - logs.max())
+    return Posterior(points, weights / weights.sum())
+
+
+def _drawn(centres: np.ndarray, root: np.ndarray, chance: np.random.Generator, size: int) -> np.ndarray:
+    """Return points of the unit cube: some even, the others about the centres; those outside are drawn again."""
+    found = np.empty((0, centres.shape[1]))
+    while len(found) < size:
+        about = centres[chance.integers(len(centres), size=size)] + chance.standard_normal((size, len(root))) @ root.T
+        even = chance.random(about.shape)
+        drawn = np.where(chance.random((size, 1)) < EVEN, even, about)
+        found = np.concatenate([found, drawn[((drawn >= 0.0) & (drawn <= 1.0)).all(axis=1)]])
+    return found[:size]
+
+
+def _flattened(logs: np.ndarray) -> np.ndarray:
+    """Return weights that are flattened, by halving their logarithms, until no few of them have nearly all."""
+    power = 1.0
+    while True:
+        weights: np.ndarray = np.exp(power * (logs - logs.max()))
+        weights /= weights.sum()
+        if 1.0 / (weights**2).sum() >= min(EFFECTIVE, 0.5 * len(logs)):
+            return weights
+        power *= 0.5
+
+
+def flattened(posterior: Posterior) -> np.ndarray:
+    """Return weights (n,) that are flatter than those of a posterior: their square roots, at least."""
+    with np.errstate(divide="ignore"):
+        return _flattened(0.5 * np.log(posterior.weights))

@@ -1,0 +1,308 @@
+"""Finds what a measured machine is like, round by round: cases, an emulator of their features, a posterior.
+
+A run that was interrupted goes through the same rounds again: what decides them follows from stored cases, from the
+files of measured signals and from the seed alone, and is computed on one thread.
+"""
+
+import contextlib
+import itertools
+import warnings
+from collections.abc import Iterator
+from importlib import util
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .. import store
+from ..grid import Grid
+from ..grid.optimised import ROUND
+from ..language.errors import InputError
+from . import emulator, observed
+from .rounds import Point
+
+if TYPE_CHECKING:
+    from sklearn.gaussian_process import kernels  # an extra dependency, loaded where a round is asked for
+
+SPREAD = 96  # cases that are spread evenly before an emulator chooses, at most half of them
+EVEN = 3  # cases of a round that are spread evenly afterwards, too: far from what is likely nothing is to be missed
+POINTS, DRAWS = (1024, 4096), (2, 3)  # of a posterior between rounds, and of the last one
+LEAST_CASES = 12  # that have to finish
+NARROWED = 48  # cases, after which the ranges are narrowed to what is likely: near it an emulator errs less
+MARGIN = 0.15  # of the width of what is likely, that is kept on either side
+LEAST_INSIDE = 12  # cases for each input, that an emulator is made of: those nearest to the ranges
+LIKELY = (0.002, 0.998)  # quantiles of a flattened posterior between which values stay
+KEPT = 4096  # rows of the sample that are kept
+BEST_CASES = 8
+DETERMINED, WEAKLY = 0.5, 0.8  # width of an interval over that of the prior, up to which it is (weakly) determined
+TRADED = 0.8  # correlation of two keys, from which on they trade off
+AT_END = 0.02  # of a range, within which an interval ends there
+RARE = 0.01  # probability of a misfit as large, below which the model does not explain what was measured
+
+
+class Parameter(NamedTuple):
+    """What one key is found to be; SI."""
+
+    path: str
+    value: float  # median
+    low: float  # of the interval that holds it with 95 %
+    high: float
+    determined: str  # 'well', 'weakly' or 'not'
+    ends: tuple[str, ...]  # 'lower', 'upper': ends of the range at which the interval ends
+
+
+class Fitted(NamedTuple):
+    """How the best cases fit one feature; SI."""
+
+    channel: str
+    kind: str
+    feature: str
+    unit: str
+    measured: float
+    computed: float  # median of the best cases
+    deviations: float  # measured less computed at the best place, in standard deviations
+
+
+class Read(NamedTuple):
+    """What one signal was taken as."""
+
+    file: str
+    channel: str
+    revolutions: int
+    samples: float  # of a revolution
+    orders: float  # up to which it is compared
+    angle: float  # rad, by which its crank angle is ahead
+    speed: float | None  # rad/s, mean, where it is over time
+    noise: tuple[float, float, float]  # rms over that of the signal: median, ends of the interval
+
+
+class Identified(NamedTuple):
+    """What an identification came to."""
+
+    parameters: tuple[Parameter, ...]
+    traded: tuple[tuple[str, str, float], ...]  # pairs of keys that trade off, and their correlation
+    fits: tuple[Fitted, ...]
+    signals: tuple[Read, ...]
+    misfit: float  # mean square of the distance in standard deviations: 1 is expected
+    explained: bool
+    looked_at: int
+    finished: int
+    computed_speed: float  # rad/s, mean crank speed of the cases
+    sample: dict[str, np.ndarray]  # path -> values; 'weight'
+
+
+class Identifying:
+    """One identification, round by round."""
+
+    def __init__(self, grid: Grid):
+        assert grid.identify is not None  # it is asked for
+        if util.find_spec("sklearn") is None:
+            raise InputError(
+                "identify: needs scikit-learn, which is not installed; run `pip install clearsweep[identify]`"
+            )
+        self.identify = grid.identify
+        self.observation: observed.Observation | None = None
+        self.history: dict[str, np.ndarray] = {}  # of the first case that finished
+        self.looked_at = 0
+        self.points: list[np.ndarray] = []  # of finished cases: keys and noise, in parts of their ranges
+        self.values: list[np.ndarray] = []  # their features
+        self.learnt: tuple[int, list[kernels.Kernel] | None] = (0, None)  # cases that the lengths were looked for with
+        self.box = np.array([[0.0] * len(grid.identify.over), [1.0] * len(grid.identify.over)])  # still likely parts
+        self.narrowed = 0  # cases that were looked at then
+
+    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+        """Take in what the cases of a grid from the index `first` on gave."""
+        for index, status, history in zip(range(first, len(grid)), judged.status, judged.histories, strict=True):
+            self.looked_at += 1
+            if status != "ok":
+                continue
+            if self.observation is None:
+                self.observation, self.history = observed.observe(self.identify, history), history
+            chance = np.random.default_rng([self.identify.seed, int(grid.case_id(index), 16)])
+            parts = chance.random(len(self.observation.signals))
+            found = self.observation.of_case(history, _noise(parts), chance)
+            point = grid.point(index)
+            keys = [choice.part(point[path]) for path, choice in self.identify.over.items()]
+            if np.isfinite(found).all():
+                self.points.append(np.array([*keys, *parts]))
+                self.values.append(found)
+
+    def wanted(self) -> list[Point]:
+        """Return where the next cases are."""
+        count = min(ROUND, self.identify.cases - self.looked_at)
+        if count <= 0:
+            return []
+        even = self.box[0] + (self.box[1] - self.box[0]) * self.identify.spread(self.looked_at, count)
+        if self.looked_at < min(SPREAD, self.identify.cases // 2) or len(self.points) < LEAST_CASES:
+            return [self.identify.point(parts) for parts in even]
+        with _repeatable():
+            chance = np.random.default_rng([self.identify.seed, self.looked_at])
+            posterior = self._posterior(chance, last=False)[1]
+            weights = emulator.flattened(posterior)
+            if self.looked_at >= self.narrowed + NARROWED:
+                self._narrow(posterior._replace(weights=weights))
+            chosen = chance.choice(len(weights), max(count - EVEN, 1), replace=False, p=weights)
+        likely = posterior.points[chosen, : len(self.identify.over)]
+        return [self.identify.point(parts) for parts in [*likely, *even[: count - len(likely)]]]
+
+    def result(self) -> Identified:
+        """Return what was found, at the end."""
+        if self.observation is None or len(self.points) < LEAST_CASES:
+            raise InputError(
+                f"identify: {len(self.points)} of {self.looked_at} cases finished, at least {LEAST_CASES} are needed; "
+                "see their messages, change the ranges under identify.over, or allow more cases"
+            )
+        with _repeatable():
+            chance = np.random.default_rng([self.identify.seed, self.looked_at])
+            return self._identified(*self._posterior(chance, last=True))
+
+    def _narrow(self, posterior: emulator.Posterior) -> None:
+        """Take values that are not likely out of the ranges."""
+        found = np.array([posterior.quantiles(place, LIKELY) for place in range(self.box.shape[1])]).T
+        margin = MARGIN * (found[1] - found[0])
+        box = np.clip([found[0] - margin, found[1] + margin], self.box[0], self.box[1])
+        self.narrowed, self.box, self.learnt = self.looked_at, box, (0, None)
+
+    def _inside(self, points: np.ndarray) -> np.ndarray:
+        """Return the places of the cases that the emulator is made of: those within the ranges, if there are enough."""
+        keys = points[:, : self.box.shape[1]]
+        away = np.maximum(self.box[0] - keys, keys - self.box[1]).max(axis=1)
+        least = LEAST_INSIDE * points.shape[1]
+        return np.sort(np.argsort(np.maximum(away, 0.0), kind="stable")[: max(np.count_nonzero(away <= 0.0), least)])
+
+    def _posterior(
+        self, chance: np.random.Generator, *, last: bool
+    ) -> tuple[emulator.Judge, emulator.Posterior, np.ndarray]:
+        """Return what judges inputs within the narrowed ranges, a sample of those that are likely, the likeliest one.
+
+        The sample has parts of the whole ranges; the likeliest one, (inputs,), parts of the narrowed ones.
+        """
+        assert self.observation is not None  # cases finished
+        inside = self._inside(np.array(self.points))
+        points, values = np.array(self.points)[inside], np.array(self.values)[inside]
+        keys = self.box.shape[1]
+        ranges = np.hstack([self.box, np.array([[0.0], [1.0]]).repeat(points.shape[1] - keys, axis=1)])
+        points = (points - ranges[0]) / (ranges[1] - ranges[0])
+        known, kernels = self.learnt
+        anew = last or kernels is None or len(points) >= 2 * known
+        emulated = emulator.fit(points, values, None if anew else kernels)
+        if anew:
+            self.learnt = (len(points), emulated.kernels)
+        judge = emulator.Judge(emulated, self.observation.values, self.observation.covariance)
+        inputs, size, rounds = points.shape[1], POINTS[last], DRAWS[last]
+        posterior = emulator.sample(judge.log_likelihood, inputs, chance, size, rounds)
+        least = float(judge.distance(posterior.points)[0].min()) / len(self.observation.values)
+        if least > 1.0:  # errors are larger than was assumed
+            judge = judge._replace(inflation=least)
+            posterior = emulator.sample(judge.log_likelihood, inputs, chance, size, rounds)
+        best = posterior.points[np.argmax(judge.log_likelihood(posterior.points))]
+        return judge, posterior._replace(points=ranges[0] + (ranges[1] - ranges[0]) * posterior.points), best
+
+    def _identified(self, judge: emulator.Judge, posterior: emulator.Posterior, best: np.ndarray) -> Identified:
+        from scipy.stats import chi2
+
+        assert self.observation is not None  # cases finished
+        over = self.identify.over
+        parameters = []
+        for place, (path, choice) in enumerate(over.items()):
+            low, middle, high = posterior.quantiles(place, (0.025, 0.5, 0.975))
+            width = (high - low) / 0.95
+            determined = "well" if width <= DETERMINED else "weakly" if width <= WEAKLY else "not"
+            ends = [end for end, there in (("lower", low < AT_END), ("upper", high > 1.0 - AT_END)) if there]
+            values = (choice.at(middle), choice.at(low), choice.at(high))
+            parameters.append(Parameter(path, *values, determined, tuple(ends)))
+        names, weights = list(over), posterior.weights
+        correlated = _correlations(posterior.points[:, : len(names)], weights)
+        traded = [
+            (names[i], names[j], float(correlated[i, j]))
+            for i, j in itertools.combinations(range(len(names)), 2)
+            if abs(correlated[i, j]) >= TRADED
+        ]
+        square, count = judge.inflation * len(judge.measured), len(judge.measured)
+        return Identified(
+            tuple(parameters),
+            tuple(traded),
+            tuple(self._fits(judge, best)),
+            tuple(self._read(posterior)),
+            judge.inflation,
+            bool(chi2.sf(square, count) >= RARE) or judge.inflation == 1.0,
+            self.looked_at,
+            len(self.points),
+            _speed(self.history),
+            self._sample(posterior),
+        )
+
+    def _fits(self, judge: emulator.Judge, best: np.ndarray) -> Iterator[Fitted]:
+        """Yield how the best cases fit the features that say something one by one."""
+        assert self.observation is not None  # cases finished
+        off, deviations = judge.deviations(best)
+        values = np.array(self.values)
+        shared = np.linalg.inv(self.observation.covariance)
+        away = values - self.observation.values
+        nearest = np.argsort(np.einsum("ij,jk,ik->i", away, shared, away), kind="stable")[:BEST_CASES]
+        for place, label in enumerate(self.observation.labels):
+            if label.unit:
+                computed = label.natural(float(np.median(values[nearest, place])))
+                own = label.natural(float(self.observation.values[place]))
+                channel = self.observation.signals[label.signal].turned.signal.channel
+                sigma = float(off[place] / deviations[place])
+                yield Fitted(channel, label.kind, label.text, label.unit, own, computed, sigma)
+
+    def _read(self, posterior: emulator.Posterior) -> Iterator[Read]:
+        """Yield what the signals were taken as."""
+        assert self.observation is not None  # cases finished
+        for place, each in enumerate(self.observation.signals):
+            signal, turned = each.turned.signal, each.turned
+            low, middle, high = posterior.quantiles(len(self.identify.over) + place, (0.025, 0.5, 0.975))
+            noise = [float(share) for share in _noise(np.array([middle, low, high]))]
+            samples = float(len(turned.angle) - 1) * observed.features.TURN / float(turned.angle[-1] - turned.angle[0])
+            yield Read(
+                signal.file,
+                signal.channel,
+                len(each.turns),
+                samples,
+                each.orders,
+                float(each.angle(self.history)),
+                turned.speed,
+                (noise[0], noise[1], noise[2]),
+            )
+
+    def _sample(self, posterior: emulator.Posterior) -> dict[str, np.ndarray]:
+        """Return the sample in SI, the likeliest rows where there are too many."""
+        kept = np.sort(np.argsort(-posterior.weights, kind="stable")[:KEPT])
+        columns = {
+            path: np.array([choice.at(part) for part in posterior.points[kept, place].tolist()])
+            for place, (path, choice) in enumerate(self.identify.over.items())
+        }
+        return columns | {"weight": posterior.weights[kept] / posterior.weights[kept].sum()}
+
+
+def _noise(parts: np.ndarray) -> np.ndarray:
+    """Return shares of noise at parts, 0 to 1, of their range."""
+    low, high = observed.NOISE
+    found: np.ndarray = low * (high / low) ** parts
+    return found
+
+
+def _speed(history: dict[str, np.ndarray]) -> float:
+    """Return the mean speed of the crank in a case, rad/s."""
+    angle, times = history["crank_angle"], history["t"]
+    return float((angle[-1] - angle[0]) / (times[-1] - times[0]))
+
+
+def _correlations(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the correlations of the columns of weighted points."""
+    covariance = np.atleast_2d(np.cov(points.T, aweights=weights))
+    sizes = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    found: np.ndarray = covariance / np.outer(sizes, sizes)
+    return found
+
+
+@contextlib.contextmanager
+def _repeatable() -> Iterator[None]:
+    """Compute on one thread, so that the last bits do not depend on their number, and without advice on kernels."""
+    from sklearn.exceptions import ConvergenceWarning
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        yield

@@ -1,0 +1,161 @@
+"""Measured signals and those of cases as vectors of features, by the same code."""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ..grid import Identify, Turned, turns_of
+from ..judging import features
+from ..language.errors import InputError
+
+GAIN = 0.05  # standard deviation of the logarithm of the gain of a sensor: 95 % within 10 %
+NOISE = (2e-3, 0.2)  # rms of the noise over that of the signal in the band that is compared: equal ratios are as likely
+MODEL = {
+    "rms": 0.03,
+    "peaks": 0.05,
+    "spectrum": 0.05,
+    "impacts": 0.05,
+    "phases": 0.03,
+}  # of the model, as of logarithms of features, and of phases
+AGAIN = 200  # times revolutions are drawn, from which the scatter of the measured features follows
+FLOOR = 2e-3  # of the rms: what is less in a band is not told apart
+ALIGNED_ORDERS = 6  # that the crank angle of a signal is found by: those of the motion without clearance
+
+
+class Label(NamedTuple):
+    """What one number of a vector is."""
+
+    signal: int
+    kind: str  # one of `identified.FEATURES`
+    text: str
+    unit: str  # '' for a phase, which says little by itself
+
+    def natural(self, value: float) -> float:
+        """Return the feature itself of its number in a vector."""
+        return float(np.expm1(value) if self.kind == "impacts" else np.exp(value))
+
+
+class Observed(NamedTuple):
+    """One measured signal: its revolutions, and what cases are compared with."""
+
+    turned: Turned
+    turns: np.ndarray  # (turns, samples)
+    orders: float  # highest order of the crank that is compared
+    rms: float
+
+    def angle(self, history: Mapping[str, np.ndarray]) -> float:
+        """Return by how much (rad, -pi to pi) the measured crank angle is ahead of that of a case."""
+        own = self._computed(history)
+        lag = features.shift(self.turns.mean(axis=0), own.mean(axis=0), ALIGNED_ORDERS)
+        ahead = float(features.TURN * lag / own.shape[1] + self.turned.angle[0]) % features.TURN
+        return ahead - features.TURN * (ahead > features.TURN / 2.0)
+
+    def statistics(
+        self, history: Mapping[str, np.ndarray], share: float, chance: np.random.Generator
+    ) -> features.Statistics:
+        """Return what a case gives at the measured crank angle, with noise that is this share of the measured rms."""
+        own = self._computed(history)
+        lag = features.shift(self.turns.mean(axis=0), own.mean(axis=0), ALIGNED_ORDERS)
+        noisy = own + share * self.rms * features.noise(chance, own, self.orders)
+        return features.statistics(np.roll(noisy.ravel(), lag).reshape(own.shape))
+
+    def _computed(self, history: Mapping[str, np.ndarray]) -> np.ndarray:
+        angle, values = history["crank_angle"], history[self.turned.signal.channel]
+        return features.revolutions(angle, values, 0.0, self.orders)
+
+
+class Observation(NamedTuple):
+    """All that was measured, as one vector of features."""
+
+    signals: tuple[Observed, ...]
+    labels: tuple[Label, ...]
+    chosen: tuple[str, ...]  # of `identified.FEATURES`
+    values: np.ndarray  # (features,)
+    covariance: np.ndarray  # (features, features): scatter of what was measured, gain, what a model is not
+
+    def of_case(self, history: Mapping[str, np.ndarray], noise: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+        """Return the vector (features,) of a case; noise : (signals,) shares of their rms."""
+        parts = []
+        for observed, share in zip(self.signals, noise.tolist(), strict=True):
+            found = observed.statistics(history, share, chance).features()
+            parts.append(vector(found, observed.orders, self.chosen))
+        return np.concatenate(parts)
+
+
+def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observation:
+    """Return what was measured, as it is compared with cases that are sampled as this one is."""
+    span, turned = history["t"][-1] - history["t"][0], history["crank_angle"][-1] - history["crank_angle"][0]
+    whole: list[Observed] = []
+    for file in dict.fromkeys(signal.file for signal in identify.signals):
+        mine = [signal for signal in identify.signals if signal.file == file]
+        for each in turns_of(file, mine, float(turned / span)):
+            orders = features.common_band(features.density(each.angle), features.density(history["crank_angle"]))
+            turns = features.revolutions(each.angle, each.values, None, orders)
+            rms = float(np.sqrt(((turns - turns.mean()) ** 2).mean()))
+            if not rms > 0.0:
+                raise InputError(f"{file}: {each.signal.column} does not vary; measure it again, or leave it out")
+            whole.append(Observed(each, turns, orders, rms))
+    labels: list[Label] = []
+    values, scatters = [], []
+    for place, observed in enumerate(whole):
+        own = list(_labels(place, observed, identify.features))
+        statistics = features.statistics(observed.turns)
+        values.append(vector(statistics.features(), observed.orders, identify.features))
+        scatters.append(_scatter(statistics, observed, identify, own))
+        labels += own
+    covariance = np.zeros((len(labels), len(labels)))
+    first = 0
+    for scatter in scatters:
+        covariance[first : first + len(scatter), first : first + len(scatter)] = scatter
+        first += len(scatter)
+    return Observation(tuple(whole), tuple(labels), identify.features, np.concatenate(values), covariance)
+
+
+def vector(found: features.Features, orders: float, chosen: tuple[str, ...]) -> np.ndarray:
+    """Return the features that are chosen as numbers that errors of a share change evenly."""
+    parts: dict[str, list[float]] = {
+        "rms": [np.log(found.rms)],
+        "peaks": [np.log(found.peak_median), np.log(found.peak_p95)],
+        "spectrum": [np.log(found.spectrum[k] + FLOOR * found.rms) for k in _bands(orders)],
+        "impacts": [np.log1p(found.impacts), *found.phases],
+    }
+    return np.array([number for name in chosen for number in parts[name]])
+
+
+def _bands(orders: float) -> list[int]:
+    return [place for place, (_, high) in enumerate(features.BANDS) if high <= max(orders, features.BANDS[0][1])]
+
+
+def _labels(place: int, observed: Observed, chosen: tuple[str, ...]) -> Iterator[Label]:
+    unit = observed.turned.signal.unit
+    ends = [features.BANDS[k] for k in _bands(observed.orders)]
+    texts = {
+        "rms": [("rms", unit)],
+        "peaks": [("peak per revolution, median", unit), ("peak per revolution, p95", unit)],
+        "spectrum": [(f"rms, orders {low} to {high}", unit) for low, high in ends],
+        "impacts": [
+            ("impacts a revolution", "1"),
+            *(
+                (f"phase of impacts, harmonic {k}, {part}", "")
+                for k in range(1, features.HARMONICS + 1)
+                for part in ("cosine", "sine")
+            ),
+        ],
+    }
+    for name in chosen:
+        yield from (Label(place, name, *text) for text in texts[name])
+
+
+def _scatter(
+    statistics: features.Statistics, observed: Observed, identify: Identify, labels: list[Label]
+) -> np.ndarray:
+    """Return the covariance of the features of one signal that is not of the emulator."""
+    count = len(statistics.peak)
+    chance = np.random.default_rng([identify.seed, count])
+    rows = chance.integers(count, size=(AGAIN, count))
+    drawn = np.array([vector(statistics.features(row), observed.orders, identify.features) for row in rows])
+    gain = np.array([GAIN * (label.kind != "impacts") for label in labels])
+    own = np.diag([MODEL[label.kind if label.unit else "phases"] ** 2 for label in labels])
+    found: np.ndarray = np.cov(drawn.T) * count / (count - 1.0) + np.outer(gain, gain) + own
+    return found

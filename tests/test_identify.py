@@ -1,0 +1,233 @@
+"""Claims about `identify`: what a machine is like, found of what was measured, whatever interrupts it."""
+
+import re
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from fake_physics import FAILS, Fake, grid, trajectory
+from fake_sweeps import sweep
+from grid_fake import TEXT
+
+import clearsweep
+from clearsweep import grid as grids
+from clearsweep.contracts.results import Trajectory
+from clearsweep.judging import features
+from clearsweep.language.errors import InputError
+from clearsweep.report import study
+from clearsweep.report.sections.identified import sections
+from clearsweep.sweeping import closing
+
+MASS, ROD = "mechanism.slider.mass", "mechanism.rod.mass"
+TURNS, SAMPLES, SPEED = 8, 180, 500.0  # of a case; rad/s
+HEAD = "crank_angle [deg],acceleration"  # the made-up mechanics have no units of acceleration
+
+
+def motion(angle, mass):
+    """Return the acceleration (m/s^2) of a made-up rig, whose one impact is larger and later the larger its mass."""
+    since = (angle - 1.0 - mass) % features.TURN
+    return (
+        100.0 * np.cos(angle) + 30.0 * np.cos(2.0 * angle) + 200.0 * mass * np.exp(-4.0 * since) * np.sin(20.0 * since)
+    )
+
+
+class Rig(Fake):
+    """Mechanics that give the made-up rig."""
+
+    @staticmethod
+    def solve(case, log=None):
+        """Return the motion of a case; one of a heavy rod fails."""
+        if case.mechanism.values["rod.mass"] > 0.8:
+            return Trajectory("step-budget", "made to fail", {})
+        found = trajectory(case)
+        angle = np.linspace(0.0, TURNS * features.TURN, TURNS * SAMPLES + 1)
+        channels = {name: np.zeros(len(angle)) for name in found.channels}
+        own = {
+            "t": angle / SPEED,
+            "crank_angle": angle,
+            "slider/a": motion(angle, case.mechanism.values["slider.mass"]),
+        }
+        return Trajectory("ok", "", found.summary, channels | own)
+
+
+def measure(path, mass=0.4, turns=12.0, samples=240, gain=1.03, noise=0.02, ahead=2.0):
+    """Write what an accelerometer gives, and return its file."""
+    chance = np.random.default_rng(1)
+    angle = np.arange(0.0, turns * features.TURN, features.TURN / samples)
+    values = gain * motion(angle, mass) + 7.0
+    values = values + noise * values.std() * chance.standard_normal(len(values))
+    rows = "\n".join(f"{np.degrees(a + ahead):.5f},{v:.6g}" for a, v in zip(angle, values, strict=True))
+    path.write_text(f"{HEAD}\n{rows}\n", encoding="utf-8")
+    return path
+
+
+def asked(file, cases=64, **changes):
+    whole = grid(1, (0.0,))
+    for key in ("sweep", "save"):
+        whole.pop(key)
+    over = {MASS: ["0.1 kg", "0.9 kg"]} | changes.pop("over", {})
+    return whole | {
+        "identify": {"over": over, "from": {str(file): {"slider/a": "acceleration"}}, "cases": cases} | changes
+    }
+
+
+def quiet(source, out, **options):
+    return sweep(source, out, simulator=Rig, executor="serial", show_progress=False, **options)
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """A finished identification, its directory, its source."""
+    folder = tmp_path_factory.mktemp("identified")
+    source = asked(measure(folder / "rig.csv"))
+    return quiet(source, folder / "run"), folder / "run", source
+
+
+def test_the_true_value_is_within_a_narrow_interval(ran):
+    result, out, _ = ran
+    assert result.ran == 64
+    (found,) = result.identified.parameters
+    assert found.low < 0.4 < found.high
+    assert found.high - found.low < 0.1
+    assert found.determined == "well"
+    assert result.identified.explained
+    sample = pq.read_table(out / "identify.parquet").to_pydict()
+    assert set(sample) == {MASS, "weight"}
+    assert sum(sample["weight"]) == pytest.approx(1.0)
+    assert np.average(sample[MASS], weights=sample["weight"]) == pytest.approx(0.4, abs=0.05)
+    assert clearsweep.open(out).identify.attrs["units"][MASS] == "kg"
+
+
+def test_gain_angle_and_noise_are_found_beside_it(ran):
+    (read,) = ran[0].identified.signals
+    assert read.angle == pytest.approx(2.0, abs=0.05)
+    assert read.noise[1] < 0.02 < read.noise[2]
+    assert read.revolutions == 11
+
+
+def test_the_closing_lines_say_value_interval_and_fit(ran):
+    text = closing.run_text(closing.of_run(ran[0]))
+    assert re.search(r"slider mass 0\.\d+ kg \(95 %: 0\.\d+ to 0\.\d+ kg\)", text)
+    assert "The model explains what was measured" in text
+    for feature in ("rms:", "peak per revolution, median:", "impacts a revolution:", "rms, orders 17 to 22:"):
+        assert feature in text
+
+
+def test_the_report_has_the_machine(ran):
+    prepared = study.prepare(clearsweep.open(ran[1]))
+    (section,) = sections(prepared)
+    assert section.key == "identify"
+    said = str(section.blocks[0])
+    assert "Slider mass 0." in said
+
+
+def test_interrupted_it_comes_to_the_same_bytes(ran, tmp_path):
+    _, out, source = ran
+    again = quiet(source, out)
+    assert again.ran == 0
+    quiet(source | {"identify": source["identify"] | {"cases": 16}}, tmp_path / "other")
+    quiet(source, tmp_path / "other")
+    assert (tmp_path / "other/identify.parquet").read_bytes() == (out / "identify.parquet").read_bytes()
+
+
+def test_a_key_that_the_signal_does_not_depend_on_is_said_to_be_undetermined(tmp_path):
+    file = measure(tmp_path / "rig.csv")
+    result = quiet(asked(file, 48, over={ROD: ["0.1 kg", "0.9 kg"]}), tmp_path / "run")
+    mass, rod = result.identified.parameters
+    assert (mass.determined, rod.determined) == ("well", "not")
+    assert result.failed > 0  # and failed cases are left out
+    assert result.identified.finished + result.failed == 48
+    assert "the data do not determine it" in closing.run_text(closing.of_run(result))
+
+
+def test_what_no_case_explains_is_called_a_misfit(tmp_path, monkeypatch):
+    true = motion
+    monkeypatch.setitem(globals(), "motion", lambda angle, mass: true(angle, mass) + 25.0 * np.cos(40.0 * angle))
+    file = measure(tmp_path / "rig.csv")
+    monkeypatch.setitem(globals(), "motion", true)
+    result = quiet(asked(file, 48), tmp_path / "run")
+    assert not result.identified.explained
+    assert "Misfit: " in closing.run_text(closing.of_run(result))
+    assert "orders 33 to 45" in closing.run_text(closing.of_run(result))
+
+
+def test_a_signal_over_time_of_a_slowly_varying_speed_is_taken_to_the_crank_angle():
+    times = np.linspace(0.0, 1.0, 20_000)
+    angle = 300.0 * times + 3.0 * np.sin(2.0 * times)
+    found = features.angle_of_time(times, motion(angle, 0.4), 296.0)
+    off = found - angle
+    assert np.ptp(off[2000:-2000]) < 0.02
+
+
+def test_peaks_are_those_of_the_band_that_both_signals_have():
+    angle = np.linspace(0.0, 4.0 * features.TURN, 4 * 2880 + 1)
+    spike = 1000.0 * np.exp(-(((angle % features.TURN) - 2.0) ** 2) / (2.0 * 0.01**2))
+    whole = features.of(features.revolutions(angle, spike))
+    assert whole.peak_median == pytest.approx(1000.0, rel=0.02)
+    coarse = features.revolutions(angle[::4], spike[::4], None, 100.0)
+    fine = features.revolutions(angle, spike, None, 100.0)
+    assert features.of(coarse).peak_median == pytest.approx(features.of(fine).peak_median, rel=0.02)
+
+
+def test_a_resolved_grid_asks_for_the_same_cases(ran):
+    own = grids.load(ran[2], Fake.catalogue())
+    again = grids.load(own.resolved(), Fake.catalogue())
+    assert [*again.identities()] == [*own.identities()]
+    assert again.frame() == own.frame()
+    assert own.frame()["save.revolutions"] == 8.0  # all that a case has after its start
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"turns": 2.5}, r"acceleration has 2\.\d+ revolutions; at least 3 are needed"),
+        ({"samples": 16}, r"16 samples a revolution .* at least 20 are needed"),
+    ],
+)
+def test_too_little_is_refused_with_what_is_needed(tmp_path, changes, message):
+    with pytest.raises(InputError, match=message):
+        grids.load(asked(measure(tmp_path / "rig.csv", **changes)), Fake.catalogue())
+
+
+IDENTIFIED = (
+    TEXT
+    + """\
+identify:
+  over: {joints.rod-slider.clearance: [20 um, 300 um]}
+  from: {FILE: {slider/a: acceleration}}
+  cases: 400
+"""
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[20 um, 300 um]", "[300 um, 20 um]", "the first value is not below the second"),
+        ("[20 um, 300 um]", "20 um", "expected [low, high], the range of its prior"),
+        ("cases: 400", "cases: 4", "allowed: a whole number from 16"),
+        ("cases: 400", "cases: 400\n  features: [rms, peak]", "did you mean 'peaks'?"),
+        ("cases: 400", "cases: 400\n  case: 3", "unknown key 'case'; did you mean 'cases'?"),
+        ("slider/a: acceleration", "slider/b: acceleration", "there is no channel 'slider/b'"),
+        ("slider/a: acceleration", "slider/a: accelaration", "no column 'accelaration'; did you mean 'acceleration'?"),
+        ("identify:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\nidentify:\n", "is written beside `sweep`"),
+        ("orbits: last", "orbits: none", "needs last"),
+        ("FILE", "none.csv", "none.csv"),
+    ],
+)
+def test_a_mistake_is_told(tmp_path, told, old, new, message):
+    file = measure(tmp_path / "rig.csv")
+    problems = told(IDENTIFIED.replace(old, new).replace("FILE", str(file)))
+    assert any(message in each for each in problems), problems
+
+
+def test_shards_cannot_identify(ran):
+    with pytest.raises(InputError, match="identify"):
+        quiet(ran[2], ran[1].parent / "shard", shard="1/2")
+
+
+def test_too_few_finished_cases_are_said(tmp_path):
+    source = asked(measure(tmp_path / "rig.csv"), 16)
+    source["mechanism"] = source["mechanism"] | {"gravity": FAILS, "rod": source["mechanism"]["rod"] | {"mass": 0.9}}
+    with pytest.raises(InputError, match="0 of 16 cases finished"):
+        quiet(source, tmp_path / "run")
