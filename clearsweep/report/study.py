@@ -12,10 +12,11 @@ from .. import grid, simulation
 from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
 from ..grid import Fit
+from ..judging import order
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import StoredRun
-from .dotted import all_tried, dig
+from .dotted import all_tried, dig, sought
 from .rows import Rows, followed
 
 BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
@@ -93,14 +94,15 @@ class Joint(NamedTuple):
 
 
 class Lead(NamedTuple):
-    """The figure of a joint by which cases are ranked."""
+    """The figure of a joint that leads maps, effects and comparisons."""
 
     figure: str
     name: str
-    short: str
+    smallest: bool = False  # the smallest value is the worst
 
 
-P99, PEAK = Lead("force_p99", "force p99", "p99"), Lead("force_peak", "force peak", "peak")
+PEAK = Lead("force_peak", "force peak")
+LEADS = {"life": Lead("life_hours", "life", True), "film": Lead("film_thickness_min", "least film", True)}
 
 
 class Study(NamedTuple):
@@ -122,8 +124,18 @@ class Study(NamedTuple):
 
     @property
     def lead(self) -> Lead:
-        """Return the robust measure of the force; bodies that nothing drives meet a few times and have but a peak."""
-        return P99 if self.driven else PEAK
+        """Return what leads by the question of the grid: of limits the first that is set on a figure of a joint."""
+        question = order.lead_of(self.run.layout, self.limits, seeks=bool(sought(self.run.grid))).question
+        if question in ("seek", "limits"):
+            return next(filter(None, map(self._limited, self.limits)), PEAK)
+        return LEADS.get(question, PEAK)
+
+    def _limited(self, limit: Limit) -> Lead | None:
+        """Return what a limit leads with; None where it is not on a number of a joint."""
+        known = {column.name: column for column in self.run.layout.columns}.get(limit.column)
+        if known is None or not known.joint or not known.figure or not self.has(known.name):
+            return None
+        return Lead(known.figure, known.figure.replace("_", " "), limit.kind == "at_least")
 
     @property
     def driven(self) -> bool:
@@ -164,8 +176,21 @@ class Study(NamedTuple):
         return dig(self.base, path)
 
     def hardest_joint(self) -> Joint:
-        """Return the joint with the largest leading figure of all finished cases."""
-        return max(self.joints, key=lambda joint: np.nan_to_num(self.cases.largest(joint.column(self.lead.figure))))
+        """Return the joint with the worst leading figure of all finished cases."""
+        lead = self.lead
+
+        def badness(joint: Joint) -> float:
+            column = joint.column(lead.figure)
+            if not self.has(column):
+                return -np.inf
+            return -float(self.cases[column].min()) if lead.smallest else self.cases.largest(column)
+
+        return max(self.joints, key=badness)
+
+    def worst(self, joint: Joint) -> str:
+        """Return the case with the worst leading figure of a joint, which has it."""
+        values = self.cases[joint.column(self.lead.figure)]
+        return str(values.idxmin() if self.lead.smallest else values.idxmax())
 
     def where(self, joint: Joint, form: str) -> str:
         """Return `form`, such as ' in joint {}', with a joint's name in it; '' where there is but one joint."""
