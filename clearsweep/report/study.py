@@ -12,11 +12,11 @@ from .. import grid, simulation
 from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
 from ..grid import Fit
-from ..judging import order
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import StoredRun
 from .dotted import all_tried, dig, sought
+from .leading import Lead, led_by
 from .rows import Rows, followed
 
 BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
@@ -93,18 +93,6 @@ class Joint(NamedTuple):
         return f"{self.name}_{figure}"
 
 
-class Lead(NamedTuple):
-    """The figure of a joint that leads maps, effects and comparisons."""
-
-    figure: str
-    name: str
-    smallest: bool = False  # the smallest value is the worst
-
-
-PEAK = Lead("force_peak", "force peak")
-LEADS = {"life": Lead("life_hours", "life", True), "film": Lead("film_thickness_min", "least film", True)}
-
-
 class Study(NamedTuple):
     """A run prepared for reading.
 
@@ -124,18 +112,8 @@ class Study(NamedTuple):
 
     @property
     def lead(self) -> Lead:
-        """Return what leads by the question of the grid: of limits the first that is set on a figure of a joint."""
-        question = order.lead_of(self.run.layout, self.limits, seeks=bool(sought(self.run.grid))).question
-        if question in ("seek", "limits"):
-            return next(filter(None, map(self._limited, self.limits)), PEAK)
-        return LEADS.get(question, PEAK)
-
-    def _limited(self, limit: Limit) -> Lead | None:
-        """Return what a limit leads with; None where it is not on a number of a joint."""
-        known = {column.name: column for column in self.run.layout.columns}.get(limit.column)
-        if known is None or not known.joint or not known.figure or not self.has(known.name):
-            return None
-        return Lead(known.figure, known.figure.replace("_", " "), limit.kind == "at_least")
+        """Return what leads by the question of the grid."""
+        return led_by(self.run.layout, self.limits, self.has, seeks=bool(sought(self.run.grid)))
 
     @property
     def driven(self) -> bool:

@@ -7,11 +7,12 @@ from ...language.wording import Scale
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
+from ..leading import PEAK
 from ..main_effects import MainEffect, main_effects
 from ..picture import Picture, capital
 from ..section import Gallery, Points, Section, filled
 from ..shown import shown
-from ..study import PEAK, RATIO, Joint, Study
+from ..study import RATIO, Joint, Study
 from ..table import Column, Quantity, Table
 
 _FORCE = ((PEAK.figure, "peak"), ("force_rms", "rms"))

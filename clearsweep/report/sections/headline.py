@@ -7,8 +7,9 @@ import numpy as np
 from ...judging import validity
 from ...language import wording
 from ..case_table import AT_ONCE, axis_columns
+from ..leading import PEAK
 from ..section import Points, Section, filled
-from ..study import PEAK, PER_HOURS, Joint, Study, grouped
+from ..study import PER_HOURS, Joint, Study, grouped
 from ..table import Column, Table
 from .verdict import ratios
 

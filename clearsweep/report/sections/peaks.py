@@ -6,10 +6,11 @@ from typing import overload
 from ...contracts.layout import DIFFERENCE
 from ...language import wording
 from ..case_table import case_table
+from ..leading import PEAK
 from ..picture import capital
 from ..section import Block, Note, Points, Section, filled
 from ..shown import shown
-from ..study import PEAK, Joint, Study
+from ..study import Joint, Study
 from ..table import Quantity, Table
 
 HORIZON, PEAK_TURN = "horizon_revolutions", "force_peak_revolution"

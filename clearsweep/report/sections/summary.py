@@ -5,8 +5,9 @@ import numpy as np
 from ...judging import verdict
 from ...language import wording
 from .. import elastic_range
+from ..leading import PEAK
 from ..section import Cards, Section
-from ..study import PEAK, Joint, Study
+from ..study import Joint, Study
 from ..worst_case import question, worst_case
 
 ONSET = "onset_rate_max"
