@@ -41,7 +41,7 @@ def with_further(monkeypatch):
 
 def test_a_further_section_is_on_the_page_with_every_kind_of_block(with_further, tmp_path):
     page = Page(report.write(with_further, tmp_path / "page.html").read_text(encoding="utf-8"))
-    assert page.ids[page.ids.index("setup") + 1 :][0] == "further"
+    assert page.ids.index("further") < page.ids.index("more") < page.ids.index("setup")
     assert page.open == []
     shown = page.text[page.text.index("A further section") :]
     for words in (
@@ -62,7 +62,7 @@ def test_a_further_section_is_on_the_page_with_every_kind_of_block(with_further,
 
 def test_a_further_section_is_in_the_tables(with_further, tmp_path):
     files = report.tables(with_further, tmp_path)
-    assert [file.name for file in files][-2:] == ["lengths.csv", "lengths.md"]
+    assert {"lengths.csv", "lengths.md"} <= {file.name for file in files}
     rows = list(csv.reader((tmp_path / "lengths.csv").read_text(encoding="utf-8").splitlines()))
     assert rows == [["name", "length [m]"], ["crank", "0.05"], ["rod", "0.12"]]
     written = (tmp_path / "lengths.md").read_text(encoding="utf-8").splitlines()
@@ -144,3 +144,52 @@ def test_wear_is_shown_in_units_of_designers_beside_those_of_the_window():
     assert {"depth per 1000 h", "depth per 10⁶ strokes", "pressure peak", "pV peak"} <= {
         column.name for column in table.columns
     }
+
+
+def test_what_does_not_answer_the_question_is_folded_by_subject_and_no_picture_repeats_the_player(tmp_path):
+    page = report.write(Run(failures=8), tmp_path / "page.html").read_text(encoding="utf-8")
+    seen, folded = page.split('<section id="more"')
+    assert seen.count("<figure") <= 12
+    assert re.findall(r'<section id="([\w-]+)"', seen) == [
+        "summary",
+        "verdict",
+        "cases",
+        "drivers",
+        "trust",
+        "lasting",
+    ]
+    subjects = [subject for subject, _ in sections.MORE if subject != "Laws and errors"]
+    assert re.findall(r"<summary><b>([^<]*)</b>", folded) == subjects
+    assert page.count("<details>") == folded.count("<details>") == 5
+    (worst,) = sections.cases.sections(study.prepare(Run(failures=8)))
+    (detail,) = worst.blocks
+    if detail.moving:
+        assert not {picture.title for picture in detail.pictures} & {"Journal orbit", "Normal force", "Crank torque"}
+    assert "Normal force" in {picture.title for _, picture in worst.pictures}  # for files
+
+
+@pytest.mark.parametrize(
+    ("columns", "limits", "figure", "smallest"),
+    [
+        ((), {}, "force_peak", False),
+        (("film_thickness_min",), {}, "film_thickness_min", True),
+        (("film_thickness_min",), {"rod_slider_force_rms": 1.0}, "force_rms", False),
+        ((), {"slider_error_max": 1.0}, "force_peak", False),
+    ],
+)
+def test_the_figure_that_leads_maps_and_effects_follows_the_question(columns, limits, figure, smallest):
+    run = Run(histories=False)
+    for name in columns:
+        column = run.layout.columns[-1]._replace(name=f"rod_slider_{name}", unit="m", figure=name, joint="rod_slider")
+        run.layout = run.layout._replace(columns=(*run.layout.columns, column))
+        run.summary[column.name] = 1.0 / run.summary["rod_slider_force_peak"]
+        run.summary.attrs["units"][column.name] = "m"
+    run.grid["limits"] = limits
+    prepared = study.prepare(run)
+    assert (prepared.lead.figure, prepared.lead.smallest) == (figure, smallest)
+    values = run.summary.set_index("case_id")[f"rod_slider_{figure}"]
+    assert prepared.worst(prepared.joints[0]) == (values.idxmin() if smallest else values.idxmax())
+    if not limits:
+        (drawn,) = sections.maps.first(prepared)
+        assert drawn.title.lower().startswith("least film" if smallest else "force peak")
+        assert drawn.caption.startswith("Smallest" if smallest else "Largest")

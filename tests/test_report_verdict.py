@@ -11,7 +11,7 @@ from clearsweep import report
 from clearsweep.judging import verdict
 from clearsweep.report import study
 from clearsweep.report.picture import svg
-from clearsweep.report.sections import headline, maps
+from clearsweep.report.sections import maps, trust
 from clearsweep.report.sections import sought as answers
 from clearsweep.report.sections import verdict as section
 
@@ -75,7 +75,7 @@ def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(run):
 
 def test_only_motions_that_are_found_to_be_chaotic_are_called_so(run):
     def told(made):
-        return " ".join(headline.sentences(study.prepare(made)))
+        return " ".join(trust.points(study.prepare(made)))
 
     finished = run.summary["status"] == "ok"
     repeating = int(run.summary["period"][finished].notna().sum())

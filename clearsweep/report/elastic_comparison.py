@@ -9,6 +9,7 @@ from ..language import wording
 from ..language.errors import InputError
 from .dotted import dig
 from .draw import comparison
+from .leading import PEAK
 from .picture import Picture
 from .section import Part
 from .study import Axis, Joint, Study, joint_of, resolved
@@ -25,7 +26,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
 
     Each is taken in its case closest to the hardest.
     """
-    hardest = study.cases[joint.column(study.lead.figure)].idxmax()
+    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
     others = [other.path for other in study.swept() if other is not axis]
     alike = pd.Series(0, study.cases.index)
     for path in others:
@@ -44,7 +45,7 @@ def of_material(study: Study, joint: Joint) -> Part | None:
     path = f"joints.{joint.title}.contact.material"
     if dig(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
         return None
-    hardest = study.cases[joint.column(study.lead.figure)].idxmax()
+    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
     try:
         section = joint_of(resolved(study, [hardest])[0], joint)
     except InputError:  # laws of another version

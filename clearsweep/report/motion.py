@@ -149,7 +149,8 @@ def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
         alt = f"{capital(output)} acceleration, at most {most}"
         alt += f"; the ideal mechanism reaches {ideally[0]}." if ideally else "."
         paint = saved.painter(acceleration, found.unit, f"{output} acceleration", without)
-        drawn.append(Picture(f"{capital(output)} acceleration against the ideal mechanism", "", alt, paint, FLAT))
+        title = f"{capital(output)} acceleration against the ideal mechanism"
+        drawn.append(Picture(title, "", alt, paint, FLAT, played=True))
     if unit in by_unit and ideal:
         error = saved.values(by_unit[unit]) - ideal.place
         drawn.append(
@@ -180,7 +181,7 @@ def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
             caption = "What the drive gives." if free else "What the drive must give to hold the crank speed."
             alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
             paint = saved.painter(values, channel.unit, name, ideal.torque if ideal else None)
-            drawn.append(Picture(capital(name), caption, alt, paint, FLAT))
+            drawn.append(Picture(capital(name), caption, alt, paint, FLAT, played=True))
     return drawn
 
 
@@ -222,6 +223,7 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
                 f"Path of the journal centre, at most {farthest} from the bearing centre; clearance {free}.",
                 lambda ax: motion.orbit(ax, x, y, force, float(clearance)),
                 SQUARE,
+                played=True,
             )
         )
         if joint == study.hardest_joint():
@@ -232,7 +234,7 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     if angle is not None:
         over, paint = "crank angle", partial(motion.force, angle=angle, normal=force, levels=levels)
     alt = f"Normal force over {over}, at most {_most(force, 'N')} among the samples."
-    return [*drawn, Picture(f"Normal force{where}", "", alt, paint, FLAT)]
+    return [*drawn, Picture(f"Normal force{where}", "", alt, paint, FLAT, played=True)]
 
 
 def _unrolled(where: str, course: tuple[np.ndarray, ...], clearance: float) -> Picture:

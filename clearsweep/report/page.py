@@ -41,11 +41,18 @@ class Page(NamedTuple):
             kind=self.kind,
             varied=self.varied,
             axes=self.axes,
-            sections=self.parts,
+            sections=[section for section in self.parts if not section.subject],
+            more=self._more(),
             count=sum(len(section.pictures) for section in self.parts),
             script=interactive.script() if any(section.moves for section in self.parts) else None,
             script_style=interactive.style(),
         )
+
+    def _more(self) -> list[tuple[str, list[Section]]]:
+        """Return the sections that are folded, by subject."""
+        folded = [section for section in self.parts if section.subject]
+        subjects = dict.fromkeys(section.subject for section in folded)
+        return [(subject, [each for each in folded if each.subject == subject]) for subject in subjects]
 
     def write_tables(self, directory: Path) -> list[Path]:
         """Write the tables of every section into a directory; return the files.

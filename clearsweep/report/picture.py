@@ -87,6 +87,7 @@ class Picture(NamedTuple):
     projection: str | None = None  # 'polar', '3d'; None: a plane
     spots: tuple[Spot, ...] = ()
     dots: tuple[Dot, ...] = ()
+    played: bool = False  # the player of a page shows it, too
 
     @property
     def wide(self) -> bool:

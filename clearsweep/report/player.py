@@ -15,6 +15,7 @@ from .study import Study, resolved
 
 MOST = 3000  # samples: of longer histories those round the largest force
 DEEPEST = 0.25  # of the clearance, as deep as the deepest penetration is drawn
+WITHOUT = "The motion needs scripts; clearsweep show DIR CASE draws it without."
 
 
 def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
@@ -31,7 +32,7 @@ def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
         "joints": _joints(study, case_id, path, part),
         "charts": _charts(study, case_id, saved, part),
     }
-    return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, "")
+    return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, WITHOUT)
 
 
 def _part(study: Study, path: Mapping) -> slice:

@@ -49,6 +49,7 @@ class Detail(NamedTuple):
     pictures: list[Picture]
     moving: "Interactive | None" = None
     key: str = "motion"  # of what is shown of it, on this page once for each case
+    played: tuple[Picture, ...] = ()  # of what `moving` shows: for files alone
 
 
 class Facts(NamedTuple):
@@ -84,7 +85,7 @@ class Section(NamedTuple):
     key: str
     title: str
     blocks: list[Block]
-    folded: bool = False  # only its heading is seen until a reader opens it
+    subject: str = ""  # under which it is folded at the end of the page; '': seen at once
 
     @property
     def tables(self) -> list[Table]:
@@ -95,6 +96,11 @@ class Section(NamedTuple):
     def pictures(self) -> list[tuple[str, Picture]]:
         """Return the pictures of the section, each with the part of it that it stands in: '', or a case's."""
         return [found for block in self.blocks for found in _pictures(block)]
+
+    @property
+    def sentences(self) -> list[str]:
+        """Return the paragraphs of the section."""
+        return [text for block in self.blocks if isinstance(block, Sentences) for text in block.texts]
 
     @property
     def moves(self) -> bool:
@@ -126,7 +132,7 @@ def _pictures(block: Block) -> list[tuple[str, Picture]]:
         case Gallery():
             return [("", picture) for picture in block.pictures]
         case Detail():
-            return [(block.why, picture) for picture in block.pictures]
+            return [(block.why, picture) for picture in (*block.pictures, *block.played)]
         case Columns():
             return [found for column in block.columns for inner in column for found in _pictures(inner)]
         case _:

@@ -15,7 +15,8 @@ from ..grid import Fit
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import StoredRun
-from .dotted import all_tried, dig
+from .dotted import all_tried, dig, sought
+from .leading import Lead, led_by
 from .rows import Rows, followed
 
 BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
@@ -92,17 +93,6 @@ class Joint(NamedTuple):
         return f"{self.name}_{figure}"
 
 
-class Lead(NamedTuple):
-    """The figure of a joint by which cases are ranked."""
-
-    figure: str
-    name: str
-    short: str
-
-
-P99, PEAK = Lead("force_p99", "force p99", "p99"), Lead("force_peak", "force peak", "peak")
-
-
 class Study(NamedTuple):
     """A run prepared for reading.
 
@@ -122,8 +112,8 @@ class Study(NamedTuple):
 
     @property
     def lead(self) -> Lead:
-        """Return the robust measure of the force; bodies that nothing drives meet a few times and have but a peak."""
-        return P99 if self.driven else PEAK
+        """Return what leads by the question of the grid."""
+        return led_by(self.run.layout, self.limits, self.has, seeks=bool(sought(self.run.grid)))
 
     @property
     def driven(self) -> bool:
@@ -164,8 +154,21 @@ class Study(NamedTuple):
         return dig(self.base, path)
 
     def hardest_joint(self) -> Joint:
-        """Return the joint with the largest leading figure of all finished cases."""
-        return max(self.joints, key=lambda joint: np.nan_to_num(self.cases.largest(joint.column(self.lead.figure))))
+        """Return the joint with the worst leading figure of all finished cases."""
+        lead = self.lead
+
+        def badness(joint: Joint) -> float:
+            column = joint.column(lead.figure)
+            if not self.has(column):
+                return -np.inf
+            return -float(self.cases[column].min()) if lead.smallest else self.cases.largest(column)
+
+        return max(self.joints, key=badness)
+
+    def worst(self, joint: Joint) -> str:
+        """Return the case with the worst leading figure of a joint, which has it."""
+        values = self.cases[joint.column(self.lead.figure)]
+        return str(values.idxmin() if self.lead.smallest else values.idxmax())
 
     def where(self, joint: Joint, form: str) -> str:
         """Return `form`, such as ' in joint {}', with a joint's name in it; '' where there is but one joint."""

@@ -16,6 +16,7 @@ from . import (
     films,
     headline,
     identified,
+    lasting,
     law_choice,
     life,
     maps,
@@ -30,45 +31,47 @@ from . import (
     summary,
     tradeoffs,
     trends,
+    trust,
     verdict,
     wear,
 )
 
-SECTIONS: tuple[Callable[[Study], list[Section]], ...] = (  # in the order of the page
+Makes = Callable[[Study], list[Section]]
+SECTIONS: tuple[Makes, ...] = (  # seen at once, in the order of the page
     summary.sections,
     verdict.sections,
     sought.sections,
     optimised.sections,
     identified.sections,
-    mechanism.sections,
-    headline.sections,
-    budget.sections,
     sample.sections,
-    curves.sections,
-    peak_revolution.sections,
     cases.sections,
-    motion_type.sections,
-    films.sections,
-    life.sections,
-    wear.sections,
-    trends.sections,
     drivers.sections,
-    maps.sections,
-    tradeoffs.sections,
-    law_choice.sections,
-    elastic_laws.sections,
-    explorer.sections,
-    peaks.sections,
-    failures.sections,
-    setup.sections,
+    trust.sections,
+    lasting.sections,
+)
+MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by subject
+    (
+        "Forces and output",
+        (headline.sections, curves.sections, maps.sections, drivers.more, sample.more, tradeoffs.sections),
+    ),
+    (
+        "Motion",
+        (peak_revolution.sections, cases.others, motion_type.sections, films.sections),
+    ),
+    ("Wear and life", (life.sections, wear.sections, trends.sections)),
+    ("Laws and errors", (budget.sections, law_choice.sections, elastic_laws.sections)),
+    ("All cases", (explorer.sections, peaks.sections, failures.sections)),
+    ("Setup", (mechanism.sections, setup.sections)),
 )
 
 
 def of(study: Study) -> list[Section]:
     """Return the sections of a run that have anything to show."""
     found: list[Section] = []
+    every = [("", sections) for sections in SECTIONS]
+    every += [(subject, sections) for subject, folded in MORE for sections in folded]
     with phases.phase("preparing the report") as preparing:
-        for number, sections in enumerate(SECTIONS):
-            preparing.note(share=number / len(SECTIONS))
-            found += [section for section in sections(study) if section.blocks]
+        for number, (subject, sections) in enumerate(every):
+            preparing.note(share=number / len(every))
+            found += [section._replace(subject=subject) for section in sections(study) if section.blocks]
     return found

@@ -9,9 +9,10 @@ import pandas as pd
 
 from ...language import wording
 from ..draw import budget
+from ..leading import PEAK
 from ..picture import Picture
 from ..section import Gallery, Section, Sentences, filled
-from ..study import PEAK, Axis, Study
+from ..study import Axis, Study
 from ..table import Column, Quantity, Table
 
 LEAST = 3  # unknowns of a budget

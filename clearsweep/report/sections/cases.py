@@ -1,4 +1,9 @@
-"""The motion of the hardest, the median and the mildest loaded case."""
+"""The motion of the worst case by the question of the grid, and of the others of the worst, the median and the mildest.
+
+Where a player shows the motion, no picture repeats what it shows.
+"""
+
+from collections.abc import Iterable
 
 from markupsafe import Markup
 
@@ -7,18 +12,8 @@ from ..motion import history, onsets, pictures
 from ..section import Block, Detail, Note, Section
 from ..shown import shown
 from ..study import Joint, Study
+from ..worst_case import worst_case
 
-TITLES = {
-    1: "The motion",
-    2: "The motion of the hardest and the mildest loaded case",
-    3: "The motion of the hardest, the median and the mildest loaded case",
-}
-WHY = (
-    (),
-    ("The case",),
-    ("Hardest loaded case", "Mildest loaded case"),
-    ("Hardest loaded case", "Median case", "Mildest loaded case"),
-)
 NO_JOINT = Joint("-", "", wears=False)  # figures of the mechanism alone
 NOT_SAVED = Markup(
     "This run saved no time histories (<code>save: {orbits: none}</code>). <code>clearsweep show DIR CASE_ID</code> "
@@ -27,23 +22,45 @@ NOT_SAVED = Markup(
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the cases whose history was saved, drawn, or how to draw one; [] where none finished."""
+    """Return the worst case in motion, or how to draw one; [] where none finished."""
     if study.cases.empty:
         return []
-    details: list[Block] = [*_details(study)]
-    return [Section("cases", TITLES.get(len(details), "The motion"), details or [Note(NOT_SAVED)])]
+    found = worst_case(study)
+    ids = [found[0]] if found else []
+    why = "Worst case" if len(study.cases) > 1 else "The case"
+    details: list[Block] = [*_details(study, [*ids, *_ranked(study)][:1], {}, why)]
+    return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", details or [Note(NOT_SAVED)])]
 
 
-def _details(study: Study) -> list[Detail]:
-    column = study.hardest_joint().column(study.lead.figure)
-    ids = study.cases.ranked(column)
+def others(study: Study) -> list[Section]:
+    """Return the largest, the median and the smallest case of the leading figure, where these are not the worst."""
+    if study.cases.empty:
+        return []
+    found, ranked = worst_case(study), _ranked(study)
+    first = found[0] if found else next(iter(ranked), None)
+    words = ("largest", "smallest") if len(ranked) == 2 else ("largest", "median", "smallest")
+    why = {case_id: f"Case with the {word} {study.lead.name}" for case_id, word in zip(ranked, words, strict=False)}
+    rest = [case_id for case_id in ranked if case_id != first]
+    return [Section("other-cases", "Other cases in motion", [*_details(study, rest, why, "")])]
+
+
+def _ranked(study: Study) -> tuple[str, ...]:
+    """Return the ends and the middle of the cases by the leading figure of the hardest joint."""
+    return study.cases.ranked(study.hardest_joint().column(study.lead.figure))
+
+
+def _details(study: Study, ids: Iterable[str], why: dict[str, str], otherwise: str) -> list[Detail]:
     details = []
-    for why, case_id in zip(WHY[len(ids)], ids, strict=True):
+    for case_id in ids:
         path = history(study.run, case_id)
         if path is not None:
             drawn = pictures(study, case_id, path) + onsets(study, case_id, study.run.events(case_id), path)
             moving = player.of(study, case_id, path)
-            details.append(Detail(why, case_id, study.setting(case_id), _figures(study, case_id), drawn, moving))
+            played = tuple(picture for picture in drawn if picture.played and moving)
+            kept = [picture for picture in drawn if not (picture.played and moving)]
+            setting, figures = study.setting(case_id), _figures(study, case_id)
+            word = why.get(case_id, otherwise)
+            details.append(Detail(word, case_id, setting, figures, kept, moving, played=played))
     return details
 
 

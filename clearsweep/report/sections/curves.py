@@ -9,11 +9,12 @@ from ...judging.verdict import Limit
 from ...language import wording
 from ..draw import comparison
 from ..draw.comparison import Family
-from ..main_effects import main_effects
+from ..main_effects import MainEffect, main_effects
 from ..picture import Picture, capital
 from ..section import Gallery, Section, filled
 from ..shown import in_words
 from ..study import CALLED, Axis, Study, grouped, largest, median, over_other_axes, smallest
+from . import maps
 
 MOST = 7  # curves side by side that can be told apart
 PICTURES = 6
@@ -48,23 +49,30 @@ def _across(study: Study) -> Axis | None:
 
 def _beside(study: Study, across: Axis) -> Axis | None:
     """Return the axis whose values have a curve each: a clearance, or what moves the force most."""
-    others = [effect.axis for effect in main_effects(study, study.hardest_joint().column(study.lead.figure))]
+    others = [effect.axis for effect in _effects(study)]
     others = [axis for axis in others if axis is not across]
     return next((axis for axis in others if axis.path.endswith(".clearance")), next(iter(others), None))
+
+
+def _effects(study: Study) -> list[MainEffect]:
+    """Return what moves the leading figure, the strongest first; [] where no case has it."""
+    column = study.hardest_joint().column(study.lead.figure)
+    return main_effects(study, column) if study.has(column) else []
 
 
 def _drawn(study: Study) -> list[Drawn]:
     """Return what is limited, then the peaks of every joint, over the ideal ones too, and the error of the output."""
     found = {limit.column: Drawn(limit.column, in_words(study, limit.column), limit) for limit in study.limits}
     figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
-    columns = [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
+    columns = [joint.column(study.lead.figure) for joint in study.joints]
+    columns += [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
     for column in columns:
         found.setdefault(column, Drawn(column, in_words(study, column)))
     return [drawn for drawn in found.values() if study.has(drawn.column)]
 
 
 def _picture(study: Study, drawn: Drawn, across: Axis, beside: Axis | None) -> Picture:
-    least = drawn.limit is not None and drawn.limit.kind == "at_least"
+    least = drawn.column.endswith(maps.LESS_IS_WORSE) or (drawn.limit is not None and drawn.limit.kind == "at_least")
     values = study.cases[drawn.column].to_numpy(float)
     reduced = median if study.typical else smallest if least else largest
     table = _table(study, values, (across, beside), reduced)

@@ -1,4 +1,4 @@
-"""What drives the force: medians over the values of each axis, drawn and tabulated."""
+"""What drives the leading figure: medians over the values of each axis, drawn and tabulated."""
 
 import numpy as np
 
@@ -7,29 +7,100 @@ from ...language.wording import Scale
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
+from ..leading import PEAK
 from ..main_effects import MainEffect, main_effects
 from ..picture import Picture, capital
-from ..section import Gallery, Section, filled
+from ..section import Gallery, Points, Section, filled
 from ..shown import shown
 from ..study import RATIO, Joint, Study
 from ..table import Column, Quantity, Table
 
+_FORCE = ((PEAK.figure, "peak"), ("force_rms", "rms"))
+MOST = 4  # axes that are drawn at once, the strongest; the rest is folded
 NOTED = 9  # values of an axis up to which the text of a picture gives each median
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section, with a picture for each axis; [] where no axis has values that cases share."""
-    joint = study.hardest_joint()
-    if study.cases.empty or not study.levels() or not study.has(joint.column(study.lead.figure)):
+    """Return the section, with a picture for each of the strongest; [] where no axis has values that cases share."""
+    if not _comparable(study):
         return []
-    pictures = _pictures(study, ((study.lead.figure, study.lead.short), ("force_rms", "rms")), "force")
+    said = Points(sentences(study, study.hardest_joint()))
+    return [
+        Section("drivers", "What drives it", filled([said, Gallery(_note(study), _leading(study)[:MOST], small=True)]))
+    ]
+
+
+def more(study: Study) -> list[Section]:
+    """Return the other axes, what drives the force beside the ideal one, and all main effects in numbers."""
+    if not _comparable(study):
+        return []
+    joint, pictures = study.hardest_joint(), _leading(study)[MOST:]
     if study.has(joint.column(RATIO)) and len(study.levels()) > 1 and ideal_varies(study, joint):
         pictures += _pictures(study, ((RATIO, "p99 / ideal"),), "p99 / ideal peak")
+    return [Section("main-effects", "Main effects", filled([Gallery("", pictures, small=True), _table(study)]))]
+
+
+def sentences(study: Study, joint: Joint) -> list[str]:
+    """Return what drives the leading figure of a joint, and its other figures."""
+    effects = main_effects(study, joint.column(study.lead.figure))
+    strong = [effect for effect in effects if effect.clear()]
+    weak = [effect.axis.name for effect in effects if not effect.clear()]
+    if not strong:
+        return [f"None of the swept values moves the {study.lead.name} clearly."]
+    text = f"What drives the {study.lead.name}, strongest first: {wording.sentence_list(_causes(strong, study))}."
+    if weak:
+        text += f" No clear effect on it: {wording.sentence_list(weak)}."
+    others = {"force_rms": "force rms"} if study.lead is PEAK else {"force_peak": "largest peak"}
+    others = {figure: name for figure, name in others.items() if study.has(joint.column(figure))}
+    if not others:
+        return [text]
+    most = [main_effects(study, joint.column(figure))[0] for figure in others]
+    named = zip(others.values(), _causes(most, study), strict=True)
+    text += f" The {', the '.join(f'{name} is driven most by {cause}' for name, cause in named)}."
+    return [text, *_beside_ideal(study, joint)]
+
+
+def _beside_ideal(study: Study, joint: Joint) -> list[str]:
+    """Return what drives the force once the ideal mechanism's own reaction is taken out; only where that varies."""
+    ratio = joint.column("force_peak_ratio")
+    if study.lead is not PEAK or not study.has(ratio) or not ideal_varies(study, joint):
+        return []
+    strongest = main_effects(study, ratio)[0]
+    if not strongest.clear():
+        return []
     return [
-        Section(
-            "drivers", "What drives the force", filled([Gallery(_note(study), pictures, small=True), _table(study)])
-        )
+        "Measured against the largest reaction of the ideal joint, which itself depends on the swept values, "
+        f"the peak is driven most by {strongest.axis.name} (ratio: {_span(strongest, wording.Scale(1.0, ''))})."
     ]
+
+
+def _causes(effects: list[MainEffect], study: Study) -> list[str]:
+    """Return what moves forces, and from where to where, all in one unit."""
+    known = [median for effect in effects for median in effect.medians]
+    scale = wording.scale(study.unit(effects[0].column), known)
+    return [f"{effect.axis.name} ({_span(effect, scale)})" for effect in effects]
+
+
+def _span(effect: MainEffect, scale: wording.Scale) -> str:
+    low, high = sorted(effect.extremes())
+    axis = effect.axis
+    first, last = (f"{scale.text(effect.medians[place])} at {axis.text(axis.values[place])}" for place in (low, high))
+    if np.isnan(effect.share):
+        return f"{first}, {last}"
+    return f"median {first}, {last}, {wording.percent(effect.share)} of the variation"
+
+
+def _comparable(study: Study) -> bool:
+    """Return whether any axis has values that cases share."""
+    if study.cases.empty or not study.levels():
+        return False
+    return study.has(study.hardest_joint().column(study.lead.figure))
+
+
+def _leading(study: Study) -> list[Picture]:
+    if study.lead is PEAK:
+        return _pictures(study, _FORCE, "force")
+    return _pictures(study, ((study.lead.figure, study.lead.name),), study.lead.name)
 
 
 def ideal_varies(study: Study, joint: Joint) -> bool:
@@ -46,8 +117,8 @@ def _note(study: Study) -> str:
             "decides by itself"
         )
     note += ". Panels of one row share their scale."
-    if len(study.joints) > 1:
-        note += " Solid or dots: p99 of each joint; dashed or squares: its rms."
+    if len(study.joints) > 1 and study.lead is PEAK:
+        note += " Solid or dots: peak of each joint; dashed or squares: its rms."
     return note
 
 
@@ -92,7 +163,7 @@ def _range(edges: list[np.ndarray]) -> tuple[float, float]:
 
 def _picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
     joint = study.joints[0]
-    what = study.lead.short if curves[0].effect.column == joint.column(study.lead.figure) else "p99 / ideal"
+    what = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
     what += study.where(joint, ", joint {}")
     return _over(study, curves, (name, what), limits)
 

@@ -20,7 +20,7 @@ def sections(study: Study) -> list[Section]:
     kept = _kept(study)
     blocks: list[Block] = []
     if len(kept) < len(study.cases):
-        blocks.append(Note(f"{len(kept)} of {len(study.cases)} cases: the hardest loaded ones, others drawn by lot."))
+        blocks.append(Note(f"{len(kept)} of {len(study.cases)} cases: the worst ones, others drawn by lot."))
     data = {
         "ids": "".join(study.cases.index[kept]),
         "show": "clearsweep show DIR CASE",
@@ -36,7 +36,7 @@ def _kept(study: Study) -> np.ndarray:
     if len(study.cases) <= MOST:
         return np.arange(len(study.cases))
     lead = study.cases[study.hardest_joint().column(study.lead.figure)].to_numpy(float)
-    hardest = np.argsort(-lead, kind="stable")[: MOST // 2]
+    hardest = np.argsort(lead if study.lead.smallest else -lead, kind="stable")[: MOST // 2]
     return np.union1d(hardest, np.arange(MOST // 2))
 
 

@@ -1,141 +1,54 @@
-"""What the run says: the hardest case, what drives the forces, where the model ends, the best design at each speed."""
+"""Sentences on the figures of a run: forces, what drives them, output, wear, where laws end, how motions repeat."""
 
 from collections import Counter
 
 import numpy as np
-from markupsafe import Markup
 
 from ...judging import validity
 from ...language import wording
 from ..case_table import AT_ONCE, axis_columns
-from ..main_effects import MainEffect, main_effects
+from ..leading import PEAK
 from ..section import Points, Section, filled
-from ..study import PER_HOURS, RATIO, Joint, Study, grouped
+from ..study import PER_HOURS, Joint, Study, grouped
 from ..table import Column, Table
 from .verdict import ratios
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section of what a designer should know first."""
-    return [Section("headline", "What the run says", filled([Points(_points(study)), _best_by_speed(study)]))]
-
-
-def _points(study: Study) -> list[str]:
-    """Return the sentences about the figures, about failed cases, and the warnings of the run."""
-    points = sentences(study) + ([] if study.cases.empty else ratios(study))
-    failed, finished = len(study.failed), len(study.cases)
-    if failed and finished:
-        cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
-        points.append(cases + " and are in no figure or table above the list of failures.")
-    points += [Markup("<b>Warning:</b> {}").format(warning) for warning in study.run.grid.get("warnings") or []]
-    return points
+    """Return the section of forces and output in words."""
+    if study.cases.empty:
+        return []
+    points = [*sentences(study), *ratios(study)]
+    return [Section("headline", "Forces and output in words", filled([Points(points), _best_by_speed(study)]))]
 
 
 def sentences(study: Study) -> list[str]:
-    """Return what a designer should know first, one sentence or two per entry."""
-    if study.cases.empty:
-        return [f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."]
-    joint = study.hardest_joint()
-    return [
-        *_hardest(study, joint),
-        *(_drivers(study, joint) if study.levels() else []),
-        *_output(study),
-        *_wear(study),
-        *_restitution(study),
-        *limits(study),
-        *_repeating(study, joint),
-    ]
+    """Return the largest and the smallest figures of the finished cases, one sentence or two per entry."""
+    return [*_hardest(study), *_output(study), *_restitution(study)]
 
 
-def _hardest(study: Study, joint: Joint) -> list[str]:
-    column, lead = joint.column(study.lead.figure), study.lead
-    if not study.has(column):
+def _hardest(study: Study) -> list[str]:
+    """Return the largest force peak of all joints beside p99 and the ideal reaction, and the smallest of that joint."""
+    known = [joint for joint in study.joints if study.has(joint.column(PEAK.figure))]
+    if not known:
         return ["No contact force was recorded in any case."]
+    joint = max(known, key=lambda joint: study.cases.largest(joint.column(PEAK.figure)))
+    column = joint.column(PEAK.figure)
     worst, mildest = study.cases[column].idxmax(), study.cases[column].idxmin()
-    where = study.where(joint, " in joint {}")
-    if lead.figure == "force_peak":
-        points = [f"Largest force peak: {study.text(worst, column)}{_at(study, worst)}."]
-    else:
-        points = [_exceeded(study, joint, worst), *_highest(study, joint, worst)]
+    where, beside = study.where(joint, " in joint {}"), {"force_p99": "p99", "force_peak_ideal": "without clearance"}
+    there = {joint.column(name): word for name, word in beside.items() if study.has(joint.column(name))}
+    peak, *others = study.texts((worst, column), *((worst, name) for name in there))
+    told = wording.sentence_list([f"{word} {text}" for word, text in zip(there.values(), others, strict=True)])
+    points = [f"Largest force peak{where}: {peak}{_at(study, worst)}{f' ({told})' if told else ''}."]
+    if "force_p99" in {name.removeprefix(f"{joint.name}_") for name in there}:
+        points.append("p99 is exceeded during 1 % of the time, so it ignores shorter impacts.")
     if worst != mildest:
-        points.append(f"Smallest {lead.short}{where}: {study.text(mildest, column)} at {study.setting(mildest)}.")
+        points.append(f"Smallest force peak{where}: {study.text(mildest, column)} at {study.setting(mildest)}.")
     return points
 
 
 def _at(study: Study, case_id: str) -> str:
     return f" at {study.setting(case_id)}" if study.swept() else ""
-
-
-def _exceeded(study: Study, joint: Joint, case_id: str) -> str:
-    """Return the p99 of the force in a joint, beside the reaction of the ideal one and the peak."""
-    ratio = joint.column(RATIO)
-    known = study.has(ratio) and not np.isnan(study.cases.at[case_id, ratio])
-    names = ("force_p99", "force_peak", "force_peak_ideal")[: 3 if known else 2]
-    force, peak, *ideal = study.texts(*((case_id, joint.column(name)) for name in names))
-    times = f"{study.text(case_id, ratio)} times" if known else ""
-    beside = f", {times} the largest reaction of the ideal joint ({ideal[0]})" if known else ""
-    return (
-        f"Largest force{study.where(joint, ' in joint {}')}: {force} is exceeded during 1 % of the time (p99)"
-        f"{_at(study, case_id)}{beside}; the single largest peak of that case is {peak}."
-    )
-
-
-def _highest(study: Study, hardest: Joint, case_id: str) -> list[str]:
-    """Return the largest peak of all cases where it is not in the case and the joint with the largest p99."""
-    joint = max(study.joints, key=lambda joint: np.nan_to_num(study.cases.largest(joint.column("force_peak"))))
-    highest = study.cases[joint.column("force_peak")].idxmax()
-    if (joint, highest) == (hardest, case_id):
-        return []
-    peak, p99 = study.texts(*((highest, joint.column(name)) for name in ("force_peak", "force_p99")))
-    return [
-        f"Largest peak{study.where(joint, ' in joint {}')}: {peak}{_at(study, highest)}, where p99 is {p99}: it does "
-        "not see impacts that take less than 1 % of the time."
-    ]
-
-
-def _drivers(study: Study, joint: Joint) -> list[str]:
-    effects = main_effects(study, joint.column(study.lead.figure))
-    strong = [effect for effect in effects if effect.clear()]
-    weak = [effect.axis.name for effect in effects if not effect.clear()]
-    if not strong:
-        return [f"None of the swept values moves the {study.lead.name} clearly."]
-    text = f"What drives the {study.lead.name}, strongest first: {wording.sentence_list(_causes(strong, study))}."
-    if weak:
-        text += f" No clear effect on it: {wording.sentence_list(weak)}."
-    others = {"force_rms": "force rms"} | ({} if study.lead.figure == "force_peak" else {"force_peak": "largest peak"})
-    most = [main_effects(study, joint.column(figure))[0] for figure in others]
-    named = zip(others.values(), _causes(most, study), strict=True)
-    text += f" The {', the '.join(f'{name} is driven most by {cause}' for name, cause in named)}."
-    return [text, *_beside_ideal(study, joint)]
-
-
-def _beside_ideal(study: Study, joint: Joint) -> list[str]:
-    """Return what drives the force once the ideal mechanism's own reaction is taken out; only where that varies."""
-    if not study.has(joint.column(RATIO)) or study.cases[joint.column("force_peak_ideal")].nunique() < 2:
-        return []
-    strongest = main_effects(study, joint.column(RATIO))[0]
-    if not strongest.clear():
-        return []
-    return [
-        "Measured against the largest reaction of the ideal joint, which itself depends on the swept values, "
-        f"the p99 is driven most by {strongest.axis.name} (ratio: {_span(strongest, wording.Scale(1.0, ''))})."
-    ]
-
-
-def _causes(effects: list[MainEffect], study: Study) -> list[str]:
-    """Return what moves forces, and from where to where, all in one unit."""
-    known = [median for effect in effects for median in effect.medians]
-    scale = wording.scale(study.unit(effects[0].column), known)
-    return [f"{effect.axis.name} ({_span(effect, scale)})" for effect in effects]
-
-
-def _span(effect: MainEffect, scale: wording.Scale) -> str:
-    low, high = sorted(effect.extremes())
-    axis = effect.axis
-    first, last = (f"{scale.text(effect.medians[place])} at {axis.text(axis.values[place])}" for place in (low, high))
-    if np.isnan(effect.share):
-        return f"{first}, {last}"
-    return f"median {first}, {last}, {wording.percent(effect.share)} of the variation"
 
 
 def _output(study: Study) -> list[str]:
@@ -151,7 +64,8 @@ def _output(study: Study) -> list[str]:
     return [f"{sentence}."]
 
 
-def _wear(study: Study) -> list[str]:
+def wear(study: Study) -> list[str]:
+    """Return the deepest wear of each joint."""
     points = []
     for joint in study.joints:
         column = joint.column("wear_depth_max")
@@ -177,7 +91,7 @@ def _restitution(study: Study) -> list[str]:
     return points
 
 
-def _repeating(study: Study, joint: Joint) -> list[str]:
+def repeating(study: Study) -> list[str]:
     """Return how many motions repeat themselves or are known to be chaotic, and so what a single peak is worth."""
     if "period" not in study.cases:
         return []
@@ -190,7 +104,7 @@ def _repeating(study: Study, joint: Joint) -> list[str]:
         points.append(f"{cases} repeat themselves (revolutions: {after}): a peak there comes back in every period.")
     points += _chaotic(study)
     if len(found) < count:
-        rest, beside = wording.count(count, "motion"), _beside_median(study, joint)
+        rest, beside = wording.count(count, "motion"), _beside_median(study, study.hardest_joint())
         points.append(
             f"{count - len(found)} of {rest} were not seen to repeat themselves within the window: compare these by "
             f"the median of the peaks of revolutions, by rms or p99{beside}."
@@ -241,9 +155,9 @@ def _best_by_speed(study: Study) -> Table:
     p99 = joint.column("force_p99")
     error = study.column("error_max")
     of_output = [(error, f"{study.run.layout.output} error")] if error else []
-    peak, ratio = (joint.column(name) for name in ("force_peak", RATIO))
-    figures = ((p99, "force p99"), (peak, "force peak"), (ratio, "p99 / ideal"), *of_output)
-    forces, ends = study.cases[p99].to_numpy(), []
+    peak, ratio = (joint.column(name) for name in (PEAK.figure, "force_peak_ratio"))
+    figures = ((peak, "force peak"), (p99, "force p99"), (ratio, "peak / ideal"), *of_output)
+    forces, ends = study.cases[peak].to_numpy(), []
     known = np.where(np.isfinite(forces), study.places(speed), -1)
     for value, cases in zip(speed.values, grouped(known, len(speed.values)), strict=True):
         if len(cases):
@@ -262,8 +176,6 @@ def _best_by_speed(study: Study) -> Table:
         Column("case_id"),
     )
     title = "Least and most loaded design at each crank speed"
-    note = (
-        f"Ranked by the 99th percentile of the contact force{study.where(joint, ' in joint {}')}, which is blind to "
-        "impacts under 1 % of the time: the force peak beside it is not."
-    )
+    where = study.where(joint, " in joint {}")
+    note = f"Ranked by the largest normal force{where}. p99 is exceeded during 1 % of the time."
     return Table("by_speed", title, note, columns, rows)

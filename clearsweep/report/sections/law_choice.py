@@ -10,7 +10,7 @@ from ..main_effects import CLEAR_FACTOR, main_effects
 from ..matching import Matched, axis_key, matched
 from ..picture import Picture, capital
 from ..section import Part, Section
-from ..study import P99, Axis, Joint, Study
+from ..study import Axis, Joint, Study
 from ..table import Column, Quantity, Table, counted
 
 CHOICES = (
@@ -50,7 +50,7 @@ def _section(study: Study, axis: Axis) -> Section:
 
 def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:
     """Return the forces of a joint that are compared: column, name; a percentile of few impacts says nothing."""
-    named = [(joint.column(figure), name) for figure, name in FIGURES if study.lead is P99 or figure != P99.figure]
+    named = [(joint.column(figure), name) for figure, name in FIGURES if study.driven or figure != "force_p99"]
     return [(column, name) for column, name in named if study.has(column)]
 
 

@@ -10,18 +10,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...judging.verdict import MARGIN
 from ...language import wording
 from ..draw import comparison
 from ..main_effects import main_effects
 from ..picture import Picture, Spot, capital
 from ..section import Gallery, Section, filled
-from ..study import CALLED, P99, RATIO, Axis, Joint, Study, cells, largest, median, over_other_axes, smallest
+from ..study import CALLED, RATIO, Axis, Joint, Study, cells, largest, median, over_other_axes, smallest
 from .drivers import ideal_varies, line
 
 SPOTS = 150  # cells of a map that say what they hold, at most: larger maps are pixels
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
 NO_WORSE = ("contact_fraction", "impacts_per_rev", "restitution")  # figures of which neither more nor less is worse
-LESS_IS_WORSE = ("film_thickness_min", "life_hours")
+LESS_IS_WORSE = ("film_thickness_min", "life_hours", MARGIN)
 FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
     ("film_thickness_min", "least film"),
@@ -50,33 +51,42 @@ def sections(study: Study) -> list[Section]:
 
 def _section(study: Study, joint: Joint, maps: list[Map]) -> Section:
     note = "Every pair of swept values; the last maps show further figures over the pair that matters most. "
-    if study.lead is P99:
-        note += "p99: the force exceeded during 1 % of the time, free flight included. "
     worst = "Of the cases of a cell the worst is shown, of times in contact, impacts and restitution the median."
     note += "The median of the cases of a cell is shown." if study.typical else worst
     if "refine" in study.run.grid:
         note += " Cases that refine put between the values of the axes are left out."
     note += " Maps of one figure share their colours."
     title = f"Heat maps{study.where(joint, ', joint {}')}"
-    pictures = [_picture(study, each, _span(maps, each.name)) for each in maps if each.joint == joint]
+    shown = maps[1:] if first(study) else maps
+    pictures = [_picture(study, each, _span(maps, each.name)) for each in shown if each.joint == joint]
     return Section(f"maps-{joint.name}", title, filled([Gallery(note, pictures)]))
+
+
+def first(study: Study) -> list[Picture]:
+    """Return the map of the leading figure over the pair of axes that moves it most: of the verdict without limits."""
+    if study.cases.empty or study.limits:
+        return []
+    maps = [each for joint in study.joints for each in _maps(study, joint)]
+    return [_picture(study, each, _span(maps, each.name)) for each in maps[:1]]
 
 
 def _maps(study: Study, joint: Joint) -> list[Map]:
     """Return the leading figure of a joint over every pair of axes, and further ones that vary over the first."""
     lead = joint.column(study.lead.figure)
+    if not study.has(lead):
+        return []
     ranked = [effect.axis for effect in main_effects(study, lead)]
     pairs = [_in_order(study, pair) for pair in itertools.combinations(ranked, 2)][:PAIRS]
-    if not pairs or not study.has(lead):
+    if not pairs:
         return []
-    more = [(joint.column("force_peak_ratio"), "peak / ideal peak")]
+    more = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "peak / ideal peak")]
     more += [(joint.column(RATIO), "p99 / ideal peak")] if ideal_varies(study, joint) else []
     more.append((joint.column("impacts_per_rev"), study.onsets))
     more += [(joint.column(figure), name) for figure, name in FIGURES]
     if joint == study.hardest_joint():
         more.append((study.column("error_max"), f"{study.run.layout.output} error"))
     drawn = [(lead, study.lead.name, pair) for pair in pairs]
-    drawn += [(column, name, pairs[0]) for column, name in more if study.has(column)]
+    drawn += [(column, name, pairs[0]) for column, name in more if study.has(column) and column != lead]
     maps = [Map(joint, *each, _table(study, each[0], each[2])) for each in drawn]
     return [each for each in maps if each.column == lead or np.nanmin(each.table) < np.nanmax(each.table)]
 
@@ -95,7 +105,8 @@ def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
     """Return what a cell shows of the values of its cases."""
     if study.typical or column.endswith(NO_WORSE):
         return median
-    return smallest if column.endswith(LESS_IS_WORSE) else largest
+    led = study.lead.smallest and column.endswith(f"_{study.lead.figure}")
+    return smallest if led or column.endswith(LESS_IS_WORSE) else largest
 
 
 def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:

@@ -44,7 +44,7 @@ def _oiled(study: Study, joint: Joint) -> bool:
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
-    """Return the maps of the least calm kind over the two axes that move the force most."""
+    """Return the maps of the least calm kind over the two axes that move the leading figure most."""
     ranked = [effect.axis for effect in main_effects(study, joint.column(study.lead.figure))][:2]
     if len(ranked) < 2:
         return []
@@ -127,7 +127,7 @@ def _of_points(study: Study) -> str:
 def _diagrams(study: Study, joint: Joint) -> list[Picture]:
     """Return the diagrams along the numeric axes, the one that moves the force most first."""
     lead = joint.column(study.lead.figure)
-    beside = study.cases[lead].idxmax()
+    beside = study.worst(joint)
     ranked = [effect.axis for effect in main_effects(study, lead)]
     ranked += [axis for axis in study.swept() if axis.scattered]
     found = [_diagram(study, joint, axis, beside) for axis in ranked if axis.numeric]
@@ -150,7 +150,7 @@ def _diagram(study: Study, joint: Joint, axis: Axis, beside: str) -> Picture | N
 
 def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
     """Return the Poincaré section of the hardest loaded case: its places and its rates."""
-    case_id = study.cases[joint.column(study.lead.figure)].idxmax()
+    case_id = study.worst(joint)
     frame = strobe.of_case(study, joint, case_id)
     if len(frame) < strobe.LEAST:
         return []
@@ -158,7 +158,7 @@ def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
     where, count = study.where(joint, ", joint {}"), wording.count(len(frame), "revolution")
     revolution, x, y, vx, vy = (frame[name].to_numpy(float) for name in ("revolution", "x", "y", "vx", "vy"))
     circle = None if clearance is None else float(clearance)
-    caption, alt = "The hardest loaded case.", f"of the hardest loaded case at crank angle 0, {count}."
+    caption, alt = "The worst case.", f"of the worst case at crank angle 0, {count}."
     return [
         Picture(
             f"Poincaré section: places{where}",
@@ -179,7 +179,7 @@ def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
 
 def _spectra(study: Study, joint: Joint) -> list[Picture]:
     """Return the spectra of the joint's force and the output's acceleration in the hardest loaded case."""
-    case_id = study.cases[joint.column(study.lead.figure)].idxmax()
+    case_id = study.worst(joint)
     path = history(study.run, case_id)
     saved = saved_of(study, case_id, path) if path is not None else None
     if saved is None or saved.angle is None:
@@ -200,7 +200,7 @@ def _spectrum(name: str, unit: str, actual: spectrum.Spectrum, ideal: spectrum.S
     most = wording.text(float(actual.amplitude.max()), unit)
     return Picture(
         f"Spectrum of {name}",
-        f"Hardest loaded case, {wording.count(actual.turns, 'turn')}; pale lines: harmonics of the crank.",
+        f"Worst case, {wording.count(actual.turns, 'turn')}; pale lines: harmonics of the crank.",
         f"{capital(name)} over orders of the crank; largest amplitude {most} at order {strongest:g}.",
         lambda ax: draw.harmonics(ax, actual, ideal, unit, name),
         FLAT,

@@ -6,10 +6,11 @@ from typing import overload
 from ...contracts.layout import DIFFERENCE
 from ...language import wording
 from ..case_table import case_table
+from ..leading import PEAK
 from ..picture import capital
 from ..section import Block, Note, Points, Section, filled
 from ..shown import shown
-from ..study import P99, Joint, Study
+from ..study import Joint, Study
 from ..table import Quantity, Table
 
 HORIZON, PEAK_TURN = "horizon_revolutions", "force_peak_revolution"
@@ -21,7 +22,7 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     blocks: list[Block] = []
-    if study.lead is P99:
+    if study.driven:
         blocks.append(
             Note(
                 "Peak: the largest of the window; beside it the median and the 95 % quantile of the peaks of its "
@@ -35,8 +36,8 @@ def sections(study: Study) -> list[Section]:
 
 
 def _joint(study: Study, joint: Joint) -> Table:
-    """Return forces and impacts of one joint, the largest leading figure first."""
-    lead, title = joint.column(study.lead.figure), f"Forces in joint {joint.title}"
+    """Return forces and impacts of one joint, the largest force peak first."""
+    lead, title = joint.column(PEAK.figure), f"Forces in joint {joint.title}"
     return case_table(study, f"peaks_{joint.name}", title, shown(study, "forces", joint), lead)
 
 

@@ -32,11 +32,23 @@ def sections(study: Study) -> list[Section]:
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
-        blocks: list[Block] = [spread_table(study, samples), limit_table(study, every)]
-        blocks += [Gallery(SCATTER_NOTE, _scatter(study, samples), small=True), rank_table(study, samples)]
-        blocks.append(Gallery(NOTE, _histograms(study, samples), small=True))
-        return [Section("sample", "Probabilistic study", filled(blocks))]
+        tables: list[Block] = [limit_table(study, every), spread_table(study, samples)]
+        return [Section("sample", "Probabilistic study", filled(tables))]
     return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
+
+
+def more(study: Study) -> list[Section]:
+    """Return what drives the spread of a sample, and the figures as histograms; [] as for `sections`."""
+    every = sensitivity.settings(study.run)
+    samples = [sample for sample in every if len(sample.failed) < len(set(sample.case_ids))]
+    if not samples or study.run.grid["sample"]["method"] not in INDEPENDENT:
+        return []
+    blocks: list[Block] = [
+        Gallery(SCATTER_NOTE, _scatter(study, samples), small=True),
+        rank_table(study, samples),
+        Gallery(NOTE, _histograms(study, samples), small=True),
+    ]
+    return [Section("sample-spread", "What drives the spread", filled(blocks))]
 
 
 def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:

@@ -41,7 +41,7 @@ def sections(study: Study) -> list[Section]:
         Facts("Derived from these", "Derived values", _derived(study)),
     ]
     origin: list[Block] = [Facts("Provenance", "Provenance", _provenance(study)), Note(RESIDUAL)]
-    return [Section("setup", "Setup", [Columns((filled(values), origin))], folded=True)]
+    return [Section("setup", "Setup", [Columns((filled(values), origin))])]
 
 
 def _listed(axis: Axis) -> str:

@@ -5,8 +5,9 @@ import numpy as np
 from ...judging import verdict
 from ...language import wording
 from .. import elastic_range
+from ..leading import PEAK
 from ..section import Cards, Section
-from ..study import RATIO, Joint, Study
+from ..study import Joint, Study
 from ..worst_case import question, worst_case
 from . import identified
 
@@ -28,9 +29,8 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         return cards
     cards += _answer(study)
     figures = (
-        (study.lead.figure, f"Largest {study.lead.name}", ""),
+        *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
         ("force_peak_ratio", "Peak over ideal peak", "1: as without clearance"),
-        (RATIO, "p99 over ideal peak", "blind to impacts under 1 % of a turn"),
         ("force_rms", "Largest force rms", ""),
         (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "off the ideal place"),

@@ -24,7 +24,7 @@ class Cloud(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the clouds: peak over p99, p99 over the output's error, p99 over the fastest onset; [] of a few cases."""
+    """Return the clouds: peak over p99, over the error of the output, over the fastest onset; [] of a few cases."""
     if len(study.cases) < 3 or not study.driven:
         return []
     joint = study.hardest_joint()
@@ -38,13 +38,13 @@ def sections(study: Study) -> list[Section]:
             "Position error against force",
             study.column("error_max"),
             f"{study.run.layout.output} error",
-            p99,
-            "force p99",
+            peak,
+            "force peak",
             "Down and to the left is better.",
         ),
-        Cloud("How hard the journal arrives", onset, "fastest onset", p99, "force p99", elastic),
+        Cloud("How hard the journal arrives", onset, "fastest onset", peak, "force peak", elastic),
     )
-    strongest = next((effect.axis for effect in main_effects(study, p99)), None)
+    strongest = next((effect.axis for effect in main_effects(study, peak)), None)
     pictures = [_picture(study, strongest, cloud) for cloud in clouds if _varies(study, cloud.x, cloud.y)]
     return [Section("tradeoffs", "All cases at a glance", filled([Gallery("One point per finished case.", pictures)]))]
 

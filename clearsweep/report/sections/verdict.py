@@ -15,7 +15,7 @@ from ..shown import in_words
 from ..study import Axis, Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 from ..worst_case import question, worst_case
-from . import life
+from . import life, maps
 from .sought import safest
 
 MAPS = 3  # pairs of axes at most
@@ -23,11 +23,12 @@ NOTE = "Smallest margin in per cent of the cases of a cell, which passes if all 
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no case finished."""
+    """Return the section."""
     if study.cases.empty:
-        return []
+        none = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
+        return [Section("verdict", "Verdict", [Points([none])])]
     points = [*life.ends(study), *safest(study), *_kept(study), *_worst(study)]
-    blocks: list[Block] = [Points(points), _table(study), Gallery(NOTE, _maps(study))]
+    blocks: list[Block] = [Points(points), _table(study), Gallery(NOTE, _maps(study)), Gallery("", maps.first(study))]
     return [Section("verdict", "Verdict", filled(blocks))]
 
 

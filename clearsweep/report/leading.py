@@ -1,0 +1,37 @@
+"""The figure of a joint that leads maps, effects and comparisons, by the question that the grid asks."""
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+from ..contracts.layout import Layout
+from ..judging import order
+from ..judging.verdict import Limit
+
+
+class Lead(NamedTuple):
+    """The figure of a joint that leads maps, effects and comparisons."""
+
+    figure: str
+    name: str
+    smallest: bool = False  # the smallest value is the worst
+
+
+PEAK = Lead("force_peak", "force peak")
+LEADS = {
+    "life": Lead("life_hours", "life", smallest=True),
+    "film": Lead("film_thickness_min", "least film", smallest=True),
+}
+
+
+def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], *, seeks: bool) -> Lead:
+    """Return what leads; of limits the first on a figure of a joint, which any case `has`."""
+    limits = tuple(limits)
+    question = order.lead_of(layout, limits, seeks=seeks).question
+    if question not in ("seek", "limits"):
+        return LEADS.get(question, PEAK)
+    known = {column.name: column for column in layout.columns}
+    for limit in limits:
+        column = known.get(limit.column)
+        if column and column.joint and column.figure and has(column.name):
+            return Lead(column.figure, column.figure.replace("_", " "), limit.kind == "at_least")
+    return PEAK

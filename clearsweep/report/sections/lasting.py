@@ -1,0 +1,25 @@
+"""Wear and life at a glance: the deepest wear, its map, and how long a joint lasts where the verdict does not lead."""
+
+from ..picture import Picture
+from ..section import Gallery, Points, Section, filled
+from ..study import PER_HOURS, Study
+from ..worst_case import question
+from . import headline, life, maps
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where nothing wears or no case finished."""
+    if study.cases.empty:
+        return []
+    of_life = [] if question(study).question == "life" else life.ends(study)
+    blocks = filled([Points([*of_life, *headline.wear(study)]), Gallery("", _maps(study))])
+    return [Section("lasting", "Wear and life", blocks)]
+
+
+def _maps(study: Study) -> list[Picture]:
+    """Return the map of wear of the joint that wears deepest."""
+    wearing = [joint for joint in study.joints if joint.wears and study.has(joint.column(PER_HOURS))]
+    if not wearing:
+        return []
+    deepest = max(wearing, key=lambda joint: study.cases.largest(joint.column(PER_HOURS)))
+    return maps.over_axes(study, deepest, PER_HOURS, "wear depth per 1000 h")

@@ -1,0 +1,48 @@
+"""How far the figures can be trusted: what failed, where laws end, how motions repeat, what the laws and budget say."""
+
+from markupsafe import Markup
+
+from ..section import Points, Section, filled
+from ..study import Study
+from . import budget, elastic_laws, headline, law_choice
+
+NO_BUDGET = Markup(
+    "No error budget: this run does not change one unknown at a time from a base case, as "
+    "<code>configs/error_budget.yaml</code> does."
+)
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section."""
+    return [Section("trust", "How far to trust it", filled([Points(points(study))]))]
+
+
+def points(study: Study) -> list[str]:
+    """Return what failed and the warnings of the run, then a sentence each on laws, convergence and unknowns."""
+    return [*_failed(study), *_warnings(study), *([] if study.cases.empty else _of_finished(study))]
+
+
+def _failed(study: Study) -> list[str]:
+    failed, finished = len(study.failed), len(study.cases)
+    if not failed or not finished:
+        return []
+    cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
+    return [cases + " and are in no figure or table above the list of failures."]
+
+
+def _warnings(study: Study) -> list[str]:
+    return [Markup("<b>Warning:</b> {}").format(warning) for warning in study.run.grid.get("warnings") or []]
+
+
+def _of_finished(study: Study) -> list[str]:
+    found = [*headline.limits(study), *headline.repeating(study)]
+    for section in (*law_choice.sections(study), *elastic_laws.sections(study)):
+        found += [_linked(section, sentence) for sentence in section.sentences[:1]]
+    of_budget = budget.sections(study)
+    told = [_linked(section, " ".join(section.sentences[1:2])) for section in of_budget]
+    return [*found, *(told or [NO_BUDGET])]
+
+
+def _linked(section: Section, sentence: str) -> str:
+    """Return a sentence of a folded section, that leads to it."""
+    return Markup('{} <a href="#{}">{}</a>').format(sentence, section.key, "More.")
