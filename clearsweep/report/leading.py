@@ -1,7 +1,7 @@
 """The figure of a joint that leads maps, effects and comparisons, by the question that the grid asks."""
 
-from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
 
 from ..contracts.layout import Layout
 from ..judging import order
@@ -23,10 +23,13 @@ LEADS = {
 }
 
 
-def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], *, seeks: bool) -> Lead:
-    """Return what leads; of limits the first on a figure of a joint, which any case `has`."""
+def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], grid: Mapping[str, Any]) -> Lead:
+    """Return what leads a page; of limits the first on a figure of a joint, which any case `has`.
+
+    grid : as run.json holds it.
+    """
     limits = tuple(limits)
-    question = order.lead_of(layout, limits, seeks=seeks).question
+    question = order.lead_of(layout, limits, grid).question
     if question not in ("seek", "limits"):
         return LEADS.get(question, PEAK)
     known = {column.name: column for column in layout.columns}

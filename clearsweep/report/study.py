@@ -15,7 +15,7 @@ from ..grid import Fit
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import StoredRun
-from .dotted import all_tried, dig, sought
+from .dotted import all_tried, dig
 from .leading import Lead, led_by
 from .rows import Rows, followed
 
@@ -113,7 +113,7 @@ class Study(NamedTuple):
     @property
     def lead(self) -> Lead:
         """Return what leads by the question of the grid."""
-        return led_by(self.run.layout, self.limits, self.has, seeks=bool(sought(self.run.grid)))
+        return led_by(self.run.layout, self.limits, self.has, self.run.grid)
 
     @property
     def driven(self) -> bool:
