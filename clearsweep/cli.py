@@ -55,7 +55,7 @@ def _exit_code(arguments: list[str] | None) -> int:
             print(printable(sentence), file=sys.stderr)
             return BAD_INPUT
         traceback.print_exc()
-        print("internal error: this is a mistake in clearsweep, please report it with the lines above", file=sys.stderr)
+        print("internal error: this is a bug in clearsweep; please report it with the lines above", file=sys.stderr)
         return INTERNAL
 
 
@@ -94,18 +94,24 @@ def verbs() -> None:
 
 @verbs.command()
 @click.argument("grid", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where results go; default results/<name>.")
-@click.option("--set", "fixed", multiple=True, metavar="PATH=VALUE", help="In place of what GRID says; repeatable.")
-@click.option("--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over these; repeatable.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), metavar="DIR", help="Directory of the results; default: results/<name>."
+)
+@click.option("--set", "fixed", multiple=True, metavar="PATH=VALUE", help="Override a value of GRID (repeatable).")
+@click.option(
+    "--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over these values (repeatable)."
+)
 @click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Worker processes; default: one per core.")
-@click.option("--dry-run", is_flag=True, help="Only say how many cases there are and what they would cost.")
-@click.option("--retry-failed", is_flag=True, help="Run failed cases again too.")
-@click.option("--case-timeout", type=float, metavar="SECONDS", help="Give up a case after this time.")
-@click.option("--max-failures", metavar="N|P%", help="Stop when more cases than that have failed.")
-@click.option("--executor", default="local", metavar="local|serial|dask", show_default=True, help="Where cases run.")
-@click.option("--scheduler", metavar="ADDRESS", help="Of a dask cluster; default: a new one on this machine.")
-@click.option("--shard", metavar="I/N", help="Run only part I, from 1 to N, of N equal parts; `merge` joins them.")
-@click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
+@click.option("--dry-run", is_flag=True, help="Only estimate the number of cases, time and memory.")
+@click.option("--retry-failed", is_flag=True, help="Also run failed cases again.")
+@click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop a case after this time.")
+@click.option("--max-failures", metavar="N|P%", help="Stop when more cases than this have failed.")
+@click.option(
+    "--executor", default="local", metavar="local|serial|dask", show_default=True, help="Where the cases run."
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; default: start one locally.")
+@click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins them.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
 def run(  # noqa: PLR0913 - one argument per option
     grid: Path,
     out: Path | None,
@@ -121,7 +127,7 @@ def run(  # noqa: PLR0913 - one argument per option
     shard: str | None,
     as_json: bool,
 ) -> int:
-    """Run the cases of a grid that DIR does not hold yet; running again resumes."""
+    """Run the cases of a grid; a second run resumes and computes only missing cases."""
     from . import grid as grids
     from .sweeping import closing
     from .sweeping.sweep import Options, check, sweep
@@ -153,11 +159,13 @@ def run(  # noqa: PLR0913 - one argument per option
 
 @verbs.command()
 @click.argument("directories", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="DIR...")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="OUT", help="Where the results go.")
-@click.option("--partial", is_flag=True, help="Join what there is, even where cases are missing.")
-@click.option("--json", "as_json", is_flag=True, help="Print the closing table as JSON, in SI.")
+@click.option(
+    "--out", required=True, type=click.Path(path_type=Path), metavar="OUT", help="Directory of the merged results."
+)
+@click.option("--partial", is_flag=True, help="Merge even if cases are missing.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
 def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
-    """Join runs of one grid, such as those of its shards, into OUT, as if it had run there."""
+    """Merge runs of one grid, for example its shards, into OUT, as if the grid had run there."""
     from .sweeping import closing, merge
 
     result = merge.merge(directories, out, partial=partial)
@@ -168,15 +176,21 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 
 @verbs.command()
 @click.argument("directories", nargs=-1, type=click.Path(path_type=Path), metavar="[DIR [OTHER]]")
-@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/report.html.")
-@click.option("--tables", type=click.Path(path_type=Path), metavar="OUT", help="Write the tables (CSV, Markdown), too.")
-@click.option("--figures", type=click.Path(path_type=Path), metavar="OUT", help="Write every figure for a paper, too.")
-@click.option("--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Of the figures.")
-@click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Of the figures, mm.")
-@click.option("--overlay", type=click.Path(path_type=Path), metavar="CSV", help="Lay measured signals over it.")
-@click.option("--median", is_flag=True, help="Maps show the median over the axes left out, not the worst case.")
-@click.option("--all", "all_cases", is_flag=True, help="Of all cases in DIR, not of the grid last run there alone.")
-@click.option("--partial", is_flag=True, help="Of the cases finished so far, if the run is not finished.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="Output page; default: DIR/report.html.")
+@click.option("--tables", type=click.Path(path_type=Path), metavar="OUT", help="Also write the tables (CSV, Markdown).")
+@click.option(
+    "--figures", type=click.Path(path_type=Path), metavar="OUT", help="Also write every figure in a format for papers."
+)
+@click.option(
+    "--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Format of the figures."
+)
+@click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of the figures in mm.")
+@click.option(
+    "--overlay", type=click.Path(path_type=Path), metavar="CSV", help="Plot measured signals over the computed ones."
+)
+@click.option("--median", is_flag=True, help="Maps show the median over hidden axes, not the worst case.")
+@click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, not only those of the last grid.")
+@click.option("--partial", is_flag=True, help="Report the finished cases of an unfinished run.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
 def report(
     directories: tuple[Path, ...],
@@ -187,9 +201,9 @@ def report(
     partial: bool,
     **more: Any,
 ) -> None:
-    """Write the report of a run (default: the newest below results) as one page that needs no network.
+    """Write the report of a run (default: the newest in results/) as one offline HTML page.
 
-    Of two, DIR and OTHER, compare them case by case instead (default OTHER/compared.html).
+    With two runs, DIR and OTHER, compare them case by case (default: OTHER/compared.html).
     """
     from . import report as reports
     from . import store
@@ -197,7 +211,7 @@ def report(
 
     if len(directories) > 2 or (len(directories) == 2 and (all_cases or overlay)):
         raise InputError(
-            "report: takes one run, with --all, --overlay or without, or two to compare; leave the others out"
+            "report: takes one run (with or without --all, --overlay), or two runs to compare; remove the others"
         )
     if len(directories) == 2:
         with _writing():
@@ -233,10 +247,10 @@ def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None
 
 @verbs.command()
 @click.argument("directory", type=click.Path(path_type=Path), metavar="DIR")
-@click.option("--verify", "every_file", is_flag=True, help="Read every file of the run and compare its checksum.")
-@click.option("--json", "as_json", is_flag=True, help="Print the same as JSON.")
+@click.option("--verify", "every_file", is_flag=True, help="Read every file of the run and check its checksum.")
+@click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 def status(directory: Path, every_file: bool, as_json: bool) -> int:
-    """Say how far a run is, who works in DIR, and which of its files are damaged (exit code 2)."""
+    """Print progress, active processes and damaged files of a run (exit code 2 if any is damaged)."""
     from . import store
 
     facts = store.status(directory, every_file=every_file)
@@ -247,10 +261,10 @@ def status(directory: Path, every_file: bool, as_json: bool) -> int:
 
 
 @verbs.command()
-@click.option("--quick", is_flag=True, help="Fewer problems and tolerances; ends within a minute.")
+@click.option("--quick", is_flag=True, help="Fewer problems and tolerances; takes about two minutes.")
 @click.option("--json", "as_json", is_flag=True, help="Print the tables as JSON.")
-@click.option("--write", is_flag=True, help=f"Write {RESULTS}/accuracy.md, or measured.md, and its figures, too.")
-@click.option("--measured", is_flag=True, help="Compare with measurements and published solutions instead.")
+@click.option("--write", is_flag=True, help=f"Also write {RESULTS}/accuracy.md or measured.md, with figures.")
+@click.option("--measured", is_flag=True, help="Compare with measurements and published solutions.")
 def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
     """Print error against run time on problems with known answers, and the stability of extreme cases."""
     from . import verify as verification
@@ -262,9 +276,11 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
 
 @verbs.command("list")
 @click.argument("name", required=False)
-@click.option("--for", "grid", type=click.Path(path_type=Path), metavar="GRID", help="Which laws suit its joints, why.")
+@click.option(
+    "--for", "grid", type=click.Path(path_type=Path), metavar="GRID", help="Say which laws suit its joints, and why."
+)
 def list_(name: str | None, grid: Path | None) -> None:
-    """Print every mechanism, drive, load and law, or one of them; or `materials`, `oils`, `pairs`, or one of these."""
+    """Print all mechanisms, drives, loads and laws, or one by NAME; also `materials`, `oils` and `pairs`."""
     from . import simulation
 
     click.echo(printable(simulation.advice_text(grid, name)) if grid else simulation.laws_text(name))
@@ -272,9 +288,14 @@ def list_(name: str | None, grid: Path | None) -> None:
 
 @verbs.command()
 @click.argument("grid", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="SVG or PNG; default GRID.svg here.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="SVG or PNG file; default: GRID.svg in the current directory.",
+)
 def draw(grid: Path, out: Path | None) -> None:
-    """Draw the mechanism of a grid at its start, with the names of its bodies and joints."""
+    """Draw the mechanism of a grid at the start, with the names of bodies, joints and loads."""
     from . import report as reports
 
     with _writing():
@@ -285,9 +306,9 @@ def draw(grid: Path, out: Path | None) -> None:
 @verbs.command()
 @click.argument("directory", type=click.Path(path_type=Path), metavar="DIR")
 @click.argument("case_id")
-@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="The page; default DIR/CASE_ID.html.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="Output page; default: DIR/CASE_ID.html.")
 def show(directory: Path, case_id: str, out: Path | None) -> None:
-    """Run one case again and draw its orbit, force and events; the first characters of CASE_ID will do."""
+    """Run one case again and plot orbit, force and events; a unique prefix of CASE_ID is enough."""
     from . import report as reports
     from . import store
 
@@ -300,12 +321,14 @@ def show(directory: Path, case_id: str, out: Path | None) -> None:
 
 @verbs.command()
 @click.argument("series", type=click.Path(path_type=Path), metavar="SERIES.csv")
-@click.option("--coefficient", required=True, metavar="K", help="'2e-14 m^2/N'; a bare number beside --hardness.")
-@click.option("--hardness", metavar="H", help="Of the softer body, '2 GPa': K may then be dimensionless.")
-@click.option("--area", metavar="A", help="That bears the force, '100 mm^2'; left out: the pressure is a column.")
-@click.option("--json", "as_json", is_flag=True, help="Print the same as JSON, in SI.")
+@click.option(
+    "--coefficient", required=True, metavar="K", help="Wear coefficient, '2e-14 m^2/N'; dimensionless with --hardness."
+)
+@click.option("--hardness", metavar="H", help="Hardness of the softer body, '2 GPa'.")
+@click.option("--area", metavar="A", help="Contact area, '100 mm^2'; omit if the series has a pressure column.")
+@click.option("--json", "as_json", is_flag=True, help="Print as JSON, in SI units.")
 def wear(series: Path, coefficient: str, hardness: str | None, area: str | None, as_json: bool) -> None:
-    """Say how deep a measured series of pressure and sliding speed wears, and whether its own depth agrees."""
+    """Integrate Archard wear over a measured series and compare with its own wear column."""
     from . import series as prescribed
 
     value, number = prescribed.coefficient_of(coefficient, hardness)
@@ -321,10 +344,10 @@ def wear(series: Path, coefficient: str, hardness: str | None, area: str | None,
     type=click.Choice(["slider-crank", "four-bar", "planar", "press"]),
     default="slider-crank",
     show_default=True,
-    help="What to start from.",
+    help="Mechanism of the starter grid.",
 )
 def init(file: Path | None, kind: str) -> None:
-    """Write a commented grid to start from, or print it where no FILE is named."""
+    """Write a commented starter grid to FILE, or print it."""
     from . import grid
 
     if file is None:
@@ -334,14 +357,14 @@ def init(file: Path | None, kind: str) -> None:
         with open(file, "x", encoding="utf-8") as target:
             target.write(grid.starter(kind))
     except FileExistsError:
-        raise InputError(f"{file}: exists already and is left as it is; name a new file") from None
+        raise InputError(f"{file}: already exists and was not changed; choose a new file name") from None
     except OSError as error:
-        raise InputError(f"{file}: cannot be written ({error.strerror}); name a file in a directory that can") from None
+        raise InputError(f"{file}: cannot be written ({error.strerror}); choose a writable directory") from None
     click.echo(f"{file}\nNext: clearsweep run {file} --dry-run")
 
 
 @verbs.command()
-@click.option("--markdown", is_flag=True, help="Print all keys as a page to read instead.")
+@click.option("--markdown", is_flag=True, help="Print all keys as a Markdown page.")
 def schema(markdown: bool) -> None:
     """Print the JSON Schema of grid files, for editors."""
     from . import grid, simulation

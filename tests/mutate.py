@@ -141,8 +141,13 @@ MUTATIONS = (
     Mutation(HISTOGRAM, "first == last, last > first + 1,", "first == last, last > first + 2,", RAMPS),
     Mutation(HISTOGRAM, "Ramp(where(rises, lower, upper),", "Ramp(where(rises, upper, lower),", RAMPS),
     Mutation(TALLY, "part.density - density", "part.density", RAMPS),
-    Mutation(HISTOGRAM, "edges[place] + (above[place] - duration)", "edges[place] - (above[place] - duration)", RAMPS),
-    Mutation(HISTOGRAM, "(above >= duration) &", "(above >= 2.0 * duration) &", RAMPS),
+    Mutation(
+        HISTOGRAM,
+        "rest = float(totals[1 + found[0]]) - duration",
+        "rest = float(totals[1 + found[0]]) + duration",
+        RAMPS,
+    ),
+    Mutation(HISTOGRAM, "(totals[1:] >= duration) &", "(totals[1:] >= 2.0 * duration) &", RAMPS),
     Mutation(ALONG, "square + share * (force * force)", "square + share * force", WINDOW),
     Mutation(
         TALLY,

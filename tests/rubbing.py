@@ -9,7 +9,7 @@ from clearsweep.mechanics.joint.wear.contract import ACCOUNT, Bins
 from clearsweep.mechanics.joint.wear.passage import ROOM, enter_wear
 from clearsweep.mechanics.joint.wear.step import (
     ALONG,
-    ANGLES,
+    SLOPES,
     STRIP,
     WHERE,
     Step,
@@ -24,6 +24,7 @@ from clearsweep.mechanics.observe.histogram import (
     DEPTH_COURSE,
     FORCE,
     KAPPA_COURSE,
+    MOMENTS,
     PARTS,
     RUBBED_COURSE,
     SLIP_COURSE,
@@ -50,7 +51,7 @@ def steady(duration, load, slip, depth, work, angle) -> History:
 
 def _step_of(history, begin, length, room):
     """Return the Step of a History from `begin` (s) on."""
-    course, places = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, WHERE, ANGLES))
+    course, places = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, WHERE + SLOPES, MOMENTS))
     even = begin + length * np.arange(PARTS + 1) / PARTS
     quarters = begin + length * np.arange(BETWEEN + 2) / (BETWEEN + 1)
     course[0, KAPPA_COURSE] = 1.0
@@ -60,8 +61,9 @@ def _step_of(history, begin, length, room):
     for row, angle in enumerate((history.on_bearing, history.on_journal)):
         places[0, row, : BETWEEN + 2] = angle(quarters)
         ends, nearby = quarters[[0, -1]], 1e-3 * length
-        places[0, row, BETWEEN + 2 :] = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
-    beside = np.zeros((1, ALONG, BETWEEN + 2)), np.zeros((STRIP, PARTS + 1)), room, np.zeros(0)
+        slopes = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
+        places[0, SLOPES + row, [0, BETWEEN + 1]] = slopes
+    beside = np.zeros((1, ALONG, MOMENTS)), np.zeros((STRIP, PARTS + 1)), room, np.zeros(0)
     return Step(course, length, np.zeros(1), places, *beside)
 
 

@@ -117,7 +117,7 @@ def test_run_again_says_that_nothing_was_left(run_cli, tmp_path):
     code, out, _ = run_cli("run", path, "--out", "x")
     assert code == 0
     assert out.startswith("0 cases ran")
-    assert "(3 were there before)" in out
+    assert "(3 reused)" in out
 
 
 def test_failed_cases_are_listed_with_their_reason_and_give_exit_code_3(run_cli, tmp_path):
@@ -142,7 +142,7 @@ def test_json_holds_the_same_in_si(run_cli, tmp_path):
 def test_dry_run_prints_counts_derived_values_time_and_bytes_and_writes_nothing(run_cli, tmp_path):
     code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(3)), "--dry-run")
     assert code == 0
-    assert out.startswith("3 cases, 0 of them there already, 3 to run")
+    assert out.startswith("3 cases, 0 of them stored already, 3 to run")
     assert "stiffness = 6.61e+10 N/m^1.5" in out
     assert "time: about" in out
     assert "storage: about" in out
@@ -152,13 +152,13 @@ def test_dry_run_prints_counts_derived_values_time_and_bytes_and_writes_nothing(
 def test_options_stand_in_for_values_of_the_file(run_cli, tmp_path):
     path = written(tmp_path / "g.yaml", grid(3))
     options = ("--set", "drive.speed=3000rpm", "--sweep", "mechanism.slider.mass=0.2,0.3")
-    assert run_cli("run", path, *options, "--dry-run")[1].startswith("2 cases, 0 of them there already")
+    assert run_cli("run", path, *options, "--dry-run")[1].startswith("2 cases, 0 of them stored already")
     code, out, _ = run_cli("run", path, *options, "--out", "changed", "--executor", "serial")
     assert code == 0
     assert out.startswith("2 cases ran in")
     changed = grid(3, drive={"speed": "3000 rpm"})
     changed["sweep"]["mechanism.slider.mass"] = [0.2, 0.3]
-    assert "(2 were there before)" in run_cli("run", written(tmp_path / "h.yaml", changed), "--out", "changed")[1]
+    assert "(2 reused)" in run_cli("run", written(tmp_path / "h.yaml", changed), "--out", "changed")[1]
     code, _, err = run_cli("run", path, "--set", "drive.sped=1")
     assert code == 2
     assert err.startswith("--set drive.sped: drive.sped: unknown key 'sped'; did you mean 'speed'?")
@@ -245,7 +245,7 @@ def test_init_writes_a_grid_that_loads_and_never_overwrites(run_cli, tmp_path):
     (tmp_path / "new.yaml").write_text("mine")
     code, _, err = run_cli("init", "new.yaml")
     assert code == 2
-    assert "exists already" in err
+    assert "already exists" in err
     assert (tmp_path / "new.yaml").read_text() == "mine"
     assert run_cli("init", "no/such/place.yaml")[0] == 2
 

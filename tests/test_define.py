@@ -110,7 +110,7 @@ WRONG = {
     "expression shown": ("clearance: = play", "clearance: = play * d", "(found is the value of '= play * d')"),
     "sum": ("clearance: = play", "clearance: = play + 1", "'play' in m and '1' in 1 cannot be added"),
     "unknown": ("clearance: = play", "clearance: = ploy", "is not defined under `define`; did you mean 'play'?"),
-    "unused": ("play: 0.5 mm", "play: 0.5 mm, spare: 2", "define.spare: is used by nothing"),
+    "unused": ("play: 0.5 mm", "play: 0.5 mm, spare: 2", "define.spare: is not used"),
     "shadows a unit": ("play: 0.5 mm", "play: 0.5 mm, mm: 2", "define.mm: is a unit"),
     "shadows a function": ("play: 0.5 mm", "play: 0.5 mm, sqrt: 2", "define.sqrt: is a function of expressions"),
     "shadows a column": ("r: = d / 2", "r: = d / 2, steps: 2", "define.steps: is the name of a column"),

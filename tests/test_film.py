@@ -287,7 +287,7 @@ def test_a_viscosity_at_a_temperature_is_walthers():
         ({"viscosity": OIL}, "temperature: is missing"),
         (
             {"viscosity": OIL, "temperature": 333.0, "thermal": {"conductance": 20.0, "ambient": 300.0}},
-            "is written beside thermal",
+            "conflicts with `thermal`",
         ),
         (
             {"viscosity": 0.1, "transition": {"law": "greenwood-tripp", "roughness": "0.4 um"}},

@@ -154,7 +154,7 @@ def test_preload_rubs_in_a_joint_with_clearance_whether_it_touches_or_not():
                     "band": "1 mm/s",
                 },
             },
-            "not known beside a joint with clearance that sticks",
+            "not available with a joint with clearance that also sticks",
         ),
         ({"loads__blade__friction": {"law": "tanh", "torque": 3, "radius": 0.01, "velocity_scale": 1}}, "radius"),
     ],

@@ -26,7 +26,7 @@ AXES = {
     ),
     "names nothing": (
         f"{JOINT}.clearanse: [1 mm]",
-        f"22:3: sweep.{JOINT}.clearanse: names nothing; did you mean '{JOINT}.clearance'? (allowed beside it: ",
+        f"22:3: sweep.{JOINT}.clearanse: names nothing; did you mean '{JOINT}.clearance'? (allowed next to it: ",
     ),
     "section": ("drive: [1]", "22:3: sweep.drive: names a section, not a value; such as drive.speed"),
     "absent section": (
@@ -100,11 +100,11 @@ AXES = {
     ),
     "half without a unit": (
         "drive.speed: [200 rpm, 0, 500]",
-        "22:29: sweep.drive.speed: found 500 without a unit beside '200 rpm'; alone it would mean 500 rad/s",
+        "22:29: sweep.drive.speed: found 500 without a unit next to '200 rpm'; alone it would mean 500 rad/s",
     ),
     "an end without a unit": (
         "drive.speed: {linspace: [200, 500 rpm, 4]}",
-        "22:28: sweep.drive.speed: found 200 without a unit beside '500 rpm'; alone it would mean 200 rad/s",
+        "22:28: sweep.drive.speed: found 200 without a unit next to '500 rpm'; alone it would mean 200 rad/s",
     ),
     "short run": (
         "simulate.revolutions: [2, 20]",

@@ -195,12 +195,12 @@ def test_the_material_of_one_body_can_be_swept_and_has_its_own_identity():
 @pytest.mark.parametrize(
     ("material", "said"),
     [
-        ({"bearing": BRONZE}, "contact.material.journal: is missing; write such as journal: {young:"),
+        ({"bearing": BRONZE}, "contact.material.journal: is missing; for example: journal: {young:"),
         ({"bearing": BRONZE, "journal": {"young": 2e11}}, "contact.material.journal.poisson: is missing"),
-        (MATERIAL | {"bearing": BRONZE}, "contact.material.young: is written beside bearing; write it within"),
+        (MATERIAL | {"bearing": BRONZE}, "contact.material.young: conflicts with bearing; write it within"),
         (
             {"young": 2e11},
-            "contact.material.poisson: is missing; write such as {young: 207 GPa, poisson: 0.3} for both",
+            "contact.material.poisson: is missing; for example: {young: 207 GPa, poisson: 0.3} for both",
         ),
         ({}, "contact.material.young: is missing"),
         ({"bearing": BRONZE | {"poisson": 0.6}, "journal": MATERIAL}, "found 0.6, out of range"),

@@ -178,7 +178,7 @@ MISTAKES = {
     "wear without coefficient": (
         ", coefficient: 2e-14 m^2/N",
         "",
-        f"18:11: {JOINT}.wear.coefficient: is missing; write such as 2e-14 m^2/N",
+        f"18:11: {JOINT}.wear.coefficient: is missing; for example: 2e-14 m^2/N",
     ),
     "impossible wear": (
         "coefficient: 2e-14 m^2/N",

@@ -219,7 +219,11 @@ MISTAKES = {
     "wrong cell": ("cases: cases.csv\n", f"{ROWS}0.2,fast\n", f"cases.csv:3:2: {SPEED}: found 'fast rpm', which does"),
     "cell out of range": ("cases: cases.csv\n", f"{ROWS}-1,5\n", f"cases.csv:3:1: {CLEARANCE}: found -1 mm, out of"),
     "blank cell": ("cases: cases.csv\n", f"{ROWS}0.2,\n", f"cases.csv:3:2: {SPEED}: found nothing; expected"),
-    "ragged row": ("cases: cases.csv\n", f"{ROWS}0.2\n", "cases.csv:3:1: cases: row 3 has 1 cells, the head 2"),
+    "ragged row": (
+        "cases: cases.csv\n",
+        f"{ROWS}0.2\n",
+        "cases.csv:3:1: cases: row 3 has 1 cells but the header has 2",
+    ),
     "column twice": ("cases: cases.csv\n", f"{SPEED},{SPEED}\n1,2\n", "cases.csv:1:2: cases: column 2: 'drive.speed'"),
     "sample of nothing": (
         "sample: {method: sobol, n: 4, over: {}}\n",
@@ -377,7 +381,7 @@ MISTAKES = {
         "",
         "grid.yaml:21:33: limits.rod_slider_force_peak: found '5 mm', whose unit mm",
     ),
-    "no limits": ("limits: 5 kN\n", "", "grid.yaml:21:9: limits: holds no limit; write such as"),
+    "no limits": ("limits: 5 kN\n", "", "grid.yaml:21:9: limits: contains no limit; for example: "),
 }
 
 

@@ -129,7 +129,7 @@ def test_the_published_range_is_an_uncertainty_of_a_life():
         ("wear", {"pair": "steel/bronze gresed"}, "did you mean 'steel/bronze greased'.*list pairs"),
         ("wear", {"pair": 3}, "expected a name that `clearsweep list pairs` prints"),
         ("film", {"oil": "ISO VG 47", "temperature": "60 degC"}, "did you mean 'ISO VG 46'.*list oils"),
-        ("film", {"oil": "ISO VG 46", "viscosity": "0.1 Pa*s"}, "film.oil: is written beside viscosity"),
+        ("film", {"oil": "ISO VG 46", "viscosity": "0.1 Pa*s"}, "film.oil: conflicts with `viscosity`"),
         ("film", {"oil": "ISO VG 46"}, "film.temperature: is missing"),
     ],
 )

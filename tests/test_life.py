@@ -104,11 +104,11 @@ MISTAKES = {
         {"max_revolutions": 2},
         "life.max_revolutions: found 2; allowed: at least 3, the value of simulate.re",
     ),
-    "until": ({"simulate.until": {"figure": "rod_slider_force_rms"}}, {}, "simulate.until: is of no use beside life"),
-    "checked": ({"simulate.error_check": True}, {}, "simulate.error_check: is of no use beside life"),
-    "worst": ({"save.worst": 3}, {}, "save.worst: is of no use beside life: the largest peak of a life"),
-    "run-up": ({"drive.speed": {"table": {"time": [0, 1], "speed": [1, 2]}}}, {}, "goes on over time, while a life"),
-    "load": ({"loads": {"push": {"on": "slider", "table": TIMES}}}, {}, "loads.push.table: goes on over time"),
+    "until": ({"simulate.until": {"figure": "rod_slider_force_rms"}}, {}, "simulate.until: has no effect with `life`"),
+    "checked": ({"simulate.error_check": True}, {}, "simulate.error_check: has no effect with `life`"),
+    "worst": ({"save.worst": 3}, {}, "save.worst: has no effect with `life`: the largest peak of a life"),
+    "run-up": ({"drive.speed": {"table": {"time": [0, 1], "speed": [1, 2]}}}, {}, "depends on time, but `life`"),
+    "load": ({"loads": {"push": {"on": "slider", "table": TIMES}}}, {}, "loads.push.table: depends on time"),
     "swept": ({"sweep": {"life.blocks": [10, 20]}}, {}, "life.blocks"),
 }
 

@@ -184,7 +184,7 @@ MISTAKES = {
     "load without force": (changed(FOUR_BAR, loads={"gas": {"on": "rocker"}}), "loads.gas: has no force and no torque"),
     "speed and torque": (
         changed(SLIDER_CRANK, drive__torque=5),
-        "drive.speed: is written beside torque; a drive has one of speed, torque, motor",
+        "drive.speed: conflicts with torque; a drive has one of speed, torque, motor",
     ),
     "no torque": (changed(SLIDER_CRANK, drive={"initial_speed": 5}), "drive.torque: is missing"),
     "a span": (
@@ -223,7 +223,7 @@ MISTAKES = {
             FOUR_BAR,
             loads={"r": {"on": "rocker-ground", "friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1}}},
         ),
-        "loads.r.friction.radius: is missing; friction in a pin is a couple",
+        "loads.r.friction.radius: is missing; friction in a pin is a torque",
     ),
     "friction with a memory": (
         changed(FOUR_BAR, loads={"r": {"on": "rocker-ground", "friction": {"law": "lugre"}}}),

@@ -147,7 +147,7 @@ def test_laws_fits_and_whole_numbers_are_chosen(at):
         ("[20 um, 300 um]", "20 um", "expected [low, high], {among: [...]}"),
         ("{among: [hunt-crossley, flores]}", "[hunt-crossley, flores]", "this key takes {among: [...]}"),
         ("cases: 20", "cases: 20\n  case: 3", "unknown key 'case'; did you mean 'cases'?"),
-        ("optimise:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\noptimise:\n", "stands beside `sweep`"),
+        ("optimise:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\noptimise:\n", "conflicts with `sweep`"),
     ],
 )
 def test_a_mistake_is_told(told, old, new, message):

@@ -26,7 +26,8 @@ def test_the_grid_shown_is_the_one_that_make_run_runs():
 
 
 def test_every_command_is_named_and_every_command_named_is_there():
-    named = set(re.findall(r"^\| `clearsweep (\w+)", README, re.MULTILINE))
+    page = (ROOT / "docs/commands.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"^\| `clearsweep (\w+)", page, re.MULTILINE))
     assert named == set(verbs.commands)
     for name in named:
         told = CliRunner().invoke(verbs, [name, "--help"])

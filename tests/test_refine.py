@@ -142,7 +142,7 @@ def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
         ({"sweep": {"simulate.step_budget": [10, 20]}}, "refine: nothing can lie between the cases"),
         (
             {"seek": {"largest": "mechanism.rod.mass", "between": ["0.1 kg", "0.9 kg"], "within": "1 g"}},
-            "refine: stands beside `seek`",
+            "refine: conflicts with `seek`",
         ),
         ({"refine": {"cases": 3, "added": {MASS: [0.2]}}}, "refine.added: has not a value of every swept path"),
     ],

@@ -302,7 +302,7 @@ def test_a_profile_takes_the_place_of_dimension_and_scale_by_its_content(tmp_pat
             lambda: changed(source(), {"joints.rod-slider.contact": {"law": "hertz", "stiffness": 1e9}}),
             "roughness 'fractal' needs both bodies' material",
         ),
-        (lambda: source(from_profile={"x": [0, 1], "height": [0, 1]}), "is written beside from_profile"),
+        (lambda: source(from_profile={"x": [0, 1], "height": [0, 1]}), "conflicts with from_profile"),
     ],
 )
 def test_what_a_rough_joint_lacks_is_told(given, told):

@@ -166,7 +166,7 @@ def test_killed_at_any_round_it_goes_on_to_the_same_answers(tmp_path, after):
         ({"largest": GRAVITY}, "is under 'sweep' already"),
         ({"largest": "simulate.step_budget"}, "is a whole number, which has nothing in between"),
         ({"between": ["0.9 kg", "0.1 kg"]}, "seek.between: the first value is not below the second"),
-        ({"between": ["0.1 kg", 0.9]}, "found 0.9 without a unit beside '0.1 kg'"),
+        ({"between": ["0.1 kg", 0.9]}, "found 0.9 without a unit next to '0.1 kg'"),
         ({"between": ["0.1 mm", "0.2 mm"]}, "has another dimension"),
         ({"between": None}, "seek.between: is missing; write the range"),
         ({"within": None}, "seek.within: is missing"),
@@ -293,7 +293,7 @@ def test_the_border_among_fits(good, border):
     ("old", "new", "message"),
     [
         ("{fits: [H8/e8, H7/g6, H7/f7]}", "[H7/g6]", "expected {fits: [H7/g6, H7/f7]}"),
-        ("among:", "within: 1 um, among:", "is written beside among"),
+        ("among:", "within: 1 um, among:", "conflicts with `among`"),
         ("joints.rod-slider.clearance, among", "drive.speed, among", "is no clearance that a fit could have"),
         ("H8/e8", "H8/q99", "seek.among"),
     ],

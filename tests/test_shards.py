@@ -211,7 +211,7 @@ def test_shards_run_merge_and_report_from_the_command_line(tmp_path, monkeypatch
     shards = [f"results/made-up-shard-{k}-of-2" for k in (1, 2)]
     told = run(["merge", *shards, "--out", "results/made-up"])
     assert told.exit_code == 0
-    assert told.output.startswith("6 cases of 2 directories joined")
+    assert told.output.startswith("6 cases of 2 directories merged")
     assert run(["report", "results/made-up"]).exit_code == 0
     assert Path("results/made-up/report.html").stat().st_size > 10_000
     with h5py.File("results/made-up/orbits.h5") as file:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from traced_states import aligned
 
-from clearsweep.mechanics.compiled.choosing import either, looked_up, turns, where
+from clearsweep.mechanics.compiled.choosing import abreast, either, looked_up, turns, where
 from clearsweep.mechanics.compiled.dual import Dual, slope
 from clearsweep.mechanics.compiled.family import WIDTH, inlined, kernel
 from clearsweep.mechanics.trace import calls, objects
@@ -176,3 +176,49 @@ def test_what_cannot_be_traced_is_refused_with_file_line_and_statement():
         NotTraceableError, match=r"test_trace_bodies\.py:\d+: odd cannot be traced: it calls math\.gamma"
     ):
         machine(odd, 1)
+
+
+@kernel
+def shifted_sums(room, x):
+    """Put into the second row what the first row and a table give, times `x` where it is positive."""
+    for i in abreast(WIDTH):
+        here = room[i] + TABLE[i, 1]
+        here = here * x if here > 0.0 else here - room[i + 1]
+        room[WIDTH + i] = helped(room, i, here)
+
+
+@kernel
+def helped(room, i, here):
+    return here + room[i + 2]
+
+
+def test_turns_that_are_run_at_once_do_what_they_do_one_by_one():
+    def entry(given, _):
+        room = View(given.base, DOUBLE, (2 * WIDTH,), (1,))
+        calls.call(shifted_sums, room, room[0])
+
+    code = objects.loaded(objects.object_of(objects._module(entry, "", 1)))
+    for seed in range(5):
+        room = aligned(np.random.default_rng(seed).uniform(-9.0, 9.0, 2 * WIDTH))
+        room[WIDTH:] = 0.5  # so that what turns read of the second row is as it was before the first
+        plain = room.copy()
+        expected = [_turn(plain, i) for i in range(WIDTH)]
+        objects.function_at(code.address, 0)(room.ctypes.data, 0)
+        assert room[WIDTH:] == pytest.approx(expected, rel=1e-14)
+        assert np.array_equal(room[:WIDTH], plain[:WIDTH])
+
+
+def _turn(room, i):
+    here = room[i] + TABLE[i, 1]
+    return (here * room[0] if here > 0.0 else here - room[i + 1]) + room[i + 2]
+
+
+def test_turns_at_once_are_as_many_as_there_are_lanes():
+    @kernel
+    def three(x, y):
+        for i in abreast(3):
+            x = x + i
+        return x + y
+
+    with pytest.raises(NotTraceableError, match="other than 8 turns at once"):
+        machine(three, 1)

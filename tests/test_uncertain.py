@@ -78,8 +78,8 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
         ({COEFFICIENT: {"factor": "3 mm"}}, f"uncertain.{COEFFICIENT}.factor"),
         ({COEFFICIENT: {"normal": {"mean": 1e-15, "std": 1e-15}}}, "its 2.5 % quantile is not above 0"),
         ({COEFFICIENT: 3}, "expected {factor: 3}, published or one of"),
-        (FACTOR | {"joints.rod-slider.wear.journal_coefficient": {"factor": 2}}, "is uncertain beside"),
-        ({}, "holds no path"),
+        (FACTOR | {"joints.rod-slider.wear.journal_coefficient": {"factor": 2}}, "conflicts with"),
+        ({}, "contains no path"),
     ],
 )
 def test_mistakes_are_told(said, told):

@@ -20,12 +20,12 @@ from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLID, Bins
 from clearsweep.mechanics.joint.wear.passage import ROOM
 from clearsweep.mechanics.joint.wear.step import (
     ALONG,
-    ANGLES,
     BEARING_START,
     FACING,
     JOURNAL_START,
     LEAN,
     REACH,
+    SLOPES,
     STRIP,
     WHERE,
     Moment,
@@ -41,6 +41,7 @@ from clearsweep.mechanics.observe.histogram import (
     DEPTH_COURSE,
     FORCE,
     KAPPA_COURSE,
+    MOMENTS,
     PARTS,
     SLIP_COURSE,
 )
@@ -58,13 +59,13 @@ def joint_of(**keys):
 def empty(joint):
     """Return a Step in which both walls are pressed over the whole journal without load, and its Worn."""
     stride = int(joint.wear.bins * joint.wear_rows)
-    along = np.zeros((6, ALONG, BETWEEN + 2))
+    along = np.zeros((6, ALONG, MOMENTS))
     along[:, REACH], along[:, FACING] = joint.half_journal, 1.0
     step = Step(
         np.zeros((6, COURSES, PARTS + 1)),
         1e-5,
         np.array([PRESSED, PRESSED, FREE, FREE, FREE, FREE]),
-        np.zeros((6, WHERE, ANGLES)),
+        np.zeros((6, WHERE + SLOPES, MOMENTS)),
         along,
         np.zeros((STRIP, PARTS + 1)),
         np.zeros(ROOM),
@@ -133,7 +134,7 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
         step.places[wall, 0, : BETWEEN + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
         step.places[wall, 1, : BETWEEN + 2] = -3.0 - 0.3 * quarters
         end = 1.0 - 2.0 * wall
-        step.along[wall, LEAN] = lean * (1.0 + 0.1 * quarters)
+        step.along[wall, LEAN, : BETWEEN + 2] = lean * (1.0 + 0.1 * quarters)
         step.along[wall, BEARING_START], step.along[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
         expected += share * step.length * (800.0 * 0.8 + (300.0 * 0.8 + 800.0 * 0.1) / 2.0 + 300.0 * 0.1 / 3.0)
     wear_joint(joint, 0, (step, worn))

@@ -234,7 +234,7 @@ MISTAKES = {
     "twice": (
         {"coefficient": 1e-14, "running_in": {"steady": 1e-14, "initial": 1e-13, "distance": 1}},
         None,
-        "is written beside running_in.steady, which is the same",
+        "conflicts with running_in.steady, which means the same",
     ),
 }
 

@@ -54,7 +54,7 @@ def axis(
 
 
 def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], unit: str) -> bool:
-    """Note numbers without a unit beside others that have one, and return whether there are any.
+    """Note numbers without a unit next to others that have one, and return whether there are any.
 
     `[200 rpm, 500]` would mean 500 rad/s, which hardly anybody who writes it means.
     """
@@ -63,7 +63,7 @@ def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], uni
     bare = [item for item in items if quantity.is_bare(item.value)] if named else []
     for item in bare:
         sentence = (
-            f"found {item.value} without a unit beside {shown(named.value if named else '')}; alone it would mean "
+            f"found {item.value} without a unit next to {shown(named.value if named else '')}; alone it would mean "
             f"{item.value} {unit}: write the unit of each, or of none"
         )
         problems.add(item, where, sentence)

@@ -82,7 +82,7 @@ def _columns(problems: Problems, origin: str, heads: list[str], rows: list[Table
         units.append(unit)
     for line, cells in rows:
         if len(cells) != len(heads):
-            sentence = f"row {line} has {len(cells)} cells, the head {len(heads)}; write a value for every column"
+            sentence = f"row {line} has {len(cells)} cells but the header has {len(heads)}; write every value"
             problems.add(WrittenValue(None, origin, line, 1), "cases", sentence)
             good = False
     if not good:

@@ -128,17 +128,17 @@ def _material(draft: Draft, joint: str) -> None:
     shared = [key for key in ("young", "poisson") if draft.there(f"{material}.{key}")]
     own = [body for body in Materials._fields if f"{material}.{body}" in draft.shape]
     if own and shared:
-        sentence = f"is written beside {' and '.join(own)}; write it within bearing and journal, or leave these out"
+        sentence = f"conflicts with {' and '.join(own)}; write it within bearing and journal, or remove these"
         draft.problems.add(draft.place(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", sentence)
     elif len(own) == 1:
         (other,) = set(Materials._fields) - set(own)
-        sentence = f"is missing; write such as {other}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
+        sentence = f"is missing; for example: {other}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
         draft.problems.add(draft.place(material), f"{material}.{other}", sentence)
     elif not own:
         for key in ("young", "poisson"):
             if key not in shared:
                 sentence = (
-                    "is missing; write such as {young: 207 GPa, poisson: 0.3} for both bodies, or a section like it "
+                    "is missing; for example: {young: 207 GPa, poisson: 0.3} for both bodies, or a section like it "
                     "for each, bearing and journal"
                 )
                 draft.problems.add(draft.place(material), f"{material}.{key}", sentence)
@@ -207,7 +207,7 @@ def _roughness(draft: Draft, joint: str, catalogue: Catalogue) -> None:
             for field in [field for field in law.fields if field.optional]:
                 path = f"{rough}.{field.name}"
                 if draft.there(path) and draft.there(table):
-                    sentence = f"is written beside {columns.name}, which gives it; leave one of them out"
+                    sentence = f"conflicts with {columns.name}, which determines it; remove one of the two"
                     draft.problems.add(draft.place(path), path, sentence)
                 elif not draft.there(path) and not draft.there(table):
                     sentence = f"is missing for {law.name} ({field.text}); write it, or {columns.name}: profile.csv"
@@ -225,19 +225,19 @@ def _wear(draft: Draft, joint: str, catalogue: Catalogue) -> None:
         law for law in catalogue.of("wear") if "friction" in law.needs and law.name in draft.names[f"{wear}.law"]
     ]
     if by_work and f"{joint}.friction" not in draft.shape:
-        sentence = f"is missing; the wear law '{by_work[0].name}' goes by the work of friction: write a friction law"
+        sentence = f"is missing; the wear law '{by_work[0].name}' needs the work of friction; write a friction law"
         draft.problems.add(draft.place(wear), f"{joint}.friction", sentence)
     if by_work and bare:
         sentence = f"the wear law '{by_work[0].name}' takes m^3/J, whatever the hardness: write the unit"
         draft.problems.add(draft.place(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
         return
     if bare and not draft.there(f"{wear}.hardness"):
-        sentence = "is missing; a dimensionless wear coefficient is k times the hardness: write such as 2 GPa"
+        sentence = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
         draft.problems.add(draft.place(wear), f"{wear}.hardness", sentence)
     there = "running_in.steady" if draft.there(f"{wear}.running_in.steady") else "coefficient"
     _of_both(draft, wear, there, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
     if there != "coefficient" and draft.there(f"{wear}.coefficient"):
-        sentence = "is written beside running_in.steady, which is the same; leave one of them out"
+        sentence = "conflicts with running_in.steady, which means the same; remove one of the two"
         draft.problems.add(draft.place(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
     if f"{wear}.running_in" in draft.shape:
         overriding = ("running_in.bearing_initial", "running_in.journal_initial")
@@ -249,7 +249,7 @@ def _of_both(draft: Draft, wear: str, key: str, overriding: tuple[str, str], exa
     """Check that a coefficient of both bodies is there unless each has its own, and that it is of use if it varies."""
     overridden = all(draft.there(f"{wear}.{own}") for own in overriding)
     if not draft.there(f"{wear}.{key}") and not overridden:
-        sentence = f"is missing; write such as {example} for both bodies, or {' and '.join(overriding)}"
+        sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
         draft.problems.add(draft.place(wear), f"{wear}.{key}", sentence)
     if f"{wear}.{key}" in draft.swept and overridden:
         sentence = f"is swept but not in use: {' and '.join(overriding)} override it"
@@ -279,12 +279,12 @@ def _evolving(draft: Draft, joint: str, catalogue: Catalogue) -> None:
     """Check that nothing stands beside a shape that acts that is not known with it."""
     evolve = f"{joint}.wear.evolve"
     if f"{joint}.film" in draft.shape:
-        sentence = "is not known beside a film, whose formula is that of circles; leave one of them out"
+        sentence = "is not available with a film, whose formula assumes circles; remove one of the two"
         draft.problems.add(draft.place(evolve), evolve, sentence)
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in draft.names if path.endswith(".friction.law")):
         for law in sorted(draft.names[path] & sticking):
-            sentence = f"{law} sticks, which is not known beside the worn shape of {joint}; choose another"
+            sentence = f"{law} sticks, which is not available with the worn shape of {joint}; choose another"
             draft.problems.add(draft.place(path), path, sentence)
 
 

@@ -117,7 +117,7 @@ def resolve(
     top = root.value
     section = top.get(DEFINE)
     if section is not None and (not isinstance(section.value, dict) or not section.value):
-        problems.add(section, DEFINE, "defines nothing; write such as `play: 50 um`, or leave the key out")
+        problems.add(section, DEFINE, "defines nothing; for example: `play: 50 um`, or leave the key out")
         section = None
     varied = {path: place for path, place in _varied(top) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
@@ -132,7 +132,7 @@ def resolve(
         if known.texts.get(name) and START + name in varied:
             reader.refuse_axis(START + name, each)
         elif name not in reader.used:
-            sentence = "is used by nothing; use it, such as `clearance: = " + name + "`, or leave it out"
+            sentence = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
             problems.add(section.key_place(name) if section else each, START + name, sentence)
     if known.varied and section is not None:
         inside = {name: reader.worked(good[name], known.said(name)) for name in good if name in known.varied}

@@ -79,9 +79,9 @@ def _heat(draft: Draft, film: str) -> None:
         sentence = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
         draft.problems.add(draft.place(f"{oil}.at_100C"), f"{oil}.at_100C", sentence)
     if draft.there(balance) == draft.there(temperature):
-        sentence = "is missing; write such as temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
+        sentence = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
         if draft.there(balance):
-            sentence = "is written beside thermal, from which it follows; leave one of them out"
+            sentence = "conflicts with `thermal`, which determines it; remove one of the two"
         draft.problems.add(draft.place(film), temperature, sentence)
 
 
@@ -117,7 +117,7 @@ def _beside_films(draft: Draft, joint: str, catalogue: Catalogue) -> None:
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in draft.names if path.endswith(".friction.law")):
         for law in sorted(draft.names[path] & sticking):
-            sentence = f"{law} sticks, which is not known beside the film of {joint}; choose another"
+            sentence = f"{law} sticks, which is not available with the film of {joint}; choose another"
             draft.problems.add(draft.place(path), path, sentence)
     if "seated" in draft.reached("simulate.start"):
         sentence = (

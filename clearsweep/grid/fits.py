@@ -138,8 +138,8 @@ class _Reader:
         """Return the fit called `name` at a bearing's radius (m), and note it."""
         if len(radii) != 1:
             sentence = (
-                f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter, but "
-                f"{self.radius} is varied: take both in step under `zip`, the fit once for each radius"
+                f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter; "
+                f"{self.radius} is varied: vary both together under `zip`, the fit once for each radius"
             )
             varies = self.radius in self.draft.swept or self.radius in self.draft.defined.follow
             raise _WrongFitError(name, sentence if varies else "")

@@ -43,7 +43,7 @@ def _entries(draft: Draft, root: WrittenValue, name: str, example: str) -> dict[
         return {}
     if not isinstance(section.value, dict) or not section.value:
         noun = name.removesuffix("s")
-        sentence = f"holds no {noun}; write such as `{example}`, or leave the key '{name}' out"
+        sentence = f"contains no {noun}; for example: `{example}`, or leave the key '{name}' out"
         draft.problems.add(section, name, sentence)
         return {}
     entries: dict[str, WrittenValue] = section.value
@@ -84,7 +84,7 @@ def _bounds(draft: Draft, column: str, written: WrittenValue, units: dict[str, s
             sentence = f"unknown key{nearest(key, known)} (known: {', '.join(known)})"
             draft.problems.add(written.key_place(key), f"{path}.{key}", sentence)
     if not any(kind in entries for kind in KINDS) and all(key in known for key in entries):
-        draft.problems.add(written, path, f"holds no limit; write {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
+        draft.problems.add(written, path, f"contains no limit; write {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
         return
     unit, bounds = units[column], dict[str, Any]()
     if _TIMES in entries:

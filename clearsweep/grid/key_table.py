@@ -136,7 +136,7 @@ _UNTIL = (
     ),
 )
 _NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run goes on, so they cannot be judged"
-_HORIZON = Flag("find the Lyapunov exponent and how far ahead the motion can be foretold, by a second run beside it")
+_HORIZON = Flag("find the Lyapunov exponent and how far ahead the motion can be predicted, by a second run")
 _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store how far every figure differs")
 _IMPACTS = Field(
     "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
@@ -298,7 +298,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     )
     tree[f"{wear}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
-        "what the coefficients are in; default dimensionless, k times the hardness, where bare numbers stand beside "
+        "what the coefficients are in; default dimensionless, k times the hardness, for bare numbers next to "
         "`hardness`",
         "m^2/N",
     )

@@ -24,8 +24,8 @@ _FIELDS = (
     Field(
         "tolerance",
         "1",
-        "share of what wears off in a jump that its rates before and after may place differently, and half-width of "
-        "the 95 % interval of a block's wear rate over the rate",
+        "largest share of a jump's wear that the rates before and after it may place differently; also the half-width "
+        "of the 95 % interval of a block's wear rate over the rate",
         1e-4,
         0.5,
         low_open=False,
@@ -92,7 +92,7 @@ def check(draft: Draft) -> None:
         ("save.worst", "the largest peak of a life is that of one of many blocks, and its history tells of all"),
     ):
         if path in draft.sections or path in draft.values:
-            draft.problems.add(draft.place(path), path, f"is of no use beside life: {reason}; leave it out")
+            draft.problems.add(draft.place(path), path, f"has no effect with `life`: {reason}; leave it out")
     _blocks(draft)
     _repeats(draft)
 
@@ -107,7 +107,7 @@ def _joint(draft: Draft, joint: str) -> None:
         return
     if f"{own}.wear" not in draft.shape:
         sentence = (
-            "is missing; a life needs the wear of the joint that it judges: write such as {law: archard, coefficient: "
+            "is missing; a life needs the wear of the joint that it judges; for example: {law: archard, coefficient: "
             "2e-14 m^2/N}"
         )
         draft.problems.add(draft.place(path), f"{own}.wear", sentence)
@@ -151,7 +151,7 @@ def _repeats(draft: Draft) -> None:
     for path, table in tables.items():
         if path.startswith(("drive.", "loads.")) and "time" in table:
             sentence = (
-                "goes on over time, while a life takes one block of revolutions for all: write a table over "
+                "depends on time, but `life` assumes a periodic drive: write a table over "
                 "crank_angle, or a constant speed"
             )
             draft.problems.add(draft.place(path), path, sentence)

@@ -19,7 +19,7 @@ def check(draft: Draft, catalogue: Catalogue) -> None:
         if path not in draft.shape:
             continue
         if load.form == "force" and not (draft.there(f"{path}.force") or draft.there(f"{path}.torque")):
-            sentence = "has no force and no torque; write such as force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
+            sentence = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
             draft.problems.add(draft.place(path), path, sentence)
         if load.form == "friction":
             _rubbing(draft, path, load.on, load.given)
@@ -124,7 +124,7 @@ def _rubbing(draft: Draft, path: str, joint: str, given: str) -> None:
     if given:
         return
     if site.kind == "revolute" and not draft.there(radius):
-        sentence = "is missing; friction in a pin is a couple, coefficient x reaction x radius: write such as 10 mm"
+        sentence = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
         draft.problems.add(draft.place(f"{path}.friction"), radius, sentence)
     if site.kind == "guide" and draft.there(radius):
         draft.problems.add(
@@ -164,7 +164,7 @@ def _sticking(draft: Draft, path: str, sticking: set[str]) -> None:
     """Check that nothing sticks in a joint with clearance beside friction of a given size that sticks."""
     others = (other for other in draft.names if other.startswith("joints.") and other.endswith(".friction.law"))
     if draft.names.get(path, frozenset()) & sticking and any(draft.names[other] & sticking for other in others):
-        sentence = "sticks, which is not known beside a joint with clearance that sticks, too; choose another law"
+        sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"
         draft.problems.add(draft.place(path), path, sentence)
 
 
@@ -189,15 +189,15 @@ def _guides(draft: Draft, sticking: set[str]) -> None:
             continue
         inertia = "mechanism.slider.inertia"
         if site.kind == "guide" and inertia in draft.shape and not draft.there(inertia):
-            sentence = f"is missing; with clearance in {site.name} the slider turns: write such as 1e-4 kg*m^2"
+            sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
             draft.problems.add(draft.place("mechanism.slider"), inertia, sentence)
         for other in (other for other in draft.shape if other.endswith(".wear") and other.startswith("joints.")):
-            sentence = f"is not computed beside clearance in {site.name}, a {site.kind}; leave it out"
+            sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
             draft.problems.add(draft.place(other), other, sentence)
         for other in (path for path in draft.names if path.endswith(".friction.law")):
             for law in sorted(draft.names[other] & sticking):
                 sentence = (
-                    f"{law} sticks, which is not known beside clearance in {site.name}, a {site.kind}; choose another"
+                    f"{law} sticks, which is not available with clearance in {site.name}, a {site.kind}; choose another"
                 )
                 draft.problems.add(draft.place(other), other, sentence)
         if "seated" in draft.reached("simulate.start"):

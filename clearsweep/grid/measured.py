@@ -44,7 +44,9 @@ def read(file: str | PathLike, units: Mapping[str, str | None], *, others: bool 
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for line, cells in rows:
         if len(cells) != len(heads):
-            raise InputError(f"{path}:{line}: the row has {len(cells)} cells, the head {len(heads)}; write every value")
+            raise InputError(
+                f"{path}:{line}: the row has {len(cells)} cells but the header has {len(heads)}; write every value"
+            )
     if len(rows) < LEAST_ROWS:
         raise InputError(f"{path}: has {len(rows)} rows; at least {LEAST_ROWS} are needed")
     columns: dict[str, np.ndarray] = {}

@@ -79,7 +79,7 @@ class _Named:
             return film
         name, viscosity = film.value[OIL], film.value.get("viscosity")
         if viscosity is not None and not isinstance(viscosity.value, dict):
-            sentence = "is written beside viscosity, which it gives; remove one of the two"
+            sentence = "conflicts with `viscosity`, which it determines; remove one of the two"
             self.problems.add(film.key_place(OIL), f"{path}.{OIL}", sentence)
             return _like(film, {key: value for key, value in film.value.items() if key != OIL})
         inside = {} if viscosity is None else viscosity.value

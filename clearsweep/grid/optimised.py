@@ -96,13 +96,13 @@ def find(draft: Draft, root: WrittenValue) -> dict[str, tuple[WrittenValue, Writ
             draft.problems.add(section.key_place(key), f"{OPTIMISE}.{key}", sentence)
     for other in ("sweep", "zip", "cases", "sample", "seek", "refine"):
         if other in root.value:
-            sentence = f"stands beside `{other}`; `optimise` chooses all cases itself: leave one of them out"
+            sentence = f"conflicts with `{other}`; `optimise` chooses all cases itself; remove one of the two"
             draft.problems.add(section, OPTIMISE, sentence)
             return {}
     over = section.value.get("over")
     if over is None or not isinstance(over.value, dict) or not over.value:
         place = over or section
-        draft.problems.add(place, f"{OPTIMISE}.over", f"says nothing to vary; write such as {_EXAMPLE}")
+        draft.problems.add(place, f"{OPTIMISE}.over", f"names nothing to vary; for example: {_EXAMPLE}")
         return {}
     found = {}
     for path, written in over.value.items():

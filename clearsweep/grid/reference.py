@@ -152,7 +152,7 @@ def _cases(catalogue: Catalogue) -> str:
         key: top[key].get("description", "")
         for key in ("name", "define", "sweep", "zip", "sample", *SECTIONS, UNCERTAIN, *_SEARCHES)
     }
-    texts["cases"] = "a table beside the grid, .csv or .parquet: one path with its unit a column, one case a row"
+    texts["cases"] = "a table next to the grid, .csv or .parquet: one path with its unit a column, one case a row"
     texts["name"] = texts["name"].replace("<name>", "NAME")
     rows = [
         f"| `{key}` | {texts[key]} |"

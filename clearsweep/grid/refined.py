@@ -46,7 +46,7 @@ def read(draft: Draft, root: WrittenValue, limits: Mapping[str, Any]) -> Refine 
     if along is not None and along.value != ALONG:
         draft.problems.add(along, f"{REFINE}.along", f"found {shown(along.value)}; expected {ALONG}")
     if SEEK in root.value:
-        sentence = "stands beside `seek`, which finds a border by itself; leave one of them out"
+        sentence = "conflicts with `seek`, which finds a border by itself; remove one of the two"
         draft.problems.add(section, REFINE, sentence)
     if not limits:
         draft.problems.add(section, REFINE, "there are no limits whose border could be followed; write `limits`")

@@ -42,8 +42,8 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
     elastic = frozenset(law.name for law in catalogue.of("law") if not law.yields)
     tree[f"{path}.walls"] = Word(
         ("spread", "ends"),
-        "where the walls bear: over the whole length on which journal and bore overlap, with the stiffness spread "
-        "evenly, or at the two ends, each with half of it; laws that keep an indentation bear at the ends",
+        "where the walls bear; spread: over the whole overlap of journal and bore, stiffness evenly spread; ends: at "
+        "the two ends, half the stiffness each; laws that keep an indentation bear at the ends",
         "spread",
         sweep=True,
         when=((f"{path}.contact.law", elastic),),

@@ -133,7 +133,7 @@ def _among(
     among = section.value["among"]
     for key in ("between", "within"):
         if key in section.value:
-            sentence = "is written beside among, which lists what is tried; leave one of them out"
+            sentence = "conflicts with `among`, which lists the values to try; remove one of the two"
             draft.problems.add(section.value[key], f"{SEEK}.{key}", sentence)
             return None
     content = among.value

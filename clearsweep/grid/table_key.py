@@ -59,7 +59,7 @@ def _from_file(
         return None
     for line, cells in rows:
         if len(cells) != len(heads):
-            sentence = f"row {line} has {len(cells)} cells, the head {len(heads)}; write a value for every column"
+            sentence = f"row {line} has {len(cells)} cells but the header has {len(heads)}; write every value"
             problems.add(WrittenValue(None, str(file), line, 1), path, sentence)
             return None
     table, places = {}, {}
@@ -116,7 +116,7 @@ def _sound(problems: Problems, path: str, written: WrittenValue, table: dict, va
     sentence = ""
     if len(over) != 1:
         names = " or ".join(field.name for field in columns.over)
-        sentence = f"has {len(over)} of the columns {names}; expected one that the others are over"
+        sentence = f"has {len(over)} of the columns {names}; expected exactly one independent column"
     elif len(values) < 2:
         names = ", ".join(field.name for field in columns.values)
         sentence = f"has no column of {names}; write at least one"
@@ -136,7 +136,7 @@ def _sound(problems: Problems, path: str, written: WrittenValue, table: dict, va
         if knots[place] - knots[place - 1] < _FINEST * (knots[-1] - knots[0]):
             found = f"found {cells[place].value} after {cells[place - 1].value}"
             fine = f"{over[0]}: {found}, a step of less than {_FINEST:g} of the table's span"
-            problems.add(cells[place], path, f"{fine}; leave one of the rows out")
+            problems.add(cells[place], path, f"{fine}; remove one of the rows")
             return False
     for name in columns.above_zero:
         if not any(values[name]):

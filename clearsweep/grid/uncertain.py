@@ -20,8 +20,8 @@ BODIES = ("bearing_coefficient", "journal_coefficient")
 _PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
 _TAILS = (0.025, 0.975)  # ends of an interval of 95 %
 TEXT = (
-    "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value, "
-    "a distribution of `sample`, or `published`, loguniform over the range of the wear pair that is named; a life gets "
+    "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value; "
+    "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair; a life gets "
     "a second interval from two further lives at the ends"
 )
 
@@ -33,7 +33,7 @@ def read_into(draft: Draft, root: WrittenValue) -> None:
         return
     if not isinstance(section.value, dict) or not section.value:
         sentence = (
-            "holds no path; write such as `joints.rod-slider.wear.coefficient: {factor: 3}`, or leave the key "
+            "contains no path; for example: `joints.rod-slider.wear.coefficient: {factor: 3}`, or leave the key "
             f"'{UNCERTAIN}' out"
         )
         draft.problems.add(section, UNCERTAIN, sentence)
@@ -61,7 +61,7 @@ def _refused(draft: Draft, path: str, paths: list[str]) -> str:
     if wear not in draft.shape:
         return f"there is no section '{wear}'; write it, or name a joint that wears"
     if match[2] == "coefficient" and any(f"{wear}.{body}" in paths for body in BODIES):
-        return f"is uncertain beside {wear}.bearing_coefficient or journal_coefficient; write both bodies', or this"
+        return f"conflicts with {wear}.bearing_coefficient or journal_coefficient; write both bodies', or this"
     return ""
 
 

@@ -153,7 +153,7 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
     """Return what to say of a key that does not belong into the section at `path`."""
     if path == "drive" and key in DRIVES:
         other = next((each for each in DRIVES if each in known), DRIVES[0])
-        return f"is written beside {other}; a drive has one of {', '.join(DRIVES)}: leave the others out"
+        return f"conflicts with {other}; a drive has one of {', '.join(DRIVES)}: leave the others out"
     allowed = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
     return f"unknown key '{key}'{nearest(key, known)} {allowed}"
 
@@ -240,7 +240,7 @@ def _table(draft: Draft, path: str, node: Table) -> None:
     if path not in draft.written and node.optional:
         return
     if path not in draft.written:
-        sentence = f"is missing; write the name of a .csv file beside the grid ({node.columns.text})"
+        sentence = f"is missing; write the name of a .csv file next to the grid ({node.columns.text})"
         draft.problems.add(draft.place(path), path, sentence)
         return
     values = table_key.read(draft.problems, path, draft.written[path], node.columns)

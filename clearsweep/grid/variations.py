@@ -87,7 +87,7 @@ def _enter(draft: Draft, way: str, path: str, key: WrittenValue, values: Written
     free = [path for path, node in draft.shape.items() if not isinstance(node, Section) and node.sweep]
     parent, node = path.rpartition(".")[0], draft.shape.get(path)
     if path in draft.swept:
-        sentence = f"is under '{draft.way[path]}' already; a value varies in one way: leave one of them out"
+        sentence = f"is under '{draft.way[path]}' already; a value varies in one way only; remove one of the two"
         draft.problems.add(key, where, sentence)
     elif path in free and way == "sample" and isinstance(node, Word):
         draft.problems.add(key, where, "is a law's name, which cannot be drawn; write it under `sweep`")
@@ -109,7 +109,7 @@ def _enter(draft: Draft, way: str, path: str, key: WrittenValue, values: Written
         draft.problems.add(key, where, sentence)
     else:
         beside = [other for other in free if other.rpartition(".")[0] == parent]
-        there = f" (allowed beside it: {', '.join(beside)})" if beside else ""
+        there = f" (allowed next to it: {', '.join(beside)})" if beside else ""
         draft.problems.add(key, where, f"names nothing{nearest(path, free)}{there}")
 
 

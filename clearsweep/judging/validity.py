@@ -333,8 +333,8 @@ def ball_stiffness(joints: Iterable[str]) -> str:
     """Return the remark on joints whose stiffness follows from the material, by the law of a ball in a socket."""
     names = ", ".join(joints)
     hint = (
-        "has the stiffness of a ball in a socket, as elastic: power gives it from the material: 2 to 4 times too soft "
-        "for a journal, which lowers the peak of an impact 1.3 to 1.7 times; elastic: compatible is a journal's"
+        "has the stiffness of a ball in a socket, as elastic: power gives it from the material; this is 2 to 4 times "
+        "too soft for a journal and lowers the peak of an impact 1.3 to 1.7 times; elastic: compatible is a journal's"
     )
     return f"{BALL}{names} {hint}" if names else ""
 

@@ -109,8 +109,8 @@ JOINT = (
     Figure(
         "yield_speed",
         "m/s",
-        "approach speed at which the contact first yields, by its elastic law and the largest mass that takes part in "
-        "any direction at the start of the run; null: not judged",
+        "approach speed at which the contact first yields, by its elastic law; with the largest effective mass of any "
+        "direction at the start of the run; null: not judged",
         of="joint",
         needs=("strength",),
         differs=False,
@@ -119,7 +119,7 @@ JOINT = (
     Figure(
         "onset_rate",
         "m/s",
-        "onset rate that the contact's law goes by at the end of the window; null: it is apart or goes by none",
+        "onset rate that the contact's law uses at the end of the window; null: no contact, or it uses none",
         of="joint",
         value=lambda window, place: None if math.isnan(window.onset[place]) else window.onset[place],
         differs=False,
@@ -334,7 +334,7 @@ COST = (
     Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
 )
 #: Known when all else is; who solves a case puts it in.
-SETUP = Figure("setup_time", "s", "time beside run_time: the mechanism without clearance, figures", differs=False)
+SETUP = Figure("setup_time", "s", "time besides run_time: the mechanism without clearance, figures", differs=False)
 FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST, SETUP)
 
 

@@ -28,7 +28,7 @@ from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
 from ..mechanics.joint.places import Place, after_joint, as_it_is, first_place, observed_columns
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.observe import histogram
-from ..mechanics.observe.histogram import BETWEEN
+from ..mechanics.observe.histogram import MOMENTS
 from ..mechanics.solver import dop853, loop, newton, plan
 from ..mechanics.solver import event as events
 from ..mechanics.solver.accumulate import tally as tallies
@@ -122,7 +122,7 @@ def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> 
         dry=np.zeros((contacts if any(part.film for part in parts) else 0, histogram.BINS, 2)),
         course=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
         length=zeros(1),
-        between=zeros((BETWEEN, 2 * len(scene.value.coordinates) + 1)),
+        between=zeros((2 * len(scene.value.coordinates) + 1, MOMENTS)),
         room=zeros(room_of(contacts, bins) if worn else 0),
         wear=zeros(2 * contacts * bins),
         account=zeros((contacts, ACCOUNT)),

@@ -12,6 +12,7 @@ from ..judging import order, validity, verdict
 from ..language import wording
 from . import identified
 from .lives import Lives, life_lines
+from .pace import Pace, pace_lines
 from .searched import optimise_lines, optimised, refine_lines, seek_lines, sought
 from .settings import friendly, joint_count, setting_text, value_text
 from .sweep import RunResult
@@ -31,10 +32,10 @@ def of_run(result: RunResult) -> dict[str, Any]:
     remarks = validity.Remarks(joints)
     judged = validity.columns(joints, {column.name for column in run.layout.columns})
     kept = _Kept(run.grid)
-    lives = Lives(run.layout)
+    lives, pace = Lives(run.layout), Pace(run.grid, run.layout)
     lead = order.lead_of(run.layout, kept.verdict.limits, run.grid)
     worst = WorstCases(lead, joints, kept.verdict.limits)
-    columns = ["status", *swept, *worst.columns, *judged, *kept.columns, *lives.columns]
+    columns = ["status", *swept, *worst.columns, *judged, *kept.columns, *lives.columns, *pace.columns]
     columns = list(dict.fromkeys(columns))
     for block in run.blocks(columns):
         good = block["status"] == "ok"
@@ -50,6 +51,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
             kept.add(finished, swept)
             known = functools.partial(_known, finished, swept=swept)
             lives.add(finished, known)
+            pace.add(finished, known)
             worst.add(finished, known)
     return {
         "directory": str(result.directory),
@@ -69,6 +71,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "units": run.grid.get("units", {}),
         "limits": kept.facts(),
         "life": lives.facts(),
+        "slowest": pace.slowest,
         "seek": sought(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
         "optimised": optimised(result, kept.units),
         "identified": result.identified and identified.of_run(result.identified),
@@ -169,16 +172,16 @@ def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[s
 def run_text(facts: dict[str, Any]) -> str:
     """Return the facts of a run as the lines a person reads."""
     left = f", {facts['missing']:,} left" if facts["missing"] else ""
-    done = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} were there before)"
+    done = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} reused)"
     if facts["joined"]:
         done = (
-            f"{cases(facts['reused'])} of {facts['joined']} directories joined in {wording.duration(facts['seconds'])}"
+            f"{cases(facts['reused'])} of {facts['joined']} directories merged in {wording.duration(facts['seconds'])}"
         )
-    lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}"]
+    lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}", *pace_lines(facts["slowest"])]
     if facts["others"]:
         lines.append(
-            f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet: a "
-            f"grid with these values has them again, `clearsweep report {facts['directory']} --all` shows all"
+            f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet; "
+            f"a grid with these values has them again; `clearsweep report {facts['directory']} --all` shows all"
         )
     lines += derived_lines(facts["derived"])
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
@@ -223,7 +226,7 @@ def derived_lines(derived: dict[str, dict[str, Any]]) -> list[str]:
 def estimate_text(facts: dict[str, Any]) -> str:
     """Return the facts of a dry run as the lines a person reads."""
     lines = [
-        f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them there already, "
+        f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them stored already, "
         f"{facts['pending']:,} to run",
         *derived_lines(facts["derived"]),
         *_assumed_lines(facts["assumed"]),
@@ -231,7 +234,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
         *_case_lines(facts["case"]),
     ]
     if facts["seconds"] is None:
-        lines.append("time: unknown, the beginning of the first case does not tell")
+        lines.append("time: unknown; the start of the first case does not show it")
     elif facts["pending"]:
         spread = facts["give_or_take"] > 0.1 * facts["seconds"]
         beginning = (
@@ -256,9 +259,7 @@ def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
         values = " to ".join(f"{value:.6g}" for value in each["values"])
         known = " to ".join(friendly(value, each["unit"], speed=path.endswith("speed")) for value in each["values"])
         same = known == f"{values} {each['unit']}"
-        lines.append(
-            f"no unit is written, so SI it is: {path} = {values} {each['unit']}{'' if same else f' = {known}'}"
-        )
+        lines.append(f"no unit given, SI assumed: {path} = {values} {each['unit']}{'' if same else f' = {known}'}")
     return lines
 
 

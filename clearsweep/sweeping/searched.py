@@ -96,7 +96,7 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
     margin = f"{100.0 * best['margin']:.3g} %"
     text = f"{where}best at {value_text(path, best['value'], facts)}, margin {margin}"
     if best["limiting"] is None:  # good values alone, where motion is chaotic
-        return f"{text}, but values beside it do not keep to the limits"
+        return f"{text}, but neighbouring values exceed the limits"
     text += f", limited by {best['limiting']}"
     needed = [f"{name} {words}" for name, words in best["needed"].items()]
     return f"{text}; it would pass with {wording.sentence_list(needed)}" if needed else text

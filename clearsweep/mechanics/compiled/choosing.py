@@ -5,7 +5,7 @@ import numpy as np
 from ..trace import lanes, symbols
 from ..trace.memory import gathered, table_of
 from ..trace.paths import alike, leaves, rebuilt
-from ..trace.primitives import LOOPS, for_symbols, primitive
+from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive
 
 
 def where(condition, a, b):
@@ -15,6 +15,15 @@ def where(condition, a, b):
 
 def turns(count):
     """Return the numbers from 0 on, so many: of a loop that is compiled once, not written out turn by turn."""
+    return range(count)
+
+
+def abreast(count):
+    """Return the numbers from 0 on, WIDTH of them: of a loop whose turns are run at once, a lane each.
+
+    No turn may need what another one does; of an array a turn reads and fills the place of its number, or one as far
+    from that as in all others.
+    """
     return range(count)
 
 
@@ -54,6 +63,7 @@ def _selected(condition, a, b):
 primitive(everywhere)(lanes.everywhere)
 primitive(nowhere)(lanes.nowhere)
 LOOPS.append(turns)
+ABREAST.append(abreast)
 
 
 # ---------------------------------------------------------------------------------------------- bits and tables

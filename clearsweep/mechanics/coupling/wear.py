@@ -1,50 +1,49 @@
 """The wear of a step: where all joints touch their bodies on the way, and what that takes off them."""
 
+from ..compiled.choosing import abreast
 from ..compiled.family import Entry, entry, in_lane, kernel, shaped
 from ..joint.nearest import with_body_angles
 from ..joint.places import extent, first_place
 from ..joint.wear.contract import ACCOUNT
 from ..joint.wear.passage import ROOM
-from ..joint.wear.step import ALONG, ANGLES, SEEN, STRIP, WHERE, Moment, Step, Whose, Worn, see_each, wear_each
+from ..joint.wear.step import ALONG, SEEN, SLOPES, STRIP, WHERE, Moment, Step, Whose, Worn, see_each, wear_each
 from ..mechanism.contract import body_angles, gaps, place
-from ..observe.histogram import BETWEEN, COURSES, PARTS
+from ..observe.histogram import COURSES, MOMENTS, PARTS
 
 
 @kernel
-def _look(scene, y, quarter, step):
-    """Note where all joints touch their bodies at the state `y`, at a quarter of the step."""
-    pose = place(scene.mechanism, y)
-    turned = body_angles(scene.mechanism, y)
-    relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), turned)
-    moment = Moment(relative, turned, quarter, step)
-    see_each(scene.joints, moment.gaps, Whose(0, first_place(scene.joints, 0)), moment)
+def _look(scene, between, step):
+    """Note where all joints touch their bodies at the moments of a step."""
+    for i in abreast(MOMENTS):
+        y = between[:, i]
+        pose = place(scene.mechanism, y)
+        turned = body_angles(scene.mechanism, y)
+        relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), turned)
+        moment = Moment(relative, turned, i, step)
+        see_each(scene.joints, moment.gaps, Whose(0, first_place(scene.joints, 0)), moment)
 
 
-def wear_entry(scene, y, end, between, mode, course, length, room, depths, account, stride):
+def wear_entry(scene, between, mode, course, length, room, depths, account, stride):
     """Enter the wear of a step; from bare pointers; `scene` points at the Scene.
 
-    between : (BETWEEN, 2 coordinates + 1) the state within the step; length : its length; room : as of room_of.
+    between : (2 coordinates + 1, MOMENTS) the state within the step; length : its length; room : as of room_of.
     """
     here = scene[0]
     contacts, size = extent(here.joints).contact, 2 * len(here.coordinates) + 1
-    start, finish, within = in_lane(y, (size,)), in_lane(end, (size,)), shaped(between, (BETWEEN, size))
-    rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * WHERE * ANGLES
-    along = angles + contacts * ALONG * (BETWEEN + 2)
+    rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * (WHERE + SLOPES) * MOMENTS
+    along = angles + contacts * ALONG * MOMENTS
     scratch = along + STRIP * (PARTS + 1)
     step = Step(
         shaped(course, (contacts, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
         in_lane(mode, (contacts,)),
-        rooms[ROOM:angles].reshape(contacts, WHERE, ANGLES),
-        rooms[angles:along].reshape(contacts, ALONG, BETWEEN + 2),
+        rooms[ROOM:angles].reshape(contacts, WHERE + SLOPES, MOMENTS),
+        rooms[angles:along].reshape(contacts, ALONG, MOMENTS),
         rooms[along:scratch].reshape(STRIP, PARTS + 1),
         rooms[:ROOM],
         rooms[scratch:],
     )
-    _look(here, start, 0, step)
-    for i in range(BETWEEN):
-        _look(here, within[i], 1 + i, step)
-    _look(here, finish, BETWEEN + 1, step)
+    _look(here, shaped(between, (size, MOMENTS)), step)
     worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
     wear_each(here.joints, here.joints, first_place(here.joints, 0), (step, worn))
 
@@ -57,4 +56,4 @@ def room_of(contacts, stride):
 
 def wear_of(scene, parameters) -> Entry:
     """Return the Entry that computes the wear of `scene`."""
-    return entry(wear_entry, scene, "fffifffff", parameters)
+    return entry(wear_entry, scene, "fifffff", parameters)

@@ -39,7 +39,7 @@ _ANCHOR = (
 _SPRING = (
     Field("stiffness", "N/m", "of the spring", low_open=False),
     Field("free_length", "m", "length without force", low_open=False, default=0.0),
-    Field("damping", "N*s/m", "of the damper beside it", low_open=False, default=0.0),
+    Field("damping", "N*s/m", "of the damper parallel to it", low_open=False, default=0.0),
 )
 _RADIUS = Field("radius", "m", "of the pin; not of a guide", optional=True)
 LOADS = {
@@ -82,10 +82,10 @@ LOADS = {
             "couple `torque`, or the force `force`, of a size of its own",
             "",
             (_RADIUS,),
-            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law without memory.  A blade, a seal "
-            "or a brake has friction of a given size: friction: {law, torque: 3 N*m, ...} in a pin, {law, force: 20 N, "
-            "...} in a guide, with static_torque or static_force where the law has two coefficients, and speeds in "
-            "rad/s in a pin.",
+            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law without memory.  A blade, a "
+            "seal or a brake has friction of a given size.  In a pin write {law, torque: 3 N*m, ...}, speeds in "
+            "rad/s; in a guide {law, force: 20 N, ...}.  A law with two coefficients also takes static_torque or "
+            "static_force.",
         ),
     )
 }

@@ -99,7 +99,7 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     for name in PINS:
         if case.mechanism.values.get(f"ideal.{name}") == REVOLUTE:
             return "ideal", (
-                f"{name} is a revolute joint, as ground-crank is: two revolute joints forbid the rod every tilt and "
+                f"{name} is a revolute joint, as ground-crank is; two revolute joints forbid the rod every tilt and "
                 f"shift, so that it moves as in the plane; write ideal: {{{name}: spherical}} or cylindrical, or leave "
                 "`spatial` out"
             )

@@ -16,8 +16,10 @@ BINS = 62 << BIN_BITS
 FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
+AT_ONCE = 1024  # bins that are looked at together: a factor of 16 between forces
 PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
 BETWEEN = 3  # even places within a step, at its quarters, at which the bodies are looked at
+MOMENTS = 8  # these and both ends, and the last one again: as many as are looked at at once
 # Rows of Tally.course: N, s, m/s, m, W
 FORCE, KAPPA_COURSE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE, COURSES = range(6)
 
@@ -105,14 +107,19 @@ def force_exceeded(histogram: np.ndarray, duration: float) -> float:
     histogram : (up to BINS, 2), of the Tally; bins that are left out have seen nothing.
     """
     time, change = histogram[::-1].T
-    widths, edges = WIDTHS[: time.size][::-1], EDGES[: time.size][::-1]
-    spent = time - np.cumsum(change) * widths
-    above = np.cumsum(spent)  # at a force of this bin or higher
-    found = np.flatnonzero((above >= duration) & (spent > 0.0))
-    if not found.size:
-        return 0.0
-    place = found[0]
-    return float(edges[place] + (above[place] - duration) / spent[place] * widths[place])
+    above, steps, begin = 0.0, 0.0, 0  # of all bins that are higher than those looked at
+    while begin < time.size:  # from the top on, as all but a few of the bins lie below what is sought
+        part = slice(begin, begin + AT_ONCE)
+        sums = np.cumsum(np.concatenate([[steps], change[part]]))
+        spent = time[part] - sums[1:] * WIDTHS[: time.size][::-1][part]
+        totals = np.cumsum(np.concatenate([[above], spent]))
+        found = np.flatnonzero((totals[1:] >= duration) & (spent > 0.0))
+        if found.size:
+            place = begin + found[0]
+            rest = float(totals[1 + found[0]]) - duration
+            return float(EDGES[time.size - 1 - place] + rest / spent[found[0]] * WIDTHS[time.size - 1 - place])
+        above, steps, begin = float(totals[-1]), float(sums[-1]), begin + AT_ONCE
+    return 0.0
 
 
 def time_above(force: float, filled: np.ndarray) -> float:

@@ -15,9 +15,9 @@ from .activation import LANES, RETURNED, Activation, Loop, Returns, contains, st
 from .lanes import all_lanes, nothing, nowhere
 from .memory import View
 from .paths import Path, changed, leaves, rebuilt
-from .primitives import LOOPS
+from .primitives import ABREAST, LOOPS
 from .statements import Statements
-from .symbols import NotTraceableError, Symbol, Whole, is_symbol, trace
+from .symbols import WIDTH, Abreast, NotTraceableError, Symbol, Whole, is_symbol, trace
 
 
 class Bounds(NamedTuple):
@@ -135,7 +135,10 @@ class Loops(Statements):
         if node.orelse:
             raise NotTraceableError("has an else behind a loop")
         known = node.iter
-        if isinstance(known, ast.Call) and isinstance(known.func, ast.Name) and self.at.look_up(known.func.id) in LOOPS:
+        counted = isinstance(known, ast.Call) and isinstance(known.func, ast.Name)
+        if counted and self.at.look_up(known.func.id) in ABREAST:
+            return self.at_once(node, self.value(known.args[0]))
+        if counted and self.at.look_up(known.func.id) in LOOPS:
             ends = [self.value(item) for item in known.args]
             if any(map(is_symbol, ends)):
                 return self.loop(node, self.bounds(ends))
@@ -149,6 +152,16 @@ class Loops(Statements):
                 return self.loop(node, Bounds(0, turns.shape[0], source=turns))
             turns = turns.tolist() if isinstance(turns, np.ndarray) else turns
         return self.written_out(node, list(turns))
+
+    def at_once(self, node: Any, count: Any) -> bool:
+        """Run all turns of a loop at once, each in a lane."""
+        hand = trace()
+        if count != WIDTH or hand.width != 1:
+            raise NotTraceableError(f"runs other than {WIDTH} turns at once, or within others")
+        hand.width = WIDTH
+        ended = self.written_out(node, [Abreast(0)])
+        hand.width = 1
+        return ended
 
     def bounds(self, ends: list[Any]) -> Bounds:
         """Return the Bounds of a range."""

@@ -11,6 +11,7 @@ from .symbols import (
     ADDRESS,
     DOUBLE,
     WHOLE,
+    Abreast,
     NotTraceableError,
     Number,
     Whole,
@@ -113,10 +114,18 @@ class View:
         at = builder.gep(first, [place])
         return at if self.width == 1 else builder.bitcast(at, form(self.item, self.width).as_pointer())
 
+    def abreast(self) -> Any:
+        """Emit the address of values that follow each other from lane to lane, of all together."""
+        first = View(self.base, self.item, (), (), 1, self.offset.first).address()
+        return trace().builder.bitcast(first, form(self.item, self.offset.width).as_pointer())
+
     def __getitem__(self, index: Any) -> Any:
         part = self._part(index)
         if part.shape:
             return part
+        if isinstance(part.offset, Abreast) and part.width == 1:
+            value = trace().builder.load(part.abreast(), align=8)
+            return (Number if self.item is DOUBLE else Whole)(value, part.offset.width)
         if is_symbol(part.offset) and part.offset.width > 1:
             return part._each_lane()
         value = trace().builder.load(part.address(), align=8 * self.width)
@@ -140,6 +149,10 @@ class View:
         if part.shape:
             raise NotTraceableError("fills a part of an array at once")
         kind, lanes = Number if self.item is DOUBLE else Whole, trace().lanes()
+        if isinstance(part.offset, Abreast) and part.width == 1:
+            x = x if lanes is None else selected(lanes, x, part[()])
+            trace().builder.store(as_kind(x, kind, part.offset.width), part.abreast(), align=8)
+            return
         if lanes is not None:
             if self.width == 1:
                 raise NotTraceableError("puts a number of several lanes into one place")
@@ -193,7 +206,7 @@ def table_of(array: np.ndarray) -> View:
 def gathered(view: View, index: tuple) -> Number:
     """Emit the values of an array at places that differ from lane to lane."""
     width, lanes = width_of(*index), trace().lanes()
-    if width == 1:
+    if width == 1 or isinstance(view._part(index).offset, Abreast):
         return view[index]
     if lanes is not None:  # what the others would look up may be anywhere
         index = tuple(selected(lanes, x, 0) if is_symbol(x) else x for x in index)

@@ -9,7 +9,7 @@ import numpy as np
 from llvmlite import ir
 
 from .memory import View, table_of
-from .symbols import ADDRESS, NotTraceableError, Symbol, as_kind, form, is_symbol, kind_of, trace, width_of
+from .symbols import ADDRESS, Abreast, NotTraceableError, Symbol, as_kind, form, is_symbol, kind_of, trace, width_of
 
 
 class Path(NamedTuple):
@@ -30,6 +30,8 @@ def form_of(x: Any) -> Any:
         return (type(x), *map(form_of, x))
     if hasattr(x, "pieces"):
         return (type(x), getattr(x, "known", None), *map(form_of, x.pieces()))
+    if isinstance(x, Abreast):
+        return Abreast, form_of(x.first)
     if isinstance(x, Symbol):
         return type(x), x.width
     if isinstance(x, View):
@@ -49,12 +51,14 @@ def passed(x: Any) -> list[Any]:
     """Return what of a value is handed over to a function of machine code."""
     found: list[Any] = []
     for part in leaves(x):
-        if isinstance(part, Symbol):
+        if isinstance(part, Abreast):
+            found += passed(part.first)
+        elif isinstance(part, Symbol):
             found.append(part.value)
         elif isinstance(part, View):
             if not isinstance(part.base, ir.GlobalVariable):
                 found.append(part.base)
-            found += [count.value for count in (*part.shape, *part.strides, part.offset) if is_symbol(count)]
+            found += passed((*part.shape, *part.strides, part.offset))
     return found
 
 
@@ -62,6 +66,8 @@ def received(x: Any, arguments: Iterator[Any]) -> Any:
     """Return a value as a function of machine code sees it."""
 
     def one(part: Any) -> Any:
+        if isinstance(part, Abreast):
+            return Abreast(one(part.first))
         if isinstance(part, Symbol):
             return type(part)(next(arguments), part.width)
         if isinstance(part, View):

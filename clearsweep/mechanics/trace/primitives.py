@@ -9,6 +9,7 @@ PRIMITIVES: dict[Any, Callable] = {}  # functions that are emitted otherwise tha
 RULES: dict[str, Callable] = {}  # operation of Python -> what does it to numbers with slopes
 _SLOPE_RULES: dict[Any, Callable] = {}  # function -> what it does to numbers with slopes
 LOOPS: list[Any] = [range]  # functions that give whole numbers to count by; but for the first, to be left loops
+ABREAST: list[Any] = []  # functions that give whole numbers whose turns are run at once, a lane each
 BODIES = "__traced__"  # attribute of a function: its body is run here wherever it is called, ON_ITS_OWN or INSIDE
 ON_ITS_OWN, INSIDE = "on its own", "inside"  # as a function of machine code, or as a part of its caller
 

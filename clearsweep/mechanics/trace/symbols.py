@@ -114,6 +114,17 @@ class Whole(Symbol):
     item = WHOLE
 
 
+class Abreast(Whole):
+    """Whole numbers that follow each other from lane to lane; `first` : that of the first lane."""
+
+    __slots__ = ("first",)
+
+    def __init__(self, first: Any):
+        each = ir.Constant(form(WHOLE, WIDTH), list(range(WIDTH)))
+        super().__init__(trace().builder.add(as_kind(first, Whole, WIDTH), each), WIDTH)
+        self.first = first
+
+
 class Truth(Symbol):
     """An answer, yes or no."""
 
@@ -204,6 +215,9 @@ def plus(a: Any, b: Any, where: Any = None) -> Any:
     if _is_float(a, b):
         fused = _fused(a, b, where, ())
         return _emitted(Number, "fadd", a, b) if fused is None else fused
+    for one, other in ((a, b), (b, a)):
+        if isinstance(one, Abreast) and width_of(other) == 1:
+            return Abreast(plus(one.first, other) if is_symbol(one.first) or is_symbol(other) else one.first + other)
     return _emitted(Whole, "add", a, b)
 
 
@@ -212,6 +226,8 @@ def minus(a: Any, b: Any, where: Any = None) -> Any:
     if _is_float(a, b):
         fused = _fused(a, b, where, (1,))
         return _emitted(Number, "fsub", a, b) if fused is None else fused
+    if isinstance(a, Abreast) and width_of(b) == 1:
+        return plus(a, negative(b) if is_symbol(b) else -b)
     return _emitted(Whole, "sub", a, b)
 
 

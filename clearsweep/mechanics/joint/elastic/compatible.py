@@ -114,8 +114,8 @@ enter(
         contact="line",
         needs=NEEDS,
         notes="Johnson's law for small arcs.  Its pressure is half an ellipse over sin(phi / 2), the first term of "
-        "Persson's: over the same arc it bears what Persson's bears within 4 % up to a half-angle of 40 degrees, 9 % "
-        "less at 45, up to which it is held to be good.  From 77.3 degrees on, where the tangent stiffness is twice "
+        "Persson's.  Over the same arc its load is within 4 % of Persson's up to a half-angle of 40 degrees.  At 45, "
+        "the end of its range, it is 9 % lower.  From 77.3 degrees on, where the tangent stiffness is twice "
         "the secant, the force goes on along the tangent.  docs/model.md derives it.",
     ),
     (Compatible,),
@@ -128,7 +128,7 @@ enter(
 _POINTS = 200  # of the fit to `compatible`, evenly over the logarithm of the penetration
 FIT = Columns(
     "fit",
-    "points of one's own, such as a finite-element model's, that the power is fitted to in place of `compatible`",
+    "user-defined points, such as a finite-element model's, that the power law is fitted to instead of `compatible`",
     (Field("penetration", "m", "of the journal's surface into the bearing's"),),
     (Field("force", "N", "normal, of the whole joint"),),
 )

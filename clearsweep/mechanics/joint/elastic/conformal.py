@@ -232,8 +232,8 @@ enter(
         needs=NEEDS,
         trusted=(WIDE_ARC,),
         notes=f"Load over half-angle theta is the theory's; it knows no penetration.  {_ARC}  It makes the force "
-        "linear at small penetration, (pi/2) E* L pen, 4.4 times johnson's at 1 um and 0.5 mm clearance: elastic "
-        "bodies touch over less than the rigid arc, and compatible follows them.  The half-angle cannot pass 84.83 "
+        "linear at small penetration, (pi/2) E* L pen: 4.4 times johnson's at 1 um and 0.5 mm clearance.  Elastic "
+        "bodies touch over less than the rigid arc; compatible models that.  The half-angle cannot pass 84.83 "
         "degrees; beyond 80.41, where the tangent stiffness is twice the secant, the force goes on along the tangent.",
     ),
     (Conformal,),

@@ -107,9 +107,9 @@ enter(
                 "length / diameter", 0.125, 1.0, "1", "its fits of a steady wedge and of a pure squeeze hold within 7 %"
             ),
         ),
-        notes="It adds a wedge and a squeeze that were fitted each alone: together, the film that closes is up to a "
-        "third off, and one that opens from an eccentricity ratio of 0.6 on may push where it should pull, so that it "
-        "feeds energy in; a case in which it did says so.  The law reynolds does not.  It gives no pressure.",
+        notes="It adds a wedge and a squeeze that were fitted each alone.  Together, a closing film is up to a third "
+        "off.  From an eccentricity ratio of 0.6 on, an opening film may push where it should pull and so feed energy "
+        "in; the message of such a case says so.  The law reynolds does not.  It gives no pressure.",
     ),
     (Finite,),
     _finite,

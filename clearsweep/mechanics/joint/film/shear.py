@@ -39,8 +39,8 @@ enter(
         "no couple: the film's force acts through the centres alone",
         "M_j = M_b = 0",
         "a convention of multibody papers",
-        notes="The moment e F_t of the force is left over, so that film_loss depends on how fast both bodies turn "
-        "together, and may be below 0: for comparison with trajectories computed so.",
+        notes="The moment e F_t of the force is not balanced.  So film_loss depends on how fast both bodies turn "
+        "together and may be below 0.  For comparison with trajectories computed in this way.",
     ),
     (Unsheared,),
     lambda joint: Unsheared(),
@@ -94,8 +94,8 @@ enter(
         "sommerfeld",
         "shear of a long, full film, with the moment of the film's own force",
         BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
-        "Sommerfeld 1904: his couple on the journal, 4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) (1 - eps^2)^(1/2)),"
-        " less e F_t / 2 of his full film, 6 pi mu R^3 L w eps^2 / (c (2 + eps^2) (1 - eps^2)^(1/2)), is C",
+        "Sommerfeld 1904; C = his couple on the journal, 4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) (1 - "
+        "eps^2)^(1/2)), less e F_t / 2 of his full film, 6 pi mu R^3 L w eps^2 / (c (2 + eps^2) (1 - eps^2)^(1/2))",
         notes="The same C as of butenschoen: of any film whose gap is filled.",
     ),
     (Couette,),

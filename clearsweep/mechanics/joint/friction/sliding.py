@@ -123,9 +123,9 @@ enter(
                 default=0.95,
             ),
         ),
-        notes="It jumps by 0.02 % at velocity_scale, where the rise has reached 1 - exp(-3) = 0.950213.  Two forms are "
-        "in circulation: the rise over 0.95 and then mu N, which is the default, and the rise alone and then 0.95 mu "
-        "N, which is divisor 1 and 5 % lower throughout.  Creeps where it should stick.",
+        notes="It jumps by 0.02 % at velocity_scale, where the rise has reached 1 - exp(-3) = 0.950213.  Two forms "
+        "are in use.  The default is the rise over 0.95 and then mu N; divisor 1 is the rise alone and then 0.95 mu "
+        "N, 5 % lower throughout.  Creeps where it should stick.",
     ),
     (Threlfall,),
     from_values(Threlfall),

@@ -63,9 +63,9 @@ enter(
         ),
         remembers=True,
         sticks=True,
-        notes="T in the band follows from the motion: it makes the sliding speed die away with the crank's rate, so "
-        "what is left of it, less than band, is a creep of no meaning.  The edge of the band is located; T jumps "
-        "there.  Static friction is bounded by the load alone, so surfaces let go when the load on them falls.",
+        notes="T in the band follows from the motion: it makes the sliding speed decay at the crank's rate.  The "
+        "remaining creep, below band, has no physical meaning.  The edge of the band is located; T jumps there.  "
+        "Static friction is bounded by the load alone, so surfaces let go when the load on them falls.",
         orders=(
             KINETIC_FIRST,
             Order("band", "stribeck_velocity", "friction falls beyond what counts as sticking", equal=True),

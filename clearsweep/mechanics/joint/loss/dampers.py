@@ -126,8 +126,8 @@ enter(
         (SPRING, RESTITUTION, MASS),
         uses_elastic=False,
         notes="The force jumps to c times the onset rate at contact, pulls before the surfaces part and is not "
-        "clipped: the restitution holds for a release at zero penetration.  kelvin-voigt with the same damping, "
-        "clipped, gives back more.",
+        "clipped.  The restitution holds for a release at zero penetration.  The law kelvin-voigt with the same "
+        "damping, clipped, gives back more.",
     ),
     (PullingSpring,),
     _make_anagnostopoulos,

@@ -143,11 +143,11 @@ enter(
             RESTITUTION,
             Field("yield_rate", "m/s", "onset rate up to which the contact is elastic", low_open=False, default=0.0),
         ),
-        notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  The column "
-        "J_yield_speed of the same joint with a law that does not yield tells where that begins.  pen_m is forgotten "
-        "when the surfaces part (pen < 0): the next contact meets a fresh surface, but a journal that wanders within "
-        "one contact takes its indentation along.  There pen < pen_p counts as contact without force, each entry into "
-        "it as a clip.  A contact that stays shakes down to an elastic one.",
+        notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  The "
+        "column J_yield_speed of the same joint with a law that does not yield says where that begins.  At "
+        "separation (pen < 0) pen_m is reset, so the next contact meets a fresh surface.  A journal that moves along "
+        "the wall within one contact takes its indentation along.  There pen < pen_p counts as contact without force, "
+        "each entry into it as a clip.  A contact that stays shakes down to an elastic one.",
         yields=True,
     ),
     (Plastic,),
@@ -185,11 +185,11 @@ enter(
         "F_elastic = 1.03 x^-0.075 for x = 1 to 6, 1.40 x^-0.237 to 110 and full plasticity, 2 pi R pen H, beyond.  "
         "They do not meet; here the least of them and Hertz's force acts, which is continuous: at most 3 % below the "
         "first piece, up to x = 1.48, 2 % below the second, up to 6.7, and 8 % below the third, up to some 150 (nu = "
-        "0.3).  The published area, 0.93 x^0.136 of Hertz's up to 6 and 0.94 x^0.146 beyond, is the latter throughout, "
-        "within 3 %.  Made for a sphere and a rigid flat; nu is the bearing's.  In a close socket R and with it w_c "
-        "are large: where the derived contact.yield_depth passes the clearance nothing yields.  pen_m is forgotten "
-        "when the surfaces part: the next contact meets a fresh surface.  Within a contact pen < pen_p counts as "
-        "contact without force, each entry into it as a clip.",
+        "0.3).  The published area, 0.93 x^0.136 of Hertz's up to 6 and 0.94 x^0.146 beyond, is the latter "
+        "throughout, within 3 %.  Made for a sphere and a rigid flat; nu is the bearing's.  In a close socket R and "
+        "with it w_c are large: where the derived contact.yield_depth passes the clearance nothing yields.  At "
+        "separation pen_m is reset, so the next contact meets a fresh surface.  Within a contact pen < pen_p counts "
+        "as contact without force, each entry into it as a clip.",
         yields=True,
     ),
     (YieldingSphere,),

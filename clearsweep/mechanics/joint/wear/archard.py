@@ -85,7 +85,7 @@ enter(
         "dh = k p |slip| dt",
         "Archard 1953, J. Appl. Phys. 24:981",
         notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.  A bare coefficient "
-        "beside a hardness is that product, K = k H.",
+        "with a hardness is that product, K = k H.",
     ),
     (Archard, RunningIn),
     lambda joint: _make(Archard, joint),

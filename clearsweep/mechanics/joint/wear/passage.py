@@ -4,8 +4,8 @@ The load of the arc that lies before the edge of a bin is integrated over the st
 What a bin is worn by is the difference between its edges, so it is the mean over the bin whatever its width.  An edge
 that an end of the arc passes has its integral cut there, as the pressure is not smooth at the ends of the arc.
 
-All that is known at the points of a step lies in one array, point beside point, at places that the compiler knows: so
-it works on several points at once.
+All that is known at the points of a step lies in one array, point beside point: they are worked on at once, each in a
+lane of a register.
 """
 
 import math
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import turns
+from ...compiled.choosing import abreast, turns, where
 from ...compiled.family import inlined, kernel
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from .contract import (
@@ -30,14 +30,14 @@ from .contract import (
 DEGREE = 6  # of the polynomials over the share of the step, as many as its stages give
 POINTS = 8  # as many as vectors hold, and enough for the DEGREE
 ON_BEARING, ON_JOURNAL, DEEPEST, WAY, ROWS = range(COURSES, COURSES + 5)  # after the courses: angles, depth, way slid
-#: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it;
+#: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it,
+#: and one over its half;
 #: coefficients over the place of what is worn off per place, of the arc's middle and of half the arc.
-AREA, HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(8)
+AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(9)
 #: Of an end of the arc: where it was a point before, change of place per way, coefficients, those of its slope, places
 #: at which it passes edges; what is worn before edges; terms of sums.
-END, PER_WAY, END_COURSE, END_SLOPE, PASSING, WORN, TERM = range(8, 15)
-BLOCK = 4  # edges that are worked on together, each with a row of terms
-BODY = (TERM + BLOCK) * POINTS
+END, PER_WAY, END_COURSE, END_SLOPE, PASSING, WORN, TERM = range(9, 16)
+BODY = (TERM + 2) * POINTS
 FIRST = ROWS * POINTS  # of the room of the bearing
 ROOM = FIRST + 2 * BODY  # the coefficients over the share of the step, then the room of bearing and journal
 
@@ -56,14 +56,17 @@ FIT = np.zeros((PARTS + 1, POINTS))
 FIT[:, : DEGREE + 1] = np.linalg.pinv(np.vander(np.arange(PARTS + 1) / PARTS, DEGREE + 1, increasing=True)).T
 PAIRS = POINTS // 2  # of points as far from the middle
 _FROM_POINTS = np.linalg.inv(np.vander(PLACES, increasing=True))
-#: (PAIRS, PAIRS): what gives the coefficients over the place, even and odd, from sums and differences of pairs' values.
-EVEN, ODD = np.ascontiguousarray(_FROM_POINTS[::2, PAIRS:]), np.ascontiguousarray(_FROM_POINTS[1::2, PAIRS:])
+#: (PAIRS, POINTS): what gives even and odd coefficients over the place from sums and differences of pairs' values.
+EVEN, ODD = np.zeros((2, PAIRS, POINTS))
+EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAIRS:].T
 #: Nodes and weights of Gauss's rule on 0 to 1 after x = u^2 (3 - 2 u), in which the load is smooth at the ends of the
 #: arc, where it goes with x^(3/2).
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 SOFT_NODES, SOFT_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
 FAINT = 1e-300  # rad, for an arc without width
+#: Of each point: its way from the one before; the power of which it is the coefficient, one higher; its number.
+WAYS, TIMES, NUMBERS = np.diff(PLACES, prepend=-1.0), np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 0.0]), np.arange(8.0)
 
 
 @inlined
@@ -115,7 +118,7 @@ def _see_body(room, first, i, area, angle, half):
     """Put what a body, whose room begins at `first`, sees at a point into `room`."""
     half = max(half, FAINT)
     room[first + AREA * POINTS + i], room[first + MIDDLE * POINTS + i] = area, angle
-    room[first + HALF * POINTS + i] = half
+    room[first + HALF * POINTS + i], room[first + PER_HALF * POINTS + i] = half, 1.0 / half
     room[first + START * POINTS + i], room[first + STOP * POINTS + i] = angle - half, angle + half
 
 
@@ -127,7 +130,7 @@ def see_points(joint, room, length, low, high):
     """
     middle, reach, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
     on_bearing, on_journal = length * reach / joint.bearing_radius, length * reach / joint.journal_radius
-    for i in turns(POINTS):
+    for i in abreast(POINTS):
         x = middle + reach * PLACES[i]
         rubbing = rubbing_at(joint, room, x)
         bearing, journal = wear_rate(joint.wear, rubbing)
@@ -140,24 +143,23 @@ def see_points(joint, room, length, low, high):
 
 @inlined
 def reach_of(room, row):
-    """Return the least and the largest of a row."""
-    least, largest = room[row * POINTS], room[row * POINTS]
-    for i in range(1, POINTS):
-        least, largest = min(least, room[row * POINTS + i]), max(largest, room[row * POINTS + i])
-    return least, largest
+    """Return the least and the largest of a row, compared in pairs, so that few wait for each other."""
+    low = [min(room[row * POINTS + i], room[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    high = [max(room[row * POINTS + i], room[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    least, largest = min(low[0], low[1]), max(high[0], high[1])
+    return min(least, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # noqa: PLW3301 - in pairs
 
 
 @inlined
 def fit(room, row, course, weights):
     """Put the coefficients over the place of the polynomial through a row over `weights` into the row `course`."""
-    for m in range(PAIRS):
-        even = odd = 0.0
+    for i in abreast(POINTS):
+        total = 0.0
         for k in range(PAIRS):
             late = room[row * POINTS + PAIRS + k] * weights[PAIRS + k]
             early = room[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
-            even += EVEN[m, k] * (late + early)
-            odd += ODD[m, k] * (late - early)
-        room[course * POINTS + 2 * m], room[course * POINTS + 2 * m + 1] = even, odd
+            total += EVEN[k, i] * (late + early) + ODD[k, i] * (late - early)
+        room[course * POINTS + i] = total
 
 
 @kernel
@@ -170,19 +172,13 @@ def fit_points(room):
 
 @kernel
 def within(joint, room, edge, width):
-    """Put what the arc wears before a BLOCK of edges, `width` (rad) apart, that it holds at all points, into WORN.
-
-    Without a choice between them the compiler works on all points at once.
-    """
-    for i in turns(POINTS):
-        half = room[HALF * POINTS + i]
-        inverse = 1.0 / half
-        x = (edge - room[MIDDLE * POINTS + i]) * inverse
-        for k in turns(BLOCK):
-            share = share_before(joint.wear.pressure, x + k * (width * inverse), half)
-            room[(TERM + k) * POINTS + i] = room[AREA * POINTS + i] * share
-    for k in turns(BLOCK):
-        room[WORN * POINTS + k] = summed(room, TERM + k)
+    """Put what the arc wears before edges, `width` (rad) apart, that it holds at all points, into WORN."""
+    for k in abreast(POINTS):
+        angle, total = edge + NUMBERS[k] * width, 0.0
+        for i in range(POINTS):
+            x = (angle - room[MIDDLE * POINTS + i]) * room[PER_HALF * POINTS + i]
+            total += room[AREA * POINTS + i] * share_before(joint.wear.pressure, x, room[HALF * POINTS + i])
+        room[WORN * POINTS + k] = total
 
 
 @inlined
@@ -195,26 +191,27 @@ def steady(room, row):
 
 
 @kernel
-def find_passing(room, end, edge, width, count):
-    """Put the places at which an end (-1, 1) of the arc passes `count` edges, `width` (rad) apart, into PASSING.
+def find_passing(room, end, edge, width):
+    """Put the places at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, into PASSING.
 
     That end moves one way only.  Linear between the points, then a step of Newton's method: what is left of the error
     counts by its square at most, as the load begins with nothing.
     """
     row = START if end < 0.0 else STOP
-    for i in turns(POINTS):
-        before = max(i - 1, 0)
-        way = room[row * POINTS + i] - room[row * POINTS + before]
-        room[END * POINTS + i] = room[row * POINTS + before]
-        room[PER_WAY * POINTS + i] = (PLACES[i] - PLACES[before]) / way if way != 0.0 else 0.0
+    for i in abreast(POINTS):
+        before = room[row * POINTS + i - 1]  # of the first point what stands before its row, which no one reads
+        way = room[row * POINTS + i] - before
+        room[END * POINTS + i] = before
+        room[PER_WAY * POINTS + i] = where(way != 0.0, WAYS[i] / where(way != 0.0, way, 1.0), 0.0)
         room[END_COURSE * POINTS + i] = room[COURSE * POINTS + i] + end * room[HALF_COURSE * POINTS + i]
-    for i in turns(POINTS):
-        room[END_SLOPE * POINTS + i] = (i + 1.0) * room[END_COURSE * POINTS + i + 1] if i < POINTS - 1 else 0.0
-    for k in turns(count):
-        angle, x = edge + k * width, PLACES[0]
+    for i in abreast(POINTS):
+        room[END_SLOPE * POINTS + i] = TIMES[i] * room[END_COURSE * POINTS + i + 1]
+    room[END_SLOPE * POINTS + POINTS - 1] = 0.0  # behind the last coefficient stands anything
+    for k in abreast(POINTS):
+        angle, x = edge + NUMBERS[k] * width, PLACES[0]
         for i in range(1, POINTS):
             way = (angle - room[END * POINTS + i]) * room[PER_WAY * POINTS + i]
-            x += min(max(way, 0.0), PLACES[i] - PLACES[i - 1])
+            x += min(max(way, 0.0), WAYS[i])
         slope = value(room, END_SLOPE, x)
         step = (angle - value(room, END_COURSE, x)) * slope / (slope * slope + FAINT)
         room[PASSING * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
@@ -229,19 +226,16 @@ def crossed(joint, room, end, edge, width):
     row, pressure = START if end < 0.0 else STOP, joint.wear.pressure
     rises = room[row * POINTS + POINTS - 1] > room[row * POINTS]
     far = -1.0 if rises == (end < 0.0) else 1.0  # where the edge lies within the arc, from the passing on
-    for k in turns(POINTS):
-        room[WORN * POINTS + k] = 0.0
-    for j in turns(SOFT_NODES.size):
-        for k in turns(POINTS):
-            x = room[PASSING * POINTS + k] + (far - room[PASSING * POINTS + k]) * SOFT_NODES[j]
-            offset = edge + k * width - value(room, COURSE, x)
+    all_of_it = summed(room, AREA) if end > 0.0 else 0.0
+    for k in abreast(POINTS):
+        passing, angle, total = room[PASSING * POINTS + k], edge + NUMBERS[k] * width, 0.0
+        for j in turns(SOFT_NODES.size):
+            x = passing + (far - passing) * SOFT_NODES[j]
+            offset = angle - value(room, COURSE, x)
             half = max(value(room, HALF_COURSE, x), FAINT)
             share = share_before(pressure, -end * offset / half, half)
-            room[WORN * POINTS + k] += SOFT_WEIGHTS[j] * value(room, RATE, x) * share
-    all_of_it = summed(room, AREA) if end > 0.0 else 0.0
-    for k in turns(POINTS):
-        length = abs(far - room[PASSING * POINTS + k])
-        room[WORN * POINTS + k] = all_of_it - end * length * room[WORN * POINTS + k]
+            total += SOFT_WEIGHTS[j] * value(room, RATE, x) * share
+        room[WORN * POINTS + k] = all_of_it - end * abs(far - passing) * total
 
 
 @kernel
@@ -271,13 +265,11 @@ def piece(joint, room, edge, side, span):
     low, length = span[0], span[1] - span[0]
     if side < 0 or length <= 0.0:
         return 0.0
-    for i in turns(POINTS):
+    for i in abreast(POINTS):
         place = low + length * SOFT_NODES[i]
-        share = 1.0
-        if side == 0:
-            half = max(value(room, HALF_COURSE, place), FAINT)
-            share = share_before(joint.wear.pressure, (edge - value(room, COURSE, place)) / half, half)
-        room[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(room, RATE, place) * share
+        half = max(value(room, HALF_COURSE, place), FAINT)
+        share = share_before(joint.wear.pressure, (edge - value(room, COURSE, place)) / half, half)
+        room[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(room, RATE, place) * where(side == 0, share, 1.0)
     return length * summed(room, TERM)
 
 
@@ -316,11 +308,12 @@ class Edges(NamedTuple):
 def edges_of(pressure, room, width):
     """Return numbers of edges: the last before the arc, Edges, the last that the arc meets; `width` (rad) apart."""
     (first, start), (stop, last) = reach_of(room, START), reach_of(room, STOP)
-    near, near_start, near_stop = 1.0 - smooth_within(pressure), start, stop
-    for i in turns(POINTS):
+    near = 1.0 - smooth_within(pressure)
+    for i in abreast(POINTS):
         margin = near * room[HALF * POINTS + i]
-        near_start = max(near_start, room[START * POINTS + i] + margin)
-        near_stop = min(near_stop, room[STOP * POINTS + i] - margin)
+        room[TERM * POINTS + i] = room[START * POINTS + i] + margin
+        room[(TERM + 1) * POINTS + i] = room[STOP * POINTS + i] - margin
+    near_start, near_stop = reach_of(room, TERM)[1], reach_of(room, TERM + 1)[0]
     passed_by_start, within_until = math.floor(start / width), math.floor(stop / width)
     edges = Edges(passed_by_start, math.floor(near_start / width), math.floor(near_stop / width), within_until)
     return math.floor(first / width), edges, math.floor(last / width)
@@ -336,14 +329,14 @@ def worn_before(joint, room, edge, edges, last):
     angle = edge * width
     if kinds.near_start < edge <= kinds.near_stop:
         within(joint, room, angle, width)
-        return min(BLOCK, kinds.near_stop - edge + 1)
+        return min(POINTS, kinds.near_stop - edge + 1)
     starting, stopping = edge <= kinds.start, edge > kinds.stop
     if starting == stopping or not steady(room, START if starting else STOP):
         room[WORN * POINTS] = passed(joint, room, angle)
         return 1
     count = min(POINTS, (min(kinds.start, kinds.stop) if starting else last) - edge + 1)
     end = -1.0 if starting else 1.0
-    find_passing(room, end, angle, width, count)
+    find_passing(room, end, angle, width)
     crossed(joint, room, end, angle, width)
     return count
 

@@ -39,7 +39,6 @@ from .contract import (
 )
 from .passage import FIT, POINTS, enter_wear, rubbing_of
 from .step import (
-    ANGLES,
     BEARING_START,
     FACING,
     JOURNAL_START,
@@ -47,6 +46,7 @@ from .step import (
     LEAST,
     MAX_DEPTH,
     REACH,
+    SLOPES,
     fit_courses,
     fit_places,
     note_arc,
@@ -69,19 +69,23 @@ END_SLOPES = np.array([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 
 @see.member(Through)
 @see.member(Flanged)
 def _at_walls(joint, gap, turned, j, moment):
-    step, i = moment.step, moment.quarter
     for wall in range(len(ENDS)):
-        c = j + wall
-        if not bears(joint.walls, step, j, wall):
-            continue
-        point = wall_point(joint.ends, joint, gap, ENDS[wall])
-        across = along(point.normal, -dot(point.normal, gap.axis), gap.axis)
-        step.places[c, 0, i] = math.atan2(dot(across, cross(gap.axis, turned)), dot(across, turned))
-        step.places[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
-        lies = placed(joint.ends, joint, gap, point, ENDS[wall])
-        step.along[c, LEAN, i], step.along[c, REACH, i] = lies.lean, bearing_length(joint.ends, joint, gap).half
-        step.along[c, BEARING_START, i], step.along[c, JOURNAL_START, i] = lies.on_bearing, lies.on_journal
-        step.along[c, FACING, i] = lies.facing
+        if bears(joint.walls, moment.step, j, wall):
+            _see_wall(joint, gap, turned, (j + wall, ENDS[wall]), moment)
+
+
+@kernel
+def _see_wall(joint, gap, turned, contact, moment):
+    """Note where a contact, at one of the ENDS, is: its number, its end."""
+    step, i, (c, end) = moment.step, moment.number, contact
+    point = wall_point(joint.ends, joint, gap, end)
+    across = along(point.normal, -dot(point.normal, gap.axis), gap.axis)
+    step.places[c, 0, i] = math.atan2(dot(across, cross(gap.axis, turned)), dot(across, turned))
+    step.places[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
+    lies = placed(joint.ends, joint, gap, point, end)
+    step.along[c, LEAN, i], step.along[c, REACH, i] = lies.lean, bearing_length(joint.ends, joint, gap).half
+    step.along[c, BEARING_START, i], step.along[c, JOURNAL_START, i] = lies.on_bearing, lies.on_journal
+    step.along[c, FACING, i] = lies.facing
 
 
 # ---------------------------------------------------------------------------------------------- what is worn
@@ -225,7 +229,7 @@ def fit_strip(joint, c, step):
             slope = 0.0
             for i in turns(BETWEEN + 2):
                 slope += END_SLOPES[side, i] * angles[i]
-            angles[ANGLES - 2 + side] = slope
+            step.places[c, SLOPES + body, side * (BETWEEN + 1)] = slope
     fit_places(step, c)
     longest = 0.0
     for i in turns(PARTS + 1):

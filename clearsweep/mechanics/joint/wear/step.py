@@ -5,9 +5,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import turns
+from ...compiled.choosing import abreast, turns
 from ...compiled.family import family, kernel, map_joints
-from ...observe.histogram import BETWEEN, COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
+from ...observe.histogram import (
+    BETWEEN,
+    COURSES,
+    DEPTH_COURSE,
+    FORCE,
+    KAPPA_COURSE,
+    MOMENTS,
+    PARTS,
+    RUBBED_COURSE,
+    SLIP_COURSE,
+)
 from ..contract import Place, touches
 from ..places import after_joint
 from .contract import (
@@ -30,16 +40,29 @@ from .contract import (
     wear_rate,
     width_class,
 )
-from .passage import DEGREE, FIT, ON_BEARING, POINTS, WAY, clearance_at, enter_wear, rubbing_at, rubbing_of, value
+from .passage import (
+    DEGREE,
+    FIRST,
+    FIT,
+    ON_BEARING,
+    POINTS,
+    WAY,
+    clearance_at,
+    enter_wear,
+    rubbing_at,
+    rubbing_of,
+    value,
+)
 
 LEAST = 1e-7  # rad, of half an arc that is looked at
 ANGLES = BETWEEN + 4  # numbers that tell the course of an angle: at the quarters, then its slopes at both ends
 WHERE = 3  # such courses of a contact: its angles on both bodies (rad) and, of worn surfaces, how deep it is (m)
+SLOPES = WHERE  # of these courses, per share of the step; from `see` the rates, per second
 #: What a joint in space notes of a contact at the quarters, see `along_walls.Placed`.
 LEAN, REACH, BEARING_START, JOURNAL_START, FACING, ALONG = range(6)
 #: Of the strip of one contact at even places: LEAN and REACH, as at the quarters, and its largest depth (m).
 MAX_DEPTH, STRIP = REACH + 1, REACH + 2
-SEEN = WHERE * ANGLES + ALONG * (BETWEEN + 2)  # numbers of room for a contact
+SEEN = (WHERE + SLOPES + ALONG) * MOMENTS  # numbers of room for a contact
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's course from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, POINTS))
@@ -59,8 +82,8 @@ class Step(NamedTuple):
     course: np.ndarray  # (contacts, COURSES, PARTS + 1) see observe.histogram
     length: float  # of the step
     mode: np.ndarray  # (contacts,) int64, what each contact is doing
-    places: np.ndarray  # (contacts, WHERE, ANGLES)
-    along: np.ndarray  # (contacts, ALONG, BETWEEN + 2) of joints in space
+    places: np.ndarray  # (contacts, WHERE + SLOPES, MOMENTS)
+    along: np.ndarray  # (contacts, ALONG, MOMENTS) of joints in space
     strip: np.ndarray  # (STRIP, PARTS + 1) of one of their contacts, at even places
     room: np.ndarray  # (ROOM,) see passage
     scratch: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
@@ -75,11 +98,11 @@ class Worn(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """Where the bodies are at one of the quarters of a step."""
+    """Where the bodies are at a moment of a step."""
 
     gaps: tuple  # a gap per joint
     turned: tuple  # what body_angles says of every joint
-    quarter: int
+    number: int
     step: Step
 
 
@@ -90,7 +113,7 @@ def see(joint, gap, turned, j, moment):
 
 @see.member(None)
 def _in_the_plane(joint, gap, turned, j, moment):
-    step, i = moment.step, moment.quarter
+    step, i = moment.step, moment.number
     if not touches(step.mode[j]):
         return
     side = joint.side
@@ -98,13 +121,10 @@ def _in_the_plane(joint, gap, turned, j, moment):
     proximal, distal = turned
     bearing, journal = (proximal, distal) if side > 0.0 else (distal, proximal)
     step.places[j, 0, i], step.places[j, 1, i], step.places[j, 2, i] = angle - bearing, angle - journal, depth
-    if i in (0, BETWEEN + 1):
-        pace = step.length * step.course[j, KAPPA_COURSE, 0 if i == 0 else PARTS]
-        end = BETWEEN + 2 + (i > 0)
-        on_proximal, on_distal = turn - gap.spin_proximal, turn - gap.spin_distal
-        step.places[j, 0, end] = pace * (on_proximal if side > 0.0 else on_distal)
-        step.places[j, 1, end] = pace * (on_distal if side > 0.0 else on_proximal)
-        step.places[j, 2, end] = pace * rate
+    on_proximal, on_distal = turn - gap.spin_proximal, turn - gap.spin_distal
+    step.places[j, SLOPES, i] = on_proximal if side > 0.0 else on_distal
+    step.places[j, SLOPES + 1, i] = on_distal if side > 0.0 else on_proximal
+    step.places[j, SLOPES + 2, i] = rate
 
 
 class Whose(NamedTuple):
@@ -131,10 +151,10 @@ see_each = map_joints(_see, _after)
 def fit_courses(step, j, length):
     """Put the coefficients of the courses of contact `j`, its forces over this length, into `step.room`."""
     room, course, per_length = step.room, step.course[j], 1.0 / length
-    for i in turns(POINTS):
-        for row in turns(COURSES):
+    for i in abreast(POINTS):
+        for row in range(COURSES):
             total = 0.0
-            for k in turns(PARTS + 1):
+            for k in range(PARTS + 1):
                 total += FIT[k, i] * course[row, k]
             room[row * POINTS + i] = total * per_length if row in (FORCE, RUBBED_COURSE) else total
 
@@ -142,20 +162,24 @@ def fit_courses(step, j, length):
 @kernel
 def without_leaps(angles):
     """Take turns off angles (rad) at the quarters of a step, so that there is no leap from one to the next."""
-    turn = 2.0 * math.pi
+    turn, taken, before = 2.0 * math.pi, 0.0, angles[0]
     for i in range(1, BETWEEN + 2):
-        angles[i] -= turn * math.floor((angles[i] - angles[i - 1]) * (1.0 / turn) + 0.5)
+        here = angles[i]
+        taken += math.floor((here - before) * (1.0 / turn) + 0.5)
+        angles[i], before = here - turn * taken, here
 
 
 @kernel
 def fit_places(step, j):
     """Put the coefficients of the courses of where contact `j` is into `step.room`."""
     room, places = step.room, step.places[j]
-    for i in turns(POINTS):
-        for row in turns(WHERE):
+    for i in abreast(POINTS):
+        for row in range(WHERE):
             total = 0.0
-            for k in turns(ANGLES):
+            for k in range(BETWEEN + 2):
                 total += FROM_ANGLES[k, i] * places[row, k]
+            total += FROM_ANGLES[ANGLES - 2, i] * places[SLOPES + row, 0]
+            total += FROM_ANGLES[ANGLES - 1, i] * places[SLOPES + row, BETWEEN + 1]
             room[(ON_BEARING + row) * POINTS + i] = total
 
 
@@ -174,6 +198,15 @@ def note_way(step, j, account):
     account[SLID] += way
 
 
+@kernel
+def put_end_slopes(step, j):
+    """Put the slopes of the courses of where contact `j` is at both ends of the step, from the rates there."""
+    for end, place in ((0, 0), (BETWEEN + 1, PARTS)):
+        pace = step.length * step.course[j, KAPPA_COURSE, place]
+        for row in range(WHERE):
+            step.places[j, SLOPES + row, end] *= pace
+
+
 @pressure_on.member(None)
 def _on_circles(joint, step, j, place):
     law, course, per_length = joint.wear, step.course[j], 1.0 / joint.wear.length
@@ -190,9 +223,12 @@ def _on_circles(joint, step, j, place):
 @kernel
 def note_pressure(joint, step, j, account):
     """Enter how hard the bearing of joint `j` is pressed, and how fast it is rubbed, at even places of the step."""
-    course = step.course[j]
+    course, room, means, peaks = step.course[j], step.room, FIRST, FIRST + 2 * POINTS  # where bodies have room later
+    for first in range(2):  # the first places, as many as are worked on at once, then the last
+        for i in abreast(POINTS):
+            room[means + first + i], room[peaks + first + i] = pressure_on(joint, step, j, first + i)
     for i in turns(PARTS + 1):
-        mean, peak = pressure_on(joint, step, j, i)
+        mean, peak = room[means + i], room[peaks + i]
         slip, share = abs(course[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
         time = share * step.length * course[KAPPA_COURSE, i]
         account[PRESSURE_TIME] += mean * time
@@ -236,6 +272,7 @@ def _both_bodies(law, joint, j, shared):
     fit_courses(step, j, law.length)
     for body in range(2):
         without_leaps(step.places[j, body])
+    put_end_slopes(step, j)
     fit_places(step, j)
     note_way(step, j, worn.account[j])
     note_pressure(joint, step, j, worn.account[j])

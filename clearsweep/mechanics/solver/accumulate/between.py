@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from ...compiled.choosing import abreast
 from ...compiled.family import kernel
-from ...observe.histogram import BETWEEN
+from ...observe.histogram import BETWEEN, MOMENTS
 from ...observe.observables import NODES, SHARES
 from ..dop853 import dense_component
 from ..event import IMPLICIT
 
-PLACES = np.arange(1, BETWEEN + 2) / (BETWEEN + 1)
+PLACES = np.minimum(np.arange(MOMENTS) / (BETWEEN + 1), 1.0)
 
 
 def _integrals(nodes, ends):
@@ -18,27 +19,32 @@ def _integrals(nodes, ends):
     return ((ends[:, None] ** powers / powers) @ coefficients).T
 
 
-TRAVEL = np.ascontiguousarray(_integrals(SHARES, PLACES))  # (stages, BETWEEN + 1), to the end of the step at last
+TRAVEL = np.ascontiguousarray(_integrals(SHARES, PLACES))  # (stages, MOMENTS)
 
 
 @kernel
 def look_between(at, h, between):
-    """Put coordinates, their rates and time at the quarters of the step of length `h` into `between`.
+    """Put coordinates, their rates and time at the moments of the step of length `h` into `between`.
 
-    between : (BETWEEN, 2 coordinates + 1).  The explicit method's are the polynomial through the rates at its stages,
-    put right at the end of the step; the implicit method has its dense output.
+    between : (2 coordinates + 1, MOMENTS), from the start to the end of the step by quarters, then the end again.  The
+    explicit method's are the polynomial through the rates at its stages, put right at the end of the step; the implicit
+    method has its dense output.
     """
     work = at[0]
-    for i in range(between.shape[1]):
+    for i in range(between.shape[0]):
+        begin, end = work.y[i], work.end[i]
         if work.method[0] == IMPLICIT:
-            for place in range(BETWEEN):
-                between[place, i] = dense_component(PLACES[place], i, work.y, work.f)
-            continue
-        amiss = work.end[i] - work.y[i]
-        for m in range(NODES.size):
-            amiss -= h * TRAVEL[m, BETWEEN] * work.k[NODES[m], i]
-        for place in range(BETWEEN):
-            travel = amiss * PLACES[place]
+            for place in range(1, BETWEEN + 1):
+                between[i, place] = dense_component(PLACES[place], i, work.y, work.f)
+        else:
+            amiss = end - begin
             for m in range(NODES.size):
-                travel += h * TRAVEL[m, place] * work.k[NODES[m], i]
-            between[place, i] = work.y[i] + travel
+                amiss -= h * TRAVEL[m, BETWEEN + 1] * work.k[NODES[m], i]
+            for place in abreast(MOMENTS):
+                travel = amiss * PLACES[place]
+                for m in range(NODES.size):
+                    travel += h * TRAVEL[m, place] * work.k[NODES[m], i]
+                between[i, place] = begin + travel
+        between[i, 0] = begin
+        for place in range(BETWEEN + 1, MOMENTS):
+            between[i, place] = end

@@ -218,7 +218,7 @@ def note_wear(at, h):
     tally = work.tally
     tally.length[0] = h
     look_between(at, h, tally.between)
-    step = (work.y, work.end, tally.between, work.mode, tally.course, tally.length, tally.room)
+    step = (tally.between, work.mode, tally.course, tally.length, tally.room)
     invoke(
         work.wear.code,
         work.wear.parameters,

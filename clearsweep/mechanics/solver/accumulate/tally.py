@@ -103,7 +103,7 @@ class Tally(NamedTuple):
     bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, those of the force between the parts of the step
     spent: np.ndarray  # (contacts, BELOW + 1) what each adds to the two columns of the histogram
     length: np.ndarray  # (1,) its length
-    between: np.ndarray  # (BETWEEN, 2 coordinates + 1) the state within the step, where there is wear
+    between: np.ndarray  # (2 coordinates + 1, MOMENTS) the state within the step, where there is wear
     room: np.ndarray  # for the wear of a step, see joint.wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
     account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract

@@ -1,0 +1,65 @@
+"""How long cases took beside the machine itself, as the closing lines of a run tell it."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..contracts.layout import Layout
+from ..language import wording
+
+SPEED, REVOLUTIONS = "drive.speed", "simulate.revolutions"  # paths of a grid
+RUN, SPENT = "revolutions_run", "run_time"  # columns
+
+
+class Pace:
+    """Keeps the case whose integration took longest for the time that its machine takes."""
+
+    def __init__(self, record: Mapping[str, Any], layout: Layout):
+        """Take what a run's directory says of its grid; of lives and of free cranks nothing is kept."""
+        self.given = {path: _number(record, path) for path in (SPEED, REVOLUTIONS)}
+        swept = [path for path in self.given if path in record.get("sweep", record["units"])]
+        there = {column.name for column in layout.columns}
+        self.revolutions = RUN if RUN in there else REVOLUTIONS
+        needed = {SPEED, self.revolutions}
+        known = needed <= {RUN, *swept, *(path for path, value in self.given.items() if value is not None)}
+        self.columns = [SPENT, *sorted(needed & {RUN, *swept})] if known and not layout.life else []
+        self.slowest: dict[str, Any] | None = None
+
+    def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
+        """Take in some finished cases; known : place in the block -> which case that is."""
+        if not self.columns:
+            return
+        spent = block[SPENT].astype(float)
+        speed, revolutions = (
+            block[name].astype(float) if name in self.columns else np.full(spent.size, self.given[name])
+            for name in (SPEED, self.revolutions)
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            motion = 2.0 * math.pi * revolutions / np.abs(speed)
+            factors = motion / spent
+        if np.isfinite(factors).any():
+            place = int(np.nanargmin(factors))
+            if self.slowest is None or factors[place] < self.slowest["factor"]:
+                taken = {"factor": float(factors[place]), "motion": float(motion[place]), "spent": float(spent[place])}
+                self.slowest = known(place) | taken
+
+
+def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
+    """Return the line on the case that took longest for the time that its machine takes."""
+    if not slowest:
+        return []
+    factor = wording.text(slowest["factor"], "1", 2)
+    motion, spent = wording.alike([slowest["motion"], slowest["spent"]], "s")
+    return [
+        f"Slowest for its motion: case {wording.short_id(slowest['case_id'])}, {factor} times real time "
+        f"({motion} of motion in {spent})"
+    ]
+
+
+def _number(record: Mapping[str, Any], path: str) -> float | None:
+    """Return a number of a grid, None where it has none at this path."""
+    section, key = path.split(".")
+    value = (record.get(section) or {}).get(key)
+    return float(value) if isinstance(value, (int, float)) else None
