@@ -65,7 +65,7 @@ function redrawn(watched, draw) {
   new ResizeObserver(() => {
     if (watched.clientWidth !== width) {
       width = watched.clientWidth;
-      draw();
+      requestAnimationFrame(draw); // not now: what is drawn changes heights, which the observer would be told of again
     }
   }).observe(watched);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
