@@ -149,7 +149,7 @@ MISTAKES = {
     "axis as value": ({CLEARANCE: {"fits": ["H7/f7"]}}, "expected {fit: H7/f7}"),
     "radius varied": (
         {"sweep": {RADIUS: ["10 mm", "20 mm"]}, CLEARANCE: {"fit": "H7/f7"}},
-        f"{RADIUS} is varied: take both in step under `zip`",
+        f"{RADIUS} is varied: vary both together under `zip`",
     ),
     "unknown spread": (
         {"sample": {"method": "random", "n": 4, "over": {CLEARANCE: {"fit": "H7/f7", "distribution": "norm"}}}},
