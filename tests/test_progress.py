@@ -500,7 +500,7 @@ def test_the_time_of_a_life_is_extrapolated_from_its_first_block():
         "simulate.revolutions": 1e5,
     }
     case = real_case(**life)
-    _, timed = (time_case(SIMULATION, case, 0.5) for _ in range(2))  # the first one compiles and loads
+    _, timed = (time_case(SIMULATION, case, 2.0) for _ in range(2))  # the first one compiles and loads
     assert timed.extrapolated
     assert timed.seconds > 5.0 * timed.spent
     assert timed.spent < 30.0

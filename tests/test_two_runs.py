@@ -15,8 +15,8 @@ SHORT = {CLEARANCE: [1e-4, 2e-4], "drive.speed": [1000 * RPM, 3000 * RPM]}
 
 
 def harder(run, factor=2.0):
-    """Return a run whose force p99 is larger by a factor."""
-    run.summary["rod_slider_force_p99"] *= factor
+    """Return a run whose force peak is larger by a factor."""
+    run.summary["rod_slider_force_peak"] *= factor
     run.directory = "harder"
     return run
 
@@ -35,9 +35,9 @@ def tables_of(first, second, tmp_path):
 def test_every_case_meets_its_counterpart_and_the_factor_between_them_is_told(tmp_path):
     found = tables_of(made(sweep=SHORT), harder(made(sweep=SHORT)), tmp_path)
     figures = {row["column"]: row for row in found["compared_figures"]}
-    assert float(figures["rod_slider_force_p99"]["B over A, median"]) == pytest.approx(2.0)
-    assert list(figures) == ["rod_slider_force_p99"]  # the others are the same
-    assert float(figures["rod_slider_force_p99"]["cases that differ"]) == 1.0
+    assert float(figures["rod_slider_force_peak"]["B over A, median"]) == pytest.approx(2.0)
+    assert list(figures) == ["rod_slider_force_peak"]  # the others are the same
+    assert float(figures["rod_slider_force_peak"]["cases that differ"]) == 1.0
     assert len(found["compared_cases"]) == 4
     assert all(float(row["B over A"]) == pytest.approx(2.0) for row in found["compared_cases"])
 
@@ -63,16 +63,16 @@ def test_the_page_says_what_differs_in_the_setup():
     assert "mechanism.slider.mass" in text
     assert "B: 0.28" in text
     assert "4 cases finished in both runs" in text
-    assert "B has 2.00 times the force p99 of A in the middle case" in text
-    assert "The same in every case: force peak, force rms" in text
+    assert "B has 2.00 times the force peak of A in the middle case" in text
+    assert "The same in every case: force rms, force p99" in text
 
 
 def test_what_is_drawn_is_each_case_of_b_over_that_of_a():
     first, second = made(sweep=SHORT), harder(made(sweep=SHORT))
     (name, picture), *_ = two_runs.compared(first, second).parts[0].pictures
-    assert (name, picture.title) == ("", "Force p99 of B over A")
+    assert (name, picture.title) == ("", "Force peak of B over A")
     axes = Figure().subplots()
     picture.paint(axes)
     drawn = 1e3 * np.asarray(axes.collections[0].get_offsets())
-    forces = first.summary["rod_slider_force_p99"].to_numpy()
+    forces = first.summary["rod_slider_force_peak"].to_numpy()
     assert drawn[np.argsort(drawn[:, 0])] == pytest.approx(np.sort(forces)[:, np.newaxis] * [1.0, 2.0], rel=1e-12)
