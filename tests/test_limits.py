@@ -233,7 +233,7 @@ def test_the_closing_lines_count_cases_that_exceed_limits(ran):
     assert facts["limits"]["each"][PEAK]["cases"] == int((summary[PEAK] > 0.1015).sum()) == 1
     assert facts["limits"]["worst"]["margin"] == summary["margin"].min()
     text = closing.run_text(facts)
-    assert "Limits: 3 of 3 cases exceed at least one" in text
+    assert "Limits: 3 of 3 cases exceed at least one; 3 cases failed and have no figures" in text
     assert f"{PEAK} at most 0.1015 N: 1 exceed it" in text
     assert "steps at least 2 times rhs_evaluations: 3 exceed it" in text
     assert f"case {facts['limits']['worst']['case_id'][:8]}" in text

@@ -154,6 +154,9 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
     if path == "drive" and key in DRIVES:
         other = next((each for each in DRIVES if each in known), DRIVES[0])
         return f"conflicts with {other}; a drive has one of {', '.join(DRIVES)}: leave the others out"
+    if key == "elastic" and path.startswith("mechanism."):
+        stretches = "an elastic link stretches along the line between two pins of a plane"
+        return f"{stretches}; this one is rigid: leave `elastic` out"
     allowed = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
     return f"unknown key '{key}'{nearest(key, known)} {allowed}"
 

@@ -144,7 +144,8 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
     kept = facts["limits"]
     if not kept:
         return []
-    lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one"]
+    failed = f"; {cases(facts['failed'])} failed and have no figures" if facts["failed"] else ""
+    lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one{failed}"]
     for name, each in kept["each"].items():
         doubt = f" ({each['unknown']:,} of them cannot be judged: null)" if each["unknown"] else ""
         lines.append(f"  {name} {each['limit']}: {each['cases']:,} exceed it{doubt}")
