@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from .. import player
 from ..motion import history, onsets, pictures
+from ..picture import capital
 from ..section import Block, Detail, Note, Section
 from ..shown import shown
 from ..study import Joint, Study
@@ -39,7 +40,8 @@ def others(study: Study) -> list[Section]:
     found, ranked = worst_case(study), _ranked(study)
     first = found[0] if found else next(iter(ranked), None)
     words = ("largest", "smallest") if len(ranked) == 2 else ("largest", "median", "smallest")
-    why = {case_id: f"Case with the {word} {study.lead.name}" for case_id, word in zip(ranked, words, strict=False)}
+    name = capital(study.lead.name)
+    why = {case_id: f"{name}, the {word} of all cases" for case_id, word in zip(ranked, words, strict=False)}
     rest = [case_id for case_id in ranked if case_id != first]
     return [Section("other-cases", "Other cases in motion", [*_details(study, rest, why, "")])]
 
