@@ -1,4 +1,4 @@
-"""Reads the cases beside the product of a grid's axes, which `seek` and `refine` put there and run.json keeps."""
+"""Reads the cases besides the product of a grid's axes, which `seek` and `refine` put there and run.json keeps."""
 
 from typing import Any
 

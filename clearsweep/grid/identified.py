@@ -91,7 +91,7 @@ def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, Wr
             reader.problems.add(section.key_place(key), f"{IDENTIFY}.{key}", sentence)
     for other in ("sweep", "zip", "cases", "sample", "seek", "refine", optimised.OPTIMISE, "life"):
         if other in root.value:
-            sentence = f"is written beside `{other}`; `identify` chooses all cases itself: leave one of them out"
+            sentence = f"is written together with `{other}`; `identify` chooses all cases itself: leave one of them out"
             reader.problems.add(section, IDENTIFY, sentence)
             return {}
     over = section.value.get("over")

@@ -21,10 +21,10 @@ _HEAD = """\
 
 <!-- written by `clearsweep schema --markdown`; a test compares -->
 
-A grid file is YAML 1.2. Its keys depend on `mechanism.type`; `NAME` stands for a name that the grid chooses. A quantity
+A grid file is YAML 1.2. Its keys depend on `mechanism.type`; `NAME` represents a name that the grid chooses. A quantity
 is text with a unit (`0.5 mm`, `5000 rpm`) or a bare number in the SI unit given here; any unit of the same dimension
-will do. *Required* stands where a key has no default; a dash, where it may be left out. Every key can be swept, unless
-it says that it cannot; of words, only the names of laws can. `clearsweep list NAME` says what a law does with its keys.
+will do. *Required* means that a key has no default, a dash that it may be left out. Every key can be swept, unless it
+says that it cannot; of words, only the names of laws can. `clearsweep list NAME` says what a law does with its keys.
 The same as a JSON Schema, for editors: `clearsweep schema`.
 """
 _TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
@@ -203,7 +203,7 @@ def _merged(tables: dict[str, tuple[_Row, ...]]) -> tuple[_Row, ...]:
 
 
 def _rows(tree: Shape, path: str) -> Iterator[_Row]:
-    """Yield the rows of the keys that stand directly in the section at `path`."""
+    """Yield the rows of the keys that are directly in the section at `path`."""
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
         if isinstance(tree.get(parent), Number):  # a quantity, or a section in its place
@@ -236,7 +236,7 @@ def _rows(tree: Shape, path: str) -> Iterator[_Row]:
 
 
 def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
-    """Yield one row for each meaning of a key that holds a quantity, with the laws for which it has that meaning."""
+    """Yield one row for each meaning of a key that contains a quantity, with the laws for which it has that meaning."""
     meanings: dict[Field, list[str]] = {}
     elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
     for field, when in node.uses:
@@ -297,7 +297,7 @@ def _cases(catalogue: Catalogue) -> str:
             "| key | meaning |\n| --- | --- |",
             *rows,
             "\nAn axis is a list of values, or one of",
-            "\n| form | holds |\n| --- | --- |",
+            "\n| form | contains |\n| --- | --- |",
             *axes,
             *_searches(),
             "\n### `sample`\n",
@@ -305,7 +305,7 @@ def _cases(catalogue: Catalogue) -> str:
             *sample,
             "\n| design | what it draws |\n| --- | --- |",
             *methods,
-            "\n| distribution | holds |\n| --- | --- |",
+            "\n| distribution | contains |\n| --- | --- |",
             *kinds,
             "",
         ]
@@ -340,7 +340,7 @@ def _searches() -> list[str]:
     ]
     identify = [
         "| `over` | dotted path -> [low, high], the range of its prior |",
-        "| `from` | CSV file beside the grid -> {channel: column}, of what was measured |",
+        "| `from` | CSV file next to the grid -> {channel: column}, of what was measured |",
         "| `cases` | a whole number, at least 16: how many there may be |",
         "| `features` | a list of rms, peaks, spectrum, impacts; default all of them |",
         "| `seed` | a whole number, at least 0, default 0, of what is drawn |",

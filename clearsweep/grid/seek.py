@@ -24,7 +24,7 @@ _AMONG = "{fits: [H7/g6, H7/f7]}"
 
 
 class Seek(NamedTuple):
-    """What is sought, in SI."""
+    """What is searched for, in SI."""
 
     end: str  # one of ENDS
     paths: tuple[str, ...]  # in step: all have the same value
@@ -78,7 +78,7 @@ class Seek(NamedTuple):
 def range_of(
     reader: Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the paths that are sought and their values as written; None where there is none to vary.
+    """Return the paths that are searched for and their values as written; None where there is none to vary.
 
     `values_of` a path gives its values as far as known, from which fits have their sizes.
     """
@@ -129,7 +129,7 @@ def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenVal
 def _among(
     reader: Reader, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the paths, and the largest clearances of the fits among which is sought, ascending."""
+    """Return the paths, and the largest clearances of the fits among which is searched for, ascending."""
     among = section.value["among"]
     for key in ("between", "within"):
         if key in section.value:
@@ -149,7 +149,7 @@ def _among(
 
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
-    """Return what is sought, its axis being known; None where nothing is or something is wrong."""
+    """Return what is searched for, its axis being known; None where nothing is or something is wrong."""
     section = root.value.get(SEEK) if isinstance(root.value, dict) else None
     paths = tuple(path for path, way in reader.way.items() if way == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
@@ -202,7 +202,7 @@ def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:
 
 def _unit(reader: Reader, path: str) -> str:
     node = reader.shape[path]
-    assert isinstance(node, Number)  # others cannot be sought
+    assert isinstance(node, Number)  # others cannot be searched for
     exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
     return quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
 

@@ -1,4 +1,4 @@
-"""Looks for the best cases, round by round, with a sampler of Optuna, which is asked and told.
+"""Looks for the best cases, round by round, with a sampler of Optuna, which is asked and answered.
 
 What the sampler knows is rebuilt in every round from the cases that are there, and it is seeded by the round: the same
 results lead to the same cases however often a run was interrupted, and whatever the number of workers.
