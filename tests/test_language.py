@@ -108,7 +108,14 @@ def prose(markdown):
     return "\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
 
 
-PAGES = ["README.md"]
+#: Pages whose sentences are short.
+PAGES = [
+    "README.md",
+    "docs/columns.md",
+    "docs/grid.md",
+    "docs/guide.md",
+    *(page.relative_to(ROOT).as_posix() for page in sorted((ROOT / "docs/howto").glob("*.md"))),
+]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -209,7 +209,7 @@ def _word(path: str, key: str, node: Word) -> _Row:
     """Return the row of a key that holds a word."""
     default = f"`{node.default}`" if node.default else "required"
     if path == "simulate.until.figure":
-        return _Row(key, (), "a [column](guide.md#columns) with a star", default, node.text)
+        return _Row(key, (), "a [column](columns.md) with a star", default, node.text)
     if path.startswith("joints.") and path.endswith(".journal"):
         return _Row(key, (), "a body of the joint", "-", node.text)
     if path in ("life.joint", f"loads.{ANY}.on"):
