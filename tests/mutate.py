@@ -1,6 +1,6 @@
 """Spoils lines that decide numbers, one at a time in a copy, and sees that the tests named for each notice.
 
-`python tests/mutate.py [WORD ...]` runs the mutations whose file or text holds one of the words, by default all; it
+`python tests/mutate.py [WORD ...]` runs the mutations whose file or text contains one of the words, by default all; it
 ends with 1 where one survives or no longer applies.  The tests run with the compiler off: a changed kernel would else
 be compiled anew each time.
 """
@@ -20,7 +20,7 @@ SLOWEST = 300.0  # s for the tests of one mutation; more is taken for a loop wit
 
 
 class Mutation(NamedTuple):
-    """A text that stands once in a file of the package, what replaces it, and tests of which one must then fail."""
+    """A text that is once in a file of the package, what replaces it, and tests of which one must then fail."""
 
     file: str
     old: str
@@ -42,7 +42,7 @@ ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
 SCENES = "tests/test_plain.py"
 TOTALS, RAMPS = "mechanics/solver/accumulate/totals.py", "tests/test_tally.py"
-FAST_PATH, BESIDE = "mechanics/solver/fast_path.py", "tests/test_side_by_side.py -k 'fast_path or calm'"
+FAST_PATH, BESIDE = "mechanics/solver/fast_path.py", "tests/test_side_by_side.py -k 'fast_path or fast'"
 HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/solver/accumulate/step_sums.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
@@ -325,7 +325,7 @@ def spoiled(place: Path, mutation: Mutation) -> str:
 
 
 def main() -> int:
-    """Run the mutations that are asked for, and tell what became of them."""
+    """Run the mutations that are asked for, and report what became of them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("words", nargs="*")
     words = parser.parse_args().words

@@ -1,4 +1,4 @@
-"""Claims about what a mistake under `sweep` is told."""
+"""Claims about what a mistake under `sweep` is answered."""
 
 import pytest
 from grid_fake import CONTACT, JOINT, TEXT

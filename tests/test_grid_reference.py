@@ -21,7 +21,7 @@ def test_the_page_is_what_the_program_writes():
 
 
 def keys(schema, path=()):
-    """Yield (path, keys) of every object in a JSON Schema that holds keys of its own."""
+    """Yield (path, keys) of every object in a JSON Schema that contains keys of its own."""
     inner, others = schema.get("properties", {}), schema.get("additionalProperties")
     if isinstance(others, dict) and "properties" in others:
         inner = inner | {ANY: others}

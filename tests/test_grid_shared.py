@@ -1,4 +1,4 @@
-"""Claims about what the cases of a grid share: it is made once, and no case is told of another's values."""
+"""Claims about what the cases of a grid share: it is made once, and no case is reminded of another's values."""
 
 import json
 import pickle

@@ -1,4 +1,4 @@
-"""Curves and maps: what they draw is what the summary holds, the worst of what they leave out, in one scale."""
+"""Curves and maps: what they draw is what the summary contains, the worst of what they leave out, in one scale."""
 
 import numpy as np
 import pytest

@@ -320,7 +320,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 
 def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
-    """Enter wear coefficients, which have a unit, or are dimensionless beside a hardness."""
+    """Enter wear coefficients, which have a unit, or are dimensionless next to a hardness."""
     unit = f"{path.removesuffix('.running_in')}.coefficient_unit"
     for field in fields:
         number = field._replace(unit="1", low_open=False)

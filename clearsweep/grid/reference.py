@@ -232,7 +232,7 @@ def _list(tree: Shape, path: str, key: str, section: Section) -> _Row:
 
 
 def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
-    """Yield one row for each meaning of a key that holds a quantity, with the laws for which it has that meaning."""
+    """Yield one row for each meaning of a key that contains a quantity, with the laws for which it has that meaning."""
     meanings: dict[Field, list[str]] = {}
     elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
     for field, when in node.uses:

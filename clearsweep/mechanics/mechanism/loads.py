@@ -71,7 +71,7 @@ LOADS = {
             "force = stiffness (l - free_length) + damping dl/dt along the line from anchor to point",
             "",
             (*(field._replace(name=f"anchor.{field.name}") for field in _ANCHOR), *_SPRING),
-            notes="Written between: [BODY, BODY], anchor: [x, y] on the first.  It holds the second body at `point` "
+            notes="Written between: [BODY, BODY], anchor: [x, y] on the first.  It acts on the second body at `point` "
             "(planar), by default at a slider's pin, of any other body at the centre of mass.",
         ),
         Law(

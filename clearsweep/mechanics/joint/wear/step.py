@@ -55,7 +55,7 @@ from .passage import (
 )
 
 LEAST = 1e-7  # rad, of half an arc that is looked at
-ANGLES = BETWEEN + 4  # numbers that tell the course of an angle: at the quarters, then its slopes at both ends
+ANGLES = BETWEEN + 4  # numbers that describe the course of an angle: at the quarters, then its slopes at both ends
 WHERE = 3  # such courses of a contact: its angles on both bodies (rad) and, of worn surfaces, how deep it is (m)
 SLOPES = WHERE  # of these courses, per share of the step; from `see` the rates, per second
 #: What a joint in space notes of a contact at the quarters, see `along_walls.Placed`.
