@@ -20,7 +20,7 @@ from .window import Window
 
 
 def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
-    """Return the formula of a figure that is kept as it is in Tally.joint or Tally.whole."""
+    """Return the formula of a figure that is kept as it is in Totals.joint or Totals.whole."""
     if of == "joint":
         return lambda window, place: window.totals.joint[place, column]
     return lambda window, _: window.totals.whole[column]

@@ -91,7 +91,7 @@ class Outcome(NamedTuple):
     scene: Scene
     status: str
     message: str  # why it failed, '' where it did not
-    whole: np.ndarray  # of the Tally by joint, likewise the next three
+    whole: np.ndarray  # of the Totals by joint, likewise the next three
     joint: np.ndarray
     wear: np.ndarray
     account: np.ndarray
@@ -144,7 +144,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
 
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
-    """Return for how long (s) of a window of `duration` (s) the dry contact of each joint bears; tally : by joint."""
+    """Return for how long (s) of a window of `duration` (s) the dry contact of each joint bears; totals : by joint."""
     least = LEAST_DRY * totals.joint[:, LOAD_TIME] / duration
     return [
         time_above(least[place], totals.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)

@@ -1,6 +1,6 @@
 """How figures follow from sums along the motion: over the whole window, and over its blocks, with an interval.
 
-Each kind has three functions.  `take(tally, place)` returns what has been summed so far, of a joint or, where `place`
+Each kind has three functions.  `take(totals, place)` returns what has been summed so far, of a joint or, where `place`
 is None, of the mechanism; `value(window, place)` the figure over the window; `over_blocks(times, sums, revolutions)`
 the figure over all blocks and the half-width of its 95 % interval, from the times (s) at the ends of the blocks, what
 was taken there, and the revolutions of a block.
@@ -45,7 +45,7 @@ def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:
 class Mean(NamedTuple):
     """A mean over time, from an integral over time."""
 
-    column: int  # of Tally.joint or Tally.whole
+    column: int  # of Totals.joint or Totals.whole
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the integral."""
@@ -63,7 +63,7 @@ class Mean(NamedTuple):
 class Share(NamedTuple):
     """The ratio of two integrals over time."""
 
-    part: int  # column of Tally.joint or Tally.whole
+    part: int  # column of Totals.joint or Totals.whole
     whole: int  # the same, of what it is a share of
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
@@ -87,7 +87,7 @@ class Share(NamedTuple):
 class RootMean(NamedTuple):
     """A root mean square, from the integral of the square over time."""
 
-    column: int  # of Tally.joint or Tally.whole
+    column: int  # of Totals.joint or Totals.whole
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the integral of the square."""
@@ -107,7 +107,7 @@ class RootMean(NamedTuple):
 class PerRevolution(NamedTuple):
     """A mean over revolutions, from a count."""
 
-    column: int  # of Tally.joint or Tally.whole
+    column: int  # of Totals.joint or Totals.whole
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the count."""

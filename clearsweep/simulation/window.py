@@ -30,8 +30,8 @@ from ..mechanics.solver.accumulate.totals import (
 )
 from .spread import Spread
 
-LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # of Tally.joint
-#: Columns behind those of Tally.joint, of a joint in space: largest force (N) at a flange and onsets there; N s, of the
+LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # of Totals.joint
+#: Columns after those of Totals.joint, of a joint in space: largest force (N) at a flange, onsets there; N s, of the
 #: difference between the walls; rad.
 AXIAL_FORCE_MAX, AXIAL_ONSETS, UNEVEN_TIME, TILT_MAX, WIDTH = range(JOINT, JOINT + 5)
 RARELY = 0.01  # of the window's time
@@ -40,7 +40,7 @@ FEW = 4  # bins taken from beyond the seam, where a turn begins anew
 
 
 class Summed(NamedTuple):
-    """Sums and maxima of one integration, joint by joint: a Tally without its histograms and what a step needs."""
+    """Sums and maxima of one integration, joint by joint: a Totals without its histograms and what a step needs."""
 
     whole: np.ndarray
     joint: np.ndarray  # (joints, JOINT or, of joints in space, WIDTH)
@@ -123,7 +123,7 @@ def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     """Return the account of a joint's wear, (ACCOUNT,), from those of its contacts, (contacts, ACCOUNT).
 
     What is largest is that of one contact, and so is time beyond the limit; the mean pressure is that over the times
-    for which each is in contact.  contacts : their rows of Tally.joint.
+    for which each is in contact.  contacts : their rows of Totals.joint.
     """
     together: np.ndarray = accounts.sum(axis=0)
     for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLID):
@@ -152,7 +152,7 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
 
 
 def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the wear depths (m) of bearing and journal by bin, of every joint where there is wear; tally : by joint.
+    """Return the wear depths (m) of bearing and journal by bin, of every joint where there is wear; totals : by joint.
 
     Those of a joint in space are over angle and length, (bins, rows).
     """

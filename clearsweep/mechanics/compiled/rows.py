@@ -40,7 +40,7 @@ class BatchArrays:
 
 
 def in_rows(arrays, width):
-    """Return a NamedTuple of arrays of a lane of a Board as rows: of this lane alone, or from it on as wide as that."""
+    """Return a NamedTuple of arrays of a lane of BatchArrays as rows: of this lane alone, or as wide as that."""
     return arrays
 
 

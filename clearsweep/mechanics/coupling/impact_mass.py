@@ -94,7 +94,7 @@ def _joints_at_event(scene, y):
 
 @kernel
 def joints_now(scene, pose, relative, present):
-    """Return the joints of a scene; laws that need it in the Present, its pose and Gaps, are given their mass."""
+    """Return the joints of a scene; laws that need it in the JointState, its pose and Gaps, are given their mass."""
     return _joints_told(scene, pose, relative, present) if _ask(scene.joints) else scene.joints
 
 

@@ -173,7 +173,7 @@ _put_all_contacts = map_joints(_put_contacts, after_joint)
 def rates(scene, y, mode, latched, k, o, row):
     """Put the rates of `y` with respect to tau into `k[row]` and the observables into `o[row]`.
 
-    y : (n,) state; k : (16, n); o : (16, columns); mode : (contacts,) what each contact does; latched : as in Present.
+    y : (n,) state; k : (16, n); o : (16, columns); mode : (contacts,) what each contact does; latched : see JointState.
     """
     n = len(scene.coordinates)
     time = 2 * n

@@ -13,7 +13,7 @@ from ..solver.accumulate.step_sums import LENGTH, WHOLE, TrialStep, keep_last_st
 from ..solver.dop853 import END, ROWS, stage_state
 from .rates import rates, size_of
 
-ARRAYS = "fiffffff"  # the fields of Attempt: float64 or int64
+ARRAYS = "fiffffff"  # the fields of TrialStep: float64 or int64
 
 
 @inlined

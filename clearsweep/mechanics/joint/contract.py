@@ -149,7 +149,7 @@ def parts(joint):
 
 @family
 def load(joint, gap, place, present):
-    """Return the Load of the joint whose bodies are and move as `gap` says, at its Place in the Present."""
+    """Return the Load of the joint whose bodies are and move as `gap` says, at its Offsets in the JointState."""
 
 
 @family

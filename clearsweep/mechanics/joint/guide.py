@@ -83,7 +83,7 @@ class _Course(NamedTuple):
     joint: tuple
     gap: GuideGap
     place: tuple  # Place of the joint
-    present: tuple  # Present
+    present: tuple  # JointState
 
 
 _SIGNS = tuple(_Signs(*corner) for corner in CORNERS)

@@ -31,7 +31,7 @@ class _Rates(NamedTuple):
     """What the rates of internal states are made of."""
 
     load: Load
-    present: tuple  # Present
+    present: tuple  # JointState
     kappa: float  # s
     out: np.ndarray  # (n,) rates of the state vector, or their slopes
 

@@ -20,7 +20,7 @@ AT_ONCE = 1024  # bins that are looked at together: a factor of 16 between force
 PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
 BETWEEN = 3  # even places within a step, at its quarters, at which the bodies are looked at
 MOMENTS = 8  # these and both ends, and the last one again: as many as are looked at at once
-# Rows of Tally.course: N, s, m/s, m, W
+# Rows of Totals.step_values: N, s, m/s, m, W
 FORCE, KAPPA_COURSE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE, COURSES = range(6)
 
 
@@ -104,7 +104,7 @@ def add_course(histogram, j, step_values, duration):
 def force_exceeded(histogram: np.ndarray, duration: float) -> float:
     """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that.
 
-    histogram : (up to BINS, 2), of the Tally; bins that are left out have seen nothing.
+    histogram : (up to BINS, 2), of the Totals; bins that are left out have seen nothing.
     """
     time, change = histogram[::-1].T
     above, steps, begin = 0.0, 0.0, 0  # of all bins that are higher than those looked at

@@ -74,7 +74,7 @@ class Work(NamedTuple):
     log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see passing.Event
     guards: tuple  # joint.guards.Guards
     implicit: tuple  # newton.Implicit
-    totals: tuple  # tally.Tally
+    totals: tuple  # totals.Totals
     record: tuple  # record.Record
     turns: tuple  # turns.Turns
 
@@ -87,14 +87,14 @@ def fastest(at, j):
 
 @inlined
 def attempt_to(at, end):
-    """Return the Attempt of a case whose state at the end is `end`."""
+    """Return the TrialStep of a case whose state at the end is `end`."""
     work = at[0]
     return TrialStep(work.y, work.mode, work.latched, work.weight, work.k, work.o, end, work.step)
 
 
 @inlined
 def accumulators_of(at):
-    """Return the Ledger of a case."""
+    """Return the Accumulators of a case."""
     work, totals, turns = at[0], at[0].totals, at[0].turns
     given = (work.y, work.mode, work.k, work.o, work.end, work.step, work.stepper, work.clearance, work.film, work.rubs)
     return Accumulators(*given, totals.whole, totals.joint, totals.bins, totals.spent, turns.highest, turns.since)

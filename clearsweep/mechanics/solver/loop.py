@@ -314,10 +314,10 @@ def conclude(at):
 class Lot(NamedTuple):
     """Cases that are integrated side by side, c of them."""
 
-    addresses: np.ndarray  # (c,) int64, of their Works, which are kept, each in a lane of one Board
+    addresses: np.ndarray  # (c,) int64, of their Works, which are kept, each in a lane of one BatchArrays
     status: np.ndarray  # (c,) int64, filled: see `integrate`
-    together: Entry  # takes a step in every lane of the Board, see `attempt`; NO_ENTRY for one after the other
-    tried: TrialStep  # the arrays of the Board that a step works on, those of its first lane
+    together: Entry  # takes a step in every lane of the BatchArrays, see `trial_step`; NO_ENTRY for one after the other
+    tried: TrialStep  # the arrays of the BatchArrays that a step works on, those of its first lane
     accumulators: Accumulators  # and those by which it is judged and in which it is entered
 
 

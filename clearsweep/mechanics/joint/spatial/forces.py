@@ -86,7 +86,7 @@ class _Course(NamedTuple):
     gap: SpatialGap
     moving: _Moving
     place: Offsets  # of the joint
-    present: tuple  # Present
+    present: tuple  # JointState
 
 
 @kernel

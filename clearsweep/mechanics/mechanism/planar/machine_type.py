@@ -98,7 +98,7 @@ def kinds_of(value: Any) -> Any:
 
 
 def machine_type(kinds: tuple) -> MachineType:
-    """Return the Anatomy of what `kinds_of` gives of a Planar."""
+    """Return the MachineType of what `kinds_of` gives of a Planar."""
     sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_of(kinds, "joints")[1:]))
     crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
     hang = spanning_tree(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)

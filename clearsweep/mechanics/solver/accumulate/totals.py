@@ -52,11 +52,11 @@ from .step_sums import (
     sum_of,
 )
 
-# Columns of Tally.whole: five integrals of power since the start (J), the balance they make, figures of the window.
+# Columns of Totals.whole: five integrals of power since the start (J), the balance they make, figures of the window.
 WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
 ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX = range(8, 12)
 OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began; rad/s, of a free crank
-# Columns of Tally.joint: figures of the window, LOAD_MAX in N^2 and taken where there is friction; then PEAK (N) and
+# Columns of Totals.joint: figures of the window, LOAD_MAX in N^2 and taken where there is friction; then PEAK (N) and
 # APPROACH (m/s) of the present contact.  FRICTION_ENERGY (J) is that of dry friction.  LOAD_TIME and DRY_FORCE_TIME
 # (N s) are integrals of the sizes of the normal force and of its dry share, where there is a film.
 (
@@ -88,8 +88,8 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
 ) = range(25)
 
 
-HIGHEST_BIN = PARTS + 1  # in Tally.bins: the highest that was entered
-BELOW = 2 * (PARTS + 1)  # in Tally.spent: s, for how long a film pulls
+HIGHEST_BIN = PARTS + 1  # in Totals.bins: the highest that was entered
+BELOW = 2 * (PARTS + 1)  # in Totals.spent: s, for how long a film pulls
 
 
 class Totals(NamedTuple):
@@ -113,7 +113,7 @@ IN_LANES = "whole", "joint", "bins", "spent"  # of its fields
 
 
 class Accumulators(NamedTuple):
-    """What a step is judged by and entered in, see `event.Work`, Tally and Turns: arrays, or rows of cases."""
+    """What a step is judged by and entered in, see `event.Work`, Totals and Turns: arrays, or rows of cases."""
 
     y: tuple
     mode: tuple
