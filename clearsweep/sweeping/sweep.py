@@ -64,7 +64,7 @@ class RunResult:
     answers: tuple[Answer, ...] = ()  # what was found
     effects: tuple[Effect, ...] = ()  # of other keys on the margin, where a search has no answer
     optimised: Optimised | None = None  # what was found; None where nothing was optimised, or it was stopped
-    identified: Identified | None = None  # what was found of a measured machine; None as for `optimised`
+    identified: Identified | None = None  # of a measured machine; None as for `optimised`, or too few cases finished
     refined: Refined | None = None  # what `refine` came to; None where it was not asked for or was stopped
 
     @property
@@ -175,6 +175,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             known["answers"] = store.write_answers(directory, store.Form.of(grid), paths, answers)
             known["answers"] |= store.write_best(directory, store.Form.of(grid), names, best.best if best else ())
             machine = search.result() if isinstance(search, Identifying) and complete else None
+            if isinstance(search, Identifying) and complete and search.too_few:
+                known["warnings"] = warnings = [*warnings, search.too_few]
             known["answers"] |= store.write_sample(directory, store.Form.of(grid), machine.sample if machine else {})
             known["identified"] = machine and identified.of_run(machine)
             counts: dict[str, Any] = conclude(crew, grid, wanted, start=start, **known)
