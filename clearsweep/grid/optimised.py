@@ -1,7 +1,7 @@
 """Reads `optimise`: the values to vary, the columns to make small or large, how many cases that may take."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from ..language import quantity
@@ -73,6 +73,11 @@ class Optimise(NamedTuple):
         own = [tuple(self.start.values())] if self.start else []
         return list(dict.fromkeys([*own, *points]))[:count]
 
+    def columns(self, there: Collection[str]) -> list[str]:
+        """Return the columns that cases are compared by: objectives, and the ends of their intervals, if `there`."""
+        names = [name for name, _ in self.objectives]
+        return [*names, *(end for name in names for end in ends(name) if end in there)]
+
     def written(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
         senses = {
@@ -80,6 +85,11 @@ class Optimise(NamedTuple):
         }
         head = {"over": {path: choice.written() for path, choice in self.over.items()}}
         return head | {key: names for key, names in senses.items() if names} | {"cases": self.cases, "seed": self.seed}
+
+
+def ends(column: str) -> tuple[str, str]:
+    """Return the names of the columns with the ends of the 95 % interval of a column, which few columns have."""
+    return f"{column}_low", f"{column}_high"
 
 
 def find(draft: Draft, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:

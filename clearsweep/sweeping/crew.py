@@ -92,7 +92,7 @@ class Crew:
         if not self.run(grid, ids, np.sort(ids)):
             return None
         rows = self.directory.rows()
-        names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
+        names = grid.optimise.columns([each.name for each in grid.layout.columns]) if grid.optimise else []
         places = np.searchsorted(rows["id"], ids[first:])
         judged = store.judge(self.directory, store.Form.of(grid), rows[places], names)
         if grid.identify is None:

@@ -142,21 +142,33 @@ def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | N
     return found._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
 
 
+def _objective(column: str, case: Mapping[str, Any], unit: str) -> str:
+    """Return an objective of a case with its interval, if it has one."""
+    text = f"{column} {friendly(case['values'][column], unit)}"
+    if column not in case["intervals"]:
+        return text
+    low, high = (friendly(end, unit) for end in case["intervals"][column])
+    return f"{text} (95 %: {low} to {high})"
+
+
 def optimise_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on what `optimise` found."""
-    found = facts["optimised"]
-    if not found:
+    optimum = facts["optimised"]
+    if not optimum:
         return []
-    best, start = found["best"], found["start"]
+    best, start = optimum["best"], optimum["start"]
     front = f"the front has {len(best):,} cases" if len(best) > 1 else "the best case"
-    lines = ["", f"Optimised over {found['looked_at']:,} cases: {front} (all in optimise.parquet)"]
-    if not found["feasible"]:
+    lines = ["", f"Optimised over {optimum['looked_at']:,} cases: {front} (all in optimise.parquet)"]
+    if not optimum["feasible"]:
         front = "none keeps to the limits; the nearest one"
-        lines[-1] = f"Optimised over {found['looked_at']:,} cases: {front} (optimise.parquet)"
+        lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
     for name, each in [*(("", each) for each in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
-        values = [f"{column} {friendly(value, found['units'][column])}" for column, value in each["values"].items()]
+        values = [_objective(column, each, optimum["units"][column]) for column in each["values"]]
         margin = "" if each["margin"] is None else f", margin {100.0 * each['margin']:.3g} % ({each['limiting']})"
         lines.append(f"  {name}{setting_text(each['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
     if len(best) > LISTED_ANSWERS:
         lines.append(f"  and {len(best) - LISTED_ANSWERS:,} more")
+    if optimum["alike"]:
+        others = wording.count(optimum["alike"], "other case") + (" within the limits" if best[0]["limiting"] else "")
+        lines.append(f"  {others} cannot be distinguished from it: the 95 % intervals overlap")
     return lines
