@@ -42,6 +42,7 @@ SECTIONS: tuple[Makes, ...] = (  # seen at once, in the order of the page
     verdict.sections,
     sought.sections,
     optimised.sections,
+    explorer.leading,
     identified.sections,
     sample.sections,
     cases.sections,
