@@ -198,11 +198,13 @@ class Identifying:
         judge = emulator.Judge(emulated, self.observation.values, self.observation.covariance)
         inputs, size, rounds = points.shape[1], POINTS[last], DRAWS[last]
         posterior = emulator.sample(judge.log_likelihood, inputs, chance, size, rounds)
-        least = float(judge.distance(posterior.points)[0].min()) / len(self.observation.values)
+        squares, volumes = judge.distance(posterior.points)
+        least = float(squares.min()) / len(self.observation.values)
         if least > 1.0:  # errors are larger than was assumed
             judge = judge._replace(inflation=least)
             posterior = emulator.sample(judge.log_likelihood, inputs, chance, size, rounds)
-        best = posterior.points[np.argmax(judge.log_likelihood(posterior.points))]
+            squares, volumes = judge.distance(posterior.points)
+        best = posterior.points[np.argmin(squares / judge.inflation + volumes)]
         return judge, posterior._replace(points=ranges[0] + (ranges[1] - ranges[0]) * posterior.points), best
 
     def _identified(self, judge: emulator.Judge, posterior: emulator.Posterior, best: np.ndarray) -> Identified:
