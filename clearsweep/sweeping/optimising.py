@@ -20,7 +20,7 @@ from .rounds import Point
 if TYPE_CHECKING:
     import optuna  # an extra dependency, loaded where a round is asked for
 
-VARIED = 5 / 8  # share of a round that varies the cases of a front, where there is one
+VARIED = 0.5  # share of a round that varies the cases of a front, where there is one
 FEWEST = 3  # cases of a front that are varied
 STEP = 0.32  # of a variation over its range, after the first case; it falls with the square root of their number
 CHANGED = 0.6  # probability that a variation changes a key by a step of its own
@@ -145,8 +145,8 @@ class Optimising:
     def _varied(self, count: int, chance: np.random.Generator) -> list[Point]:
         """Return points about those of the front, [] where that has few cases: a sampler alone leaves gaps in it.
 
-        They are made as in differential evolution (Storn and Price 1997, J. Global Optim. 11, 341), and of cases next to
-        wide gaps more often, as in NSGA-II (Deb et al. 2002, IEEE Trans. Evol. Comput. 6, 182).
+        They are made as in differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
+        gaps are varied more often, as in NSGA-II (Deb et al. 2002, IEEE Trans. Evol. Comput. 6, 182).
         """
         front = list(_front([trial for trial in self.trials if trial.violation == 0.0], self.optimise.objectives))
         if len(front) < FEWEST:
@@ -158,13 +158,12 @@ class Optimising:
             np.diff(values / np.maximum(np.ptp(values, axis=0), np.finfo(float).tiny), axis=0), axis=1
         )
         gaps = np.maximum(np.append(apart[0], apart), np.append(apart, apart[-1]))
+        weights = 0.5 * gaps / gaps.sum() + 0.5 / len(front)
         step = STEP / math.sqrt(len(self.trials))
         among = np.array([choice.kind == AMONG for choice in choices.values()])
         points = []
         for _ in range(count):
-            own, one, other = parts[
-                [chance.choice(len(front), p=gaps / gaps.sum()), *chance.integers(len(front), size=2)]
-            ]
+            own, one, other = parts[[chance.choice(len(front), p=weights), *chance.integers(len(front), size=2)]]
             changed = chance.random(len(own)) < CHANGED
             moved = own + chance.uniform(-0.5, 1.0) * (one - other) + step * changed * chance.standard_normal(len(own))
             moved = np.where(among, np.where(chance.random(len(own)) < CROSSED, one, own), moved).clip(0.0, 1.0)
