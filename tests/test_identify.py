@@ -17,7 +17,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.report import study
 from clearsweep.report.sections.identified import sections
 from clearsweep.sweeping import emulator
-from clearsweep.sweeping.closing import of_run, run_text
+from clearsweep.sweeping.run_summary import of_run, run_text
 
 MASS, ROD = "mechanism.slider.mass", "mechanism.rod.mass"
 TURNS, SAMPLES, SPEED = 8, 180, 500.0  # of a case; rad/s
@@ -40,15 +40,15 @@ class Rig(Fake):
         """Return the motion of a case; one of a heavy rod fails."""
         if case.mechanism.values["rod.mass"] > 0.8:
             return Trajectory("step-budget", "made to fail", {})
-        found = trajectory(case)
+        result = trajectory(case)
         angle = np.linspace(0.0, TURNS * features.TURN, TURNS * SAMPLES + 1)
-        channels = {name: np.zeros(len(angle)) for name in found.channels}
+        channels = {name: np.zeros(len(angle)) for name in result.channels}
         own = {
             "t": angle / SPEED,
             "crank_angle": angle,
             "slider/a": motion(angle, case.mechanism.values["slider.mass"]),
         }
-        return Trajectory("ok", "", found.summary, channels | own)
+        return Trajectory("ok", "", result.summary, channels | own)
 
 
 def measure(path, mass=0.4, turns=12.0, samples=240, gain=1.03, noise=0.02, ahead=2.0):
@@ -87,10 +87,10 @@ def ran(tmp_path_factory):
 def test_the_true_value_is_within_a_narrow_interval(ran):
     result, out, _ = ran
     assert result.ran == 64
-    (found,) = result.identified.parameters
-    assert found.low < 0.4 < found.high
-    assert found.high - found.low < 0.1
-    assert found.determined == "well"
+    (computed,) = result.identified.parameters
+    assert computed.low < 0.4 < computed.high
+    assert computed.high - computed.low < 0.1
+    assert computed.determined == "well"
     assert result.identified.explained
     sample = pq.read_table(out / "identify.parquet").to_pydict()
     assert set(sample) == {MASS, "weight"}
@@ -168,8 +168,8 @@ def test_what_no_case_explains_is_called_a_misfit(tmp_path, monkeypatch):
 def test_a_signal_over_time_of_a_slowly_varying_speed_is_taken_to_the_crank_angle():
     times = np.linspace(0.0, 1.0, 20_000)
     angle = 300.0 * times + 3.0 * np.sin(2.0 * times)
-    found = features.angle_of_time(times, motion(angle, 0.4), 296.0)
-    off = found - angle
+    result = features.angle_of_time(times, motion(angle, 0.4), 296.0)
+    off = result - angle
     assert np.ptp(off[2000:-2000]) < 0.02
 
 
@@ -229,9 +229,9 @@ identify:
         ("FILE", "none.csv", "none.csv"),
     ],
 )
-def test_a_mistake_is_told(tmp_path, told, old, new, message):
+def test_a_mistake_is_told(tmp_path, problems_in, old, new, message):
     file = measure(tmp_path / "rig.csv")
-    problems = told(IDENTIFIED.replace(old, new).replace("FILE", str(file)))
+    problems = problems_in(IDENTIFIED.replace(old, new).replace("FILE", str(file)))
     assert any(message in each for each in problems), problems
 
 

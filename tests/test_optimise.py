@@ -17,7 +17,7 @@ from clearsweep.grid.optimised import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report import study
 from clearsweep.report.sections.optimised import sections
-from clearsweep.sweeping.closing import of_run, run_text
+from clearsweep.sweeping.run_summary import of_run, run_text
 
 MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"
 
@@ -203,8 +203,8 @@ def test_laws_fits_and_whole_numbers_are_chosen(at):
         ("optimise:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\noptimise:\n", "conflicts with `sweep`"),
     ],
 )
-def test_a_mistake_is_told(told, old, new, message):
-    problems = told(OPTIMISED.replace(old, new))
+def test_a_mistake_is_told(problems_in, old, new, message):
+    problems = problems_in(OPTIMISED.replace(old, new))
     assert any(message in each for each in problems), problems
 
 

@@ -117,13 +117,13 @@ class Evidence(NamedTuple):
         weights, _ = lapack.dpotrs(root, self.values, lower=1)
         lower = np.tril(lapack.dpotri(root, lower=1)[0])
         away = np.outer(weights, weights) - lower - np.tril(lower, -1).T
-        along = (falling * (1.0 + apart) * away.ravel()) @ self.squares.T
-        slopes = [np.vdot(away, kernel), *(5.0 / 3.0 * inverse_squares * along), noise * np.trace(away)]
+        projected = (falling * (1.0 + apart) * away.ravel()) @ self.squares.T
+        slopes = [np.vdot(away, kernel), *(5.0 / 3.0 * inverse_squares * projected), noise * np.trace(away)]
         likelihood = -0.5 * self.values @ weights - np.log(np.diag(root)).sum() - 0.5 * count * np.log(2.0 * np.pi)
         return -float(likelihood), -0.5 * np.array(slopes)
 
 
-class Judge(NamedTuple):
+class LikelihoodModel(NamedTuple):
     """Judges points of an emulator by what was measured."""
 
     emulator: Emulator
@@ -143,17 +143,17 @@ class Judge(NamedTuple):
         off = (self.measured - means) / scale
         inverse = np.linalg.inv(shared)
         inner = basis @ inverse @ basis.T + np.eye(len(basis)) / np.maximum(variances, 1e-12)[:, None, :]
-        along = off @ inverse @ basis.T
-        solved = np.linalg.solve(inner, along[:, :, None])[:, :, 0]
-        squares = np.einsum("ij,jk,ik->i", off, inverse, off) - (along * solved).sum(axis=1)
+        projected = off @ inverse @ basis.T
+        solved = np.linalg.solve(inner, projected[:, :, None])[:, :, 0]
+        squares = np.einsum("ij,jk,ik->i", off, inverse, off) - (projected * solved).sum(axis=1)
         volumes = np.linalg.slogdet(shared)[1] + np.log(np.maximum(variances, 1e-12)).sum(axis=1)
         return squares, volumes + np.linalg.slogdet(inner)[1]
 
     def log_likelihood(self, points: np.ndarray) -> np.ndarray:
         """Return the logarithms of the likelihoods of points, up to one constant."""
         squares, volumes = self.distance(points)
-        found: np.ndarray = -0.5 * (squares / self.inflation + volumes)
-        return found
+        likelihood: np.ndarray = -0.5 * (squares / self.inflation + volumes)
+        return likelihood
 
     def deviations(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return by how much each measured feature is above that at a point (inputs,), and standard deviations."""
@@ -181,7 +181,7 @@ class Posterior(NamedTuple):
         return [float(each) for each in np.interp(shares, cumulated, self.points[order, column])]
 
 
-def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator, size: int, rounds: int) -> Posterior:
+def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator, size: int, moves: int) -> Posterior:
     """Return a weighted sample of points of the unit cube that are even before they are judged.
 
     In each round they are drawn from about those of the round before that are likely (adaptive importance sampling,
@@ -192,7 +192,7 @@ def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator,
 
     points = qmc.Sobol(inputs, seed=chance).random_base2(int(np.ceil(np.log2(size))))
     logs = log_likelihood(points)
-    for _ in range(rounds):
+    for _ in range(moves):
         flat = _flattened(logs)
         centres = points[chance.choice(len(points), CENTRES, p=flat)]
         middle = flat @ points
@@ -210,13 +210,13 @@ def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator,
 
 def _drawn(centres: np.ndarray, root: np.ndarray, chance: np.random.Generator, size: int) -> np.ndarray:
     """Return points of the unit cube: some even, the others about the centres; those outside are drawn again."""
-    found = np.empty((0, centres.shape[1]))
-    while len(found) < size:
+    points = np.empty((0, centres.shape[1]))
+    while len(points) < size:
         about = centres[chance.integers(len(centres), size=size)] + chance.standard_normal((size, len(root))) @ root.T
         even = chance.random(about.shape)
         drawn = np.where(chance.random((size, 1)) < EVEN, even, about)
-        found = np.concatenate([found, drawn[((drawn >= 0.0) & (drawn <= 1.0)).all(axis=1)]])
-    return found[:size]
+        points = np.concatenate([points, drawn[((drawn >= 0.0) & (drawn <= 1.0)).all(axis=1)]])
+    return points[:size]
 
 
 def _flattened(logs: np.ndarray) -> np.ndarray:

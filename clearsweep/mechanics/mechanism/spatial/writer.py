@@ -4,8 +4,8 @@ A vector is the name of one, or None where it is zero; what it is at a body is i
 """
 
 from ..planar.writer import Lines
-from .anatomy import Anatomy
 from .form import Sleeve, Slide
+from .machine_type import MachineType
 
 ZERO = "Vector(0.0, 0.0, 0.0)"
 UP = "Vector(0.0, 0.0, 1.0)"
@@ -15,7 +15,7 @@ AXES = "xyz"
 class Writer:
     """Lines of a function of a tree."""
 
-    def __init__(self, tree: Anatomy, *arguments: str):
+    def __init__(self, tree: MachineType, *arguments: str):
         self.tree, self.lines = tree, Lines(*arguments)
 
     def let(self, expression: str | None) -> str | None:

@@ -2,18 +2,18 @@
 
 from ..language.quantity import is_bare
 from .document import WrittenValue
-from .draft import Draft
 from .keys import Number
+from .reader import Reader
 
 
-def assumed(draft: Draft) -> tuple[str, ...]:
+def assumed_units(reader: Reader) -> tuple[str, ...]:
     """Return the paths of quantities with a unit, and of axes of such, that are written without."""
-    numbers = (path for path, node in draft.shape.items() if isinstance(node, Number) and _has_unit(draft, node))
-    return tuple(path for path in numbers if _bare(draft.swept.get(path) or draft.written.get(path)))
+    numbers = (path for path, node in reader.shape.items() if isinstance(node, Number) and _has_unit(reader, node))
+    return tuple(path for path in numbers if _bare(reader.swept.get(path) or reader.written.get(path)))
 
 
-def _has_unit(draft: Draft, node: Number) -> bool:
-    fields = node.fields(draft.names)
+def _has_unit(reader: Reader, node: Number) -> bool:
+    fields = node.fields(reader.names)
     return bool(fields) and fields[0].unit != "1"
 
 
