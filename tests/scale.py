@@ -1,4 +1,4 @@
-"""Measures what a sweep costs beside its cases, up to a million of them, with stand-ins and with real mechanics.
+"""Measures what a sweep costs next to its cases, up to a million of them, with stand-ins and with real mechanics.
 
 `python tests/scale.py [--made-up N,N,...] [--real N,N,...] [--write]` (`make scale`) runs grids of so many cases, each
 step in a process of its own; with `--write` the tables go into results/speed.md.

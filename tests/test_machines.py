@@ -1,4 +1,4 @@
-"""Claims about mechanisms, drives and loads as a grid describes them: what is read, what a mistake is told."""
+"""Claims about mechanisms, drives and loads as a grid describes them: what is read, what a mistake is answered."""
 
 import copy
 import json

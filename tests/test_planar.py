@@ -54,7 +54,7 @@ RNG_SEED = 5
 
 
 def openings(machine):
-    """Return every joint alone, the first one beside each other, and none."""
+    """Return every joint alone, the first one with each other, and none."""
     names = [joint.name for joint in machine.joints]
     return [*((name,) for name in names), *((names[0], name) for name in names[1:]), ()]
 

@@ -32,7 +32,7 @@ heavy = pytest.mark.heavy
 
 
 class Clock:
-    """A clock that goes on when it is told to."""
+    """A clock that goes on when it is asked to."""
 
     def __init__(self, monkeypatch):
         self.now = 0.0

@@ -1,4 +1,4 @@
-"""Cases that are integrated side by side: each comes to what it comes to alone, whatever goes beside it."""
+"""Cases that are integrated side by side: each comes to what it comes to alone, whatever goes with it."""
 
 from pathlib import Path
 
@@ -352,7 +352,7 @@ def test_a_calm_step_comes_to_what_one_does_that_is_looked_at():
 
 
 def test_most_steps_are_calm():
-    """What a case in another lane has not counted yet, when one ends, are its calm steps."""
+    """What a case in another lane has not counted yet, when one ends, are its fast steps."""
     scenes = [simulation.build(case) for case in cases(count=2, **{"save.orbits": "none"})]
     board = run.board_of(scenes[0])
     runs = [run.Run(start_of(scene, NOWHERE), lane=run.lane_of(board, lane)) for lane, scene in enumerate(scenes)]

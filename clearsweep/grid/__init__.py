@@ -1,4 +1,4 @@
-"""What the user wrote, checked and in SI, and the cases it stands for.  Imports neither llvmlite nor numpy."""
+"""What the user wrote, checked and in SI, and the cases it applies for.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
 from .changes import SET, SWEEP, Changed, read_options

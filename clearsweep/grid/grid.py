@@ -51,7 +51,7 @@ def load(
     """Return the checked grid in `source`, a path or a dict of the same shape, or one of them that options change.
 
     `overrides` maps dotted paths to values that replace what is written; None takes a key away, and a swept path that
-    is overridden is swept no longer.  An InputError tells every mistake.
+    is overridden is swept no longer.  An InputError reports every mistake.
     """
     problems = Problems()
     changed = source if isinstance(source, Changed) else Changed(source)
@@ -149,10 +149,10 @@ class Grid:
     _outline: Outline
     fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> the fits of ISO 286 that it is written as
     assumed_units: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
-    seek: Seek | None = None  # what is sought; its axis has the values that are tried first
+    seek: Seek | None = None  # what is searched for; its axis has the values that are tried first
     refine: Refine | None = None  # where further cases are put
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
-    added_cases: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
+    added_cases: tuple[tuple[Any, ...], ...] = ()  # cases besides the product: their values, in the order of `axes`
     taken: tuple[Taken, ...] = ()  # the numbers that libraries gave
     defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
     optimise: Optimise | None = None  # what is to be made small or large

@@ -27,7 +27,7 @@ TEXT = (
 
 
 def read_into(reader: Reader, root: WrittenValue) -> None:
-    """Read the section into the draft: path -> what is written of it, in SI."""
+    """Read the section into the reader: path -> what is written of it, in SI."""
     section = root.value.get(UNCERTAIN) if isinstance(root.value, dict) else None
     if section is None:
         return

@@ -1,4 +1,4 @@
-"""Finds out what the wear coefficients of a grid are in: unless it says so, bare numbers beside a hardness are k H."""
+"""Finds out what the wear coefficients of a grid are in: unless it says so, bare numbers with a hardness are k H."""
 
 from collections.abc import Iterator
 

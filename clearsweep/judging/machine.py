@@ -59,8 +59,8 @@ def _misfit(identified: Mapping[str, Any]) -> str:
     """Return whether the model explains what was measured."""
     if identified["explained"]:
         return (
-            "The model explains what was measured within the errors that are assumed; a law that differs by less is not "
-            "noticed."
+            "The model explains what was measured within the errors that are assumed; a law that differs by less is "
+            "not noticed."
         )
     far = sorted(
         (each for each in identified["fits"] if abs(each["deviations"]) > FAR),

@@ -1,4 +1,4 @@
-"""All cases that a directory holds as one run to read, also those that the grid last run has not."""
+"""All cases that a directory contains as one run to read, also those that the grid last run has not."""
 
 import contextlib
 import tempfile

@@ -44,7 +44,7 @@ class Parameter(NamedTuple):
 
     path: str
     value: float  # median
-    low: float  # of the interval that holds it with 95 %
+    low: float  # of the interval that contains it with 95 %
     high: float
     determined: str  # 'well', 'weakly' or 'not'
     ends: tuple[str, ...]  # 'lower', 'upper': ends of the range at which the interval ends
@@ -70,7 +70,7 @@ class Read(NamedTuple):
     revolutions: int
     samples: float  # of a revolution
     orders: float  # up to which it is compared
-    angle: float  # rad, by which its crank angle is ahead
+    angle: float  # rad, by which its crank angle is off
     speed: float | None  # rad/s, mean, where it is over time
     noise: tuple[float, float, float]  # rms over that of the signal: median, ends of the interval
 

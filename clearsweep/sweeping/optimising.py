@@ -1,4 +1,4 @@
-"""Looks for the best cases, round by round, with a sampler of Optuna, which is asked and told.
+"""Looks for the best cases, round by round, with a sampler of Optuna, which is asked and answered.
 
 What the sampler knows is rebuilt in every round from the cases that are there, and it is seeded by the round: the same
 results lead to the same cases however often a run was interrupted, and whatever the number of workers.
@@ -163,10 +163,12 @@ class Optimising:
         among = np.array([choice.kind == AMONG for choice in choices.values()])
         points = []
         for _ in range(count):
-            own, one, other = parts[[chance.choice(len(front), p=weights), *chance.integers(len(front), size=2)]]
+            own, first, second = parts[[chance.choice(len(front), p=weights), *chance.integers(len(front), size=2)]]
             changed = chance.random(len(own)) < CHANGED
-            moved = own + chance.uniform(-0.5, 1.0) * (one - other) + step * changed * chance.standard_normal(len(own))
-            moved = np.where(among, np.where(chance.random(len(own)) < CROSSED, one, own), moved).clip(0.0, 1.0)
+            moved = (
+                own + chance.uniform(-0.5, 1.0) * (first - second) + step * changed * chance.standard_normal(len(own))
+            )
+            moved = np.where(among, np.where(chance.random(len(own)) < CROSSED, first, own), moved).clip(0.0, 1.0)
             points.append(
                 {
                     path: _within(choice, part)

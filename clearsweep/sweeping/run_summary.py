@@ -23,7 +23,7 @@ FILES = ("summary.parquet", "orbits.h5", "run.json")
 
 
 def of_run(result: RunResult) -> dict[str, Any]:
-    """Return what `run` tells of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
+    """Return what `run` reports of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
     run = result.open()
     swept = list(run.grid["units"])
     joints = [joint.name for joint in run.layout.joints]
@@ -87,7 +87,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
 
 
 class _Kept:
-    """How many cases keep to the limits of a grid, as `run` tells it."""
+    """How many cases keep to the limits of a grid, as `run` reports it."""
 
     def __init__(self, record: Mapping[str, Any]):
         self.verdict = verdict.of_record(record)

@@ -1,4 +1,4 @@
-"""The closing lines of a run on what was sought, optimised and refined."""
+"""The closing lines of a run on what was searched for, optimised and refined."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -17,7 +17,7 @@ LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
 def seek_facts(
     result: RunResult, units: Mapping[str, str], limits: Iterable[Limit], columns: Mapping[str, str]
 ) -> dict[str, Any] | None:
-    """Return what was sought and found, ready for JSON, in SI; None where nothing was sought.
+    """Return what was searched for and found, ready for JSON, in SI; None where nothing was searched for.
 
     units, columns : of swept paths, and of columns; limits : of the grid.
     """
@@ -35,7 +35,7 @@ def seek_facts(
 
 
 def seek_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what was sought."""
+    """Return the lines on what was searched for."""
     if not facts["seek"]:
         return []
     asked, answers = facts["seek"]["asked"], facts["seek"]["answers"]

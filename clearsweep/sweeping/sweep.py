@@ -60,7 +60,7 @@ class RunResult:
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
     joined: int = 0  # directories that were joined; 0 for a run
-    seek: grids.Seek | None = None  # what was sought
+    seek: grids.Seek | None = None  # what was searched for
     answers: tuple[Answer, ...] = ()  # what was found
     effects: tuple[Effect, ...] = ()  # of other keys on the margin, where a search has no answer
     optimised: Optimised | None = None  # what was found; None where nothing was optimised, or it was stopped
@@ -233,7 +233,7 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
 def conclude(worker_pool: WorkerPool, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
     """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts.
 
-    The crew knows where, and does what is to be computed of the finished run.
+    The pool knows where, and does what is to be computed of the finished run.
     """
     directory, ran = worker_pool.directory, worker_pool.ran
     rows = directory.rows()

@@ -20,7 +20,7 @@ _loads = map_joints(_load, after_joint)
 
 @inlined
 def loads_of(joints, relative, present):
-    """Return one Load per joint of the tuple `joints`, whose bodies stand and move as the Gaps `relative` say."""
+    """Return one Load per joint of the tuple `joints`, whose bodies are and move as the Gaps `relative` say."""
     return _loads(joints, relative, first_place(joints, present.roots), present)
 
 

@@ -10,7 +10,7 @@ change is seen from two stages at the end of the step (Hairer & Wanner, "Solving
 nothing: where the tolerance is tight, errors of what is stiff keep the steps within a third of the limit of stability,
 where those of a motion that is not stiff are, too.
 
-Counts of evaluations decide, never a clock, and of these only what the motion takes: not what is asked beside it.
+Counts of evaluations decide, never a clock, and of these only what the motion takes: not what is asked besides it.
 """
 
 from ..compiled.family import kernel

@@ -92,27 +92,27 @@ def advance_alone(at):
 
 @kernel
 def enter_alone(at):
-    """Enter the step, which stands."""
+    """Enter the step, which is accepted."""
     at[0].step[ACCEPTED] = 1.0
     accumulate_step(in_rows(accumulators_of(at), 1), at[0].time)
 
 
 @kernel
 def note_calm_alone(at):
-    """Note whether a step is calm."""
+    """Note whether a step is fast."""
     note_fast_path(in_rows(accumulators_of(at), 1), at[0].independent)
 
 
 @kernel
 def look_at_guards(at):
-    """Let a step not stand that may pass a guard which is not an observable: those are judged."""
+    """Let a step not be accepted that may pass a guard which is not an observable: those are judged."""
     if at[0].step[ACCEPTED] != 0.0 and may_pass_by_law(at):
         at[0].step[ACCEPTED] = 0.0
 
 
 @kernel
 def finish_step(at):
-    """Judge a step by itself, and enter it if it stands; one to an event is not judged."""
+    """Judge a step by itself, and enter it if it is accepted; one to an event is not judged."""
     work = at[0]
     if work.stepper[LANDING] != 0.0:
         return
@@ -220,7 +220,7 @@ def interruption(at):
 
 @kernel
 def ready(at):
-    """Return GOING where a case is to take a step, whose length then stands in `work.step`, else why not."""
+    """Return GOING where a case is to take a step, whose length then is in `work.step`, else why not."""
     work = at[0]
     stepper = work.stepper
     count_fast_steps(at)
@@ -340,7 +340,7 @@ _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 
 
 def integrate(model: Pinned, lot: Pinned) -> None:
-    """Integrate cases from where they stand until one of them is to be looked at.  Never raises.
+    """Integrate cases from where they are until one of them is to be looked at.  Never raises.
 
     Parameters
     ----------

@@ -152,7 +152,7 @@ class Statements(Expressions):
                 blocks = [path.block for path in paths]
                 made = [meeting(blocks, list(items), end) for items in zip(*rows, strict=True)]
             except NotTraceableError:
-                continue  # a name that stands for different things has no value from here on
+                continue  # a name that represents different things has no value from here on
             met[name] = rebuilt(column[0], iter(made))
         for path in paths:
             builder.position_at_end(path.block)

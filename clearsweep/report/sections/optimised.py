@@ -1,4 +1,4 @@
-"""What a run optimised: the best case beside the one that the grid has written, the front, which limits bind."""
+"""What a run optimised: the best case with the one that the grid has written, the front, which limits bind."""
 
 from typing import Any
 
@@ -61,7 +61,7 @@ def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], st
 
 
 def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
-    """Return of each objective with an interval which cases cannot be told from the best one."""
+    """Return of each objective with an interval which cases cannot be distinguished from the best one."""
     lines = []
     for name in names:
         ends = [f"{name}_{end}" for end in ("low", "high")]

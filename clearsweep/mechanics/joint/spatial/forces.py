@@ -169,7 +169,7 @@ def _its_equivalent(contact):
 
 @kernel
 def _telling(joint, gap, a, b):
-    """Return the Contacts that only tell, from the Touches of both walls."""
+    """Return the Contacts that only report, from the Touches of both walls."""
     force, whole = plus(a.normal, b.normal), plus(a.force, b.force)
     square = dot(force, force)
     zero = as_type_of(0.0, square)

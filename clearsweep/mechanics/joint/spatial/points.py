@@ -61,7 +61,7 @@ def farthest(px, py, kx, ky, radius):
 
 @kernel
 def searched(px, py, kx, ky, radius):
-    """Return the same where the circle leans much, or stands about the axis: by Newton's method between bounds."""
+    """Return the same where the circle leans much, or is about the axis: by Newton's method between bounds."""
     lean = radius * (kx * kx + ky * ky)
     product = kx * px + ky * py
     distance = math.sqrt(px * px + py * py)

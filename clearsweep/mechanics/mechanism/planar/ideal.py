@@ -288,7 +288,7 @@ def _constraints(machine: Machine) -> int:
 
 
 def _bodies_of(load: Any) -> set[str]:
-    """Return the bodies that a load acts on; friction in a joint is told by the joint."""
+    """Return the bodies that a load acts on; friction in a joint is given by the joint."""
     if isinstance(load, Rubbing | Braking):
         return set()
     return {load.first.body, load.second.body} if isinstance(load, Spring) else {load.at.body}

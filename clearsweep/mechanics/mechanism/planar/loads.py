@@ -31,7 +31,7 @@ class Table(NamedTuple):
 
     table: ArrayHandle  # address of (rows, _WIDTH) numbers
     rows: float
-    span: float  # rad, after which it repeats; 0: it holds its ends
+    span: float  # rad, after which it repeats; 0: it keeps its ends
 
 
 class ByAngle(NamedTuple):
@@ -100,7 +100,7 @@ def by_table(given, at):
 
 @kernel
 def _polynomial(table, place, x):
-    """Return the cubic whose coefficients, the highest first, stand from `place` on."""
+    """Return the cubic whose coefficients, the highest first, are from `place` on."""
     value = load_item(table, place) * x + load_item(table, place + 1)
     return (value * x + load_item(table, place + 2)) * x + load_item(table, place + 3)
 

@@ -34,7 +34,7 @@ class Rub(NamedTuple):
     load: int  # its number among the loads
     joint: int
     given: bool  # it does not depend on the reaction
-    sticks: bool = False  # below a rate its law holds the bodies
+    sticks: bool = False  # below a rate its law stops the bodies
 
 
 class MachineType(NamedTuple):

@@ -55,7 +55,7 @@ class _Placing(Kinematics):
             self.shift[body] = (f"x{body}", f"y{body}")
 
     def take_dependent(self) -> None:
-        """Give names to what the tuple `dependent` holds."""
+        """Give names to what the tuple `dependent` contains."""
         for i, item in enumerate(self.machine.dependent):
             self.lines.text.append(f"{self.name(item)} = dependent[{i}]")
             if item.kind == ANGLE:

@@ -1,7 +1,7 @@
 """Friction in joints of a planar machine that have no clearance, or a size of its own, written out for its type.
 
 The friction in a pin is a couple, in a guide a force, by a friction law of the reaction, and the reactions depend on
-all friction.  Both are found in turn until nothing changes: the couples are small beside what the reactions do at the
+all friction.  Both are found in turn until nothing changes: the couples are small besides what the reactions do at the
 length of a body, so that each turn leaves a tenth or less of what was wrong.
 """
 

@@ -1,4 +1,4 @@
-"""What is taken from a step of a case beyond what `totals.accumulate_step` adds up: it costs a search, or only some cases ask."""
+"""Sums beyond those of `totals.accumulate_step`: they cost a search, or only some cases need them."""
 
 import math
 
@@ -171,7 +171,7 @@ def note_film(at, h, j, dense):
 
 @kernel
 def seek_maxima(at):
-    """Raise the maxima that may lie between the stages, see `totals.accumulate_step`, to what they are on the dense output."""
+    """Raise the maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = at[0]
     whole, step, turns, counted = work.totals.whole, work.step, work.turns, work.stepper[WINDOWED] != 0.0
     for j in range(work.mode.size):
