@@ -16,6 +16,7 @@ from clearsweep.judging import features
 from clearsweep.language.errors import InputError
 from clearsweep.report import study
 from clearsweep.report.sections.identified import sections
+from clearsweep.sweeping import emulator
 from clearsweep.sweeping.run_summary import of_run, run_text
 
 MASS, ROD = "mechanism.slider.mass", "mechanism.rod.mass"
@@ -138,6 +139,19 @@ def test_a_key_that_the_signal_does_not_depend_on_is_said_to_be_undetermined(tmp
     assert result.failed > 0  # and failed cases are left out
     assert result.identified.finished + result.failed == 48
     assert "the data do not determine it" in run_text(of_run(result))
+
+
+def test_the_likelihood_of_lengths_is_that_of_scikit_learn():
+    kernels = pytest.importorskip("sklearn.gaussian_process.kernels")
+    gaussian = pytest.importorskip("sklearn.gaussian_process")
+    chance = np.random.default_rng(3)
+    points, values = chance.random((40, 3)), chance.standard_normal(40)
+    kernel = 1.7 * kernels.Matern([0.2, 0.7, 5.0], nu=2.5) + kernels.WhiteKernel(0.03)
+    process = gaussian.GaussianProcessRegressor(kernel, optimizer=None, alpha=emulator.JITTER).fit(points, values)
+    likelihood, slopes = process.log_marginal_likelihood(kernel.theta, eval_gradient=True)
+    own, own_slopes = emulator.Evidence.of(points, values).negative(kernel.theta)
+    assert -own == pytest.approx(likelihood, rel=1e-10)
+    assert -own_slopes == pytest.approx(slopes, rel=1e-8)
 
 
 def test_what_no_case_explains_is_called_a_misfit(tmp_path, monkeypatch):

@@ -1,6 +1,7 @@
 """Claims about `optimise`: the best of ordinary cases, the same however often it was interrupted."""
 
 import dataclasses
+import itertools
 
 import pyarrow.parquet as pq
 import pytest
@@ -150,6 +151,22 @@ def test_a_resolved_grid_asks_for_the_same_cases():
     again = grids.load(own.resolved(), Fake.catalogue())
     assert [*again.identities()] == [*own.identities()]
     assert again.frame() == own.frame()
+
+
+def test_every_value_of_a_choice_has_its_part():
+    for choice in (Choice("among", ("a", "b", "c")), Choice("whole", (2, 5))):
+        every = choice.values if choice.kind == "among" else range(2, 6)
+        assert [choice.at(choice.part(value)) for value in every] == list(every)
+    assert Choice("range", (1.0, 100.0)).part(10.0) == pytest.approx(0.5)
+
+
+def test_a_front_over_ranges_and_choices_has_no_wide_gaps(tmp_path):
+    over = {MASS: ["0.1 kg", "0.9 kg"], ROD: ["0.1 kg", "0.9 kg"], GRAVITY: {"among": [GOOD, 0.001]}}
+    quiet(asked(96, minimise=["miss", "rod_slider_force_peak"], over=over), tmp_path / "run")
+    masses = sorted(row[MASS] for row in best(tmp_path / "run"))
+    assert len(masses) > 40
+    assert masses[0] < 0.11
+    assert max(after - before for before, after in itertools.pairwise([*masses, 0.4])) < 0.04
 
 
 OPTIMISED = (

@@ -260,10 +260,10 @@ BRUSHED = """
   const drag = (type, share) => lines.dispatchEvent(new PointerEvent(type, {pointerId: 1, bubbles: true,
     clientX: box.left + (place + 0.5) * box.width / names.length, clientY: box.top + 44 + share * (box.height - 64)}));
   lines.setPointerCapture = () => {};
-  const found = {names, before: said(), marked: colours(),
+  const seen = {names, before: said(), marked: colours(),
     chosen: [...all("#explore label > select")].map(each => each.selectedOptions[0].textContent)};
   drag("pointerdown", 0.5); drag("pointermove", 0.2); drag("pointerup", 0);
-  return {...found, after: said(), range: all("#explore .filters input")[place].value, left: colours()};
+  return {...seen, after: said(), range: all("#explore .filters input")[place].value, left: colours()};
 """
 
 
@@ -274,19 +274,19 @@ def test_cases_of_an_optimisation_are_brushed_and_the_best_are_marked(tmp_path, 
     source = {key: part for key, part in grid(1, orbits="none").items() if key != "sweep"} | aims
     sweep(source | {"optimise": section}, tmp_path / "run", executor="serial", show_progress=False)
     run = clearsweep.open(tmp_path / "run")
-    result = browse(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8"), BRUSHED)
-    assert result["errors"] == result["fetched"] == []
-    assert [name.split(" [")[0] for name in result["names"]] == [
+    seen = browse(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8"), BRUSHED)
+    assert seen["errors"] == seen["fetched"] == []
+    assert [name.split(" [")[0] for name in seen["names"]] == [
         *("slider mass", "rod mass", "miss", "rod_slider_force_peak")
     ]
-    assert [name.split(" [")[0] for name in result["chosen"]] == ["miss", "rod_slider_force_peak", "slider mass"]
-    assert result["before"] == "32 cases."
-    low, high = map(float, result["range"].split(".."))
+    assert [name.split(" [")[0] for name in seen["chosen"]] == ["miss", "rod_slider_force_peak", "slider mass"]
+    assert seen["before"] == "32 cases."
+    low, high = map(float, seen["range"].split(".."))
     miss, best = run.summary.set_index("case_id")["miss"], run.optimise["miss"]
     kept, left = ((values >= low) & (values <= high) for values in (miss, best))
-    assert result["after"] == f"{kept.sum()} of 32 cases. {left.sum()} of {len(best)} marked."
+    assert seen["after"] == f"{kept.sum()} of 32 cases. {left.sum()} of {len(best)} marked."
     assert 0 < left.sum() < len(best)
-    assert 0 < result["left"] < result["marked"]
+    assert 0 < seen["left"] < seen["marked"]
 
 
 FOLLOWED = """

@@ -59,6 +59,8 @@ LIVES = GRID | {
 class Round:
     """One directory, killed and resumed until its run is complete."""
 
+    grace = 5.0  # s in which workers end after their parent
+
     def __init__(self, start, out: Path, chance: random.Random, pause: tuple[float, float]):
         self.start, self.out, self.chance, self.pause = start, out, chance, pause
         self.kills = Counter()  # by victim
@@ -83,7 +85,7 @@ class Round:
             self.kills[kind] += 1
             if process in victims:
                 process.communicate()
-                assert not (left := outliving(family, 5.0)), f"workers outlived their parent: {left}"
+                assert not (left := outliving(family, self.grace)), f"workers outlived their parent: {left}"
                 self._look()
                 process = self.start(self.out)
         while self._goes_on(process, 60.0):

@@ -43,9 +43,13 @@ class Choice(NamedTuple):
             return min(low + int(part * (high - low + 1)), high)
         return low * (high / low) ** part if self.logarithmic else low + (high - low) * part
 
-    def part(self, value: float) -> float:
-        """Return which part of the way through a range a value is."""
+    def part(self, value: Any) -> float:
+        """Return which part of the way through the choice a value is, of one of several the middle of its share."""
+        if self.kind == AMONG:
+            return (self.values.index(value) + 0.5) / len(self.values)
         low, high = self.values
+        if self.kind == WHOLE:
+            return float((value - low + 0.5) / (high - low + 1))
         return math.log(value / low) / math.log(high / low) if self.logarithmic else (value - low) / (high - low)
 
     def written(self) -> Any:

@@ -58,7 +58,10 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
 def _misfit(identified: Mapping[str, Any]) -> str:
     """Return whether the model explains what was measured."""
     if identified["explained"]:
-        return "The model explains what was measured within the errors that are assumed."
+        return (
+            "The model explains what was measured within the errors that are assumed; a law that differs by less is "
+            "not noticed."
+        )
     far = sorted(
         (each for each in identified["fits"] if abs(each["deviations"]) > FAR),
         key=lambda each: -abs(each["deviations"]),

@@ -175,16 +175,16 @@ class _OrbitFile:
         durable.check_regular(path)
         with h5py.File(path, "r") as file:
             self.starts = {each: file[dataset.path][:] for each, dataset in offsets_of(form).items()}
-            self.places = {dataset.path: file[dataset.path].id.get_offset() for dataset in datasets(form)}
+            names = [dataset.path for dataset in datasets(form)]
+            self.places = {name: h5py.h5d.open(file.id, name.encode()).get_offset() for name in names}
 
 
 class OrbitFiles:
-    """The orbits of all batches of a run; a limited number of files is open at a time."""
+    """The orbits of all batches of a run, each looked at when it is asked for; few files are open at a time."""
 
     def __init__(self, run: RunDirectory, form: ResultSchema):
-        self.files = {
-            number: _OrbitFile(batch.orbits, form) for number, batch in enumerate(run.batches) if batch.orbits
-        }
+        self.paths, self.form = [batch.orbits for batch in run.batches], form
+        self.files: dict[int, _OrbitFile] = {}  # by number of a batch
         self.handles: dict[int, BinaryIO] = {}  # by number of a batch
 
     def __enter__(self) -> Self:
@@ -200,21 +200,30 @@ class OrbitFiles:
             return rows["row"].astype("i8") * width, np.full(len(rows), width, "i8")
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
         for here in _split(rows["batch"]):
-            if file := self.files.get(int(rows["batch"][here[0]])):
+            if file := self._file(int(rows["batch"][here[0]])):
                 starts, row = file.starts[each], rows["row"][here]
                 first[here], count[here] = starts[row], starts[row + 1] - starts[row]
         return first * width, count * width
+
+    def _file(self, number: int) -> _OrbitFile | None:
+        """Return what is known of a batch, None where it has no orbits."""
+        path = self.paths[number]
+        if number not in self.files and path:
+            self.files[number] = _OrbitFile(path, self.form)
+        return self.files.get(number)
 
     def read(self, number: int, dataset: Dataset, first: int, count: int) -> bytes:
         """Return `count` values of a batch's dataset from value `first` on, as bytes."""
         if not count:
             return b""  # a dataset without values has no place in the file
+        file = self._file(number)
+        assert file is not None  # there are values
         if number not in self.handles:
             if len(self.handles) >= OPEN_FILES:
                 self.handles.pop(next(iter(self.handles))).close()
-            self.handles[number] = durable.opened(self.files[number].path)
+            self.handles[number] = durable.opened(file.path)
         size, handle = dataset.dtype.itemsize, self.handles[number].fileno()
-        return os.pread(handle, count * size, self.files[number].places[dataset.path] + first * size)
+        return os.pread(handle, count * size, file.places[dataset.path] + first * size)
 
 
 def _write_orbits(path: Path, run: RunDirectory, form: ResultSchema, rows: np.ndarray, mark: str) -> None:

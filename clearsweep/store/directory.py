@@ -38,6 +38,7 @@ from .record import RECORD_FILE, now, plain, read_record, record_bytes
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
 LOOK = 0.05  # s, more than a look at who has the lock takes
+SMALL = 64  # cases of a batch, up to which they are kept in memory: there may be many of such batches
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
 ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "seek.parquet",
@@ -56,6 +57,7 @@ class RunDirectory:
         self.orbits, self.summaries = self.path / ORBITS, self.path / SUMMARIES
         self.scratch = self.path / SCRATCH
         self.record = self.path / RECORD_FILE
+        self.small: dict[Path, tuple[np.ndarray, np.ndarray]] = {}  # cases of small batches and whether they failed
         self.batches: list[BatchFiles] = []  # those that were looked at, adopted or taken over
         self.others: list[BatchFiles] = []  # those of another grid
         self.frame: str | None = None  # `ResultSchema.frame` of the batches that count; None: of all
@@ -278,7 +280,7 @@ class RunDirectory:
         """Return where each committed case is (ROWS, ascending by id): its newest result, an 'ok' one first."""
         tables = []
         for number, batch in enumerate(self.batches):
-            ids, failed = read_done(batch.summary)
+            ids, failed = self._done(batch.summary)
             rows = np.empty(len(ids), ROWS)
             rows["id"], rows["failed"] = ids, failed
             rows["batch"], rows["row"] = number, np.arange(len(ids))
@@ -291,6 +293,13 @@ class RunDirectory:
         rows = rows[np.lexsort((age[rows["batch"]], rows["failed"], rows["id"]))]
         again = rows["id"][1:] == rows["id"][:-1]
         return rows[np.concatenate([[True], ~again])] if again.any() else rows
+
+    def _done(self, summary: Path) -> tuple[np.ndarray, np.ndarray]:
+        """Return what `read_done` does; rounds of cases ask again and again, so that of small batches it is kept."""
+        done = self.small.get(summary) or read_done(summary)
+        if len(done[0]) <= SMALL:
+            self.small[summary] = done
+        return done
 
 
 def commit(directory: Path, form: ResultSchema, batch: str, rows: list[Row]) -> str:

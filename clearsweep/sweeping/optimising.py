@@ -20,6 +20,11 @@ from .adaptive import Point
 if TYPE_CHECKING:
     import optuna  # an extra dependency, loaded where a round is asked for
 
+VARIED = 0.5  # share of a round that varies the cases of a front, where there is one
+FEWEST = 3  # cases of a front that are varied
+STEP = 0.32  # of a variation over its range, after the first case; it falls with the square root of their number
+CHANGED = 0.6  # probability that a variation changes a key by a step of its own
+CROSSED = 0.3  # probability that it takes one of several values from another case
 ATTEMPTS = 4  # times a round is asked for, until it has a case that was not looked at
 FAILED = 1e3  # violation of the limits that a failed case counts as: beyond what a margin of a case may be
 
@@ -131,9 +136,46 @@ class Optimising:
                     constraints={"limits": trial.violation},
                 )
             )
-        for _ in range(count):
+        varied = self._varied(int(VARIED * count), np.random.default_rng(seed)) if len(signs) > 1 else []
+        for _ in range(count - len(varied)):
             asked = study.ask(distributions)
             yield {path: asked.params[path] for path in self.optimise.over}
+        yield from varied
+
+    def _varied(self, count: int, chance: np.random.Generator) -> list[Point]:
+        """Return points about those of the front, [] where that has few cases: a sampler alone leaves gaps in it.
+
+        They are made as in differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
+        gaps are varied more often, as in NSGA-II (Deb et al. 2002, IEEE Trans. Evol. Comput. 6, 182).
+        """
+        front = list(_front([trial for trial in self.trials if trial.violation == 0.0], self.optimise.objectives))
+        if len(front) < FEWEST:
+            return []
+        choices = self.optimise.over
+        parts = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in front])
+        values = np.array([list(trial.values.values()) for trial in front])
+        apart = np.linalg.norm(
+            np.diff(values / np.maximum(np.ptp(values, axis=0), np.finfo(float).tiny), axis=0), axis=1
+        )
+        gaps = np.maximum(np.append(apart[0], apart), np.append(apart, apart[-1]))
+        weights = 0.5 * gaps / gaps.sum() + 0.5 / len(front)
+        step = STEP / math.sqrt(len(self.trials))
+        among = np.array([choice.kind == AMONG for choice in choices.values()])
+        points = []
+        for _ in range(count):
+            own, first, second = parts[[chance.choice(len(front), p=weights), *chance.integers(len(front), size=2)]]
+            changed = chance.random(len(own)) < CHANGED
+            moved = (
+                own + chance.uniform(-0.5, 1.0) * (first - second) + step * changed * chance.standard_normal(len(own))
+            )
+            moved = np.where(among, np.where(chance.random(len(own)) < CROSSED, first, own), moved).clip(0.0, 1.0)
+            points.append(
+                {
+                    path: _within(choice, part)
+                    for (path, choice), part in zip(choices.items(), moved.tolist(), strict=True)
+                }
+            )
+        return points
 
     def _signed(self) -> list[tuple[str, float]]:
         return [(name, -1.0 if large else 1.0) for name, large in self.optimise.objectives]
@@ -188,6 +230,12 @@ def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> It
         if not any((table[other] <= table[k]).all() for other in kept):
             kept.append(k)
             yield trials[k]
+
+
+def _within(choice: Choice, part: float) -> Any:
+    """Return the value at a part of a choice; rounding takes none beyond the ends of a range."""
+    value = choice.at(part)
+    return value if choice.kind == AMONG else min(max(value, choice.values[0]), choice.values[1])
 
 
 def _distribution(choice: Choice) -> "optuna.distributions.BaseDistribution":

@@ -1,0 +1,185 @@
+"""Is what `optimise` finds the best there is?  Three problems, each with a brute-force answer of 20,000 cases.
+
+    python tests/optima.py                          # all problems, 10 seeds each, 300 cases a seed
+    python tests/optima.py --problem spring --seeds 2
+    python tests/optima.py --show FILE              # the table of an earlier run
+
+Every line of the JSON file is a brute force or one run of `optimise`; a run that was stopped goes on behind the last.
+A machine of one revolution takes a few ms a case.
+"""
+
+import argparse
+import json
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import clearsweep
+
+JOINT, SPRING = "joints.rod-slider", "loads.spring"
+MACHINE = {
+    "name": "optima",
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", "mass": "0.30 kg", "inertia": "1e-4 kg*m^2"},
+        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2", "center": "60 mm"},
+        "slider": {"mass": "0.14 kg"},
+    },
+    "drive": {"speed": "3000 rpm"},
+    "loads": {
+        "spring": {
+            "between": ["ground", "slider"],
+            "anchor": ["400 mm", "0 mm"],
+            "stiffness": "5 kN/m",
+            "free_length": "280 mm",
+        }
+    },
+    "joints": {
+        "rod-slider": {
+            "clearance": "0.1 mm",
+            "bearing_radius": "10 mm",
+            "contact": {
+                "law": "lankarani-nikravesh",
+                "stiffness": "1e10 N/m^1.5",
+                "exponent": 1.5,
+                "restitution": 0.5,
+            },
+            "friction": {"law": "ambrosio", "coefficient": 0.05, "v0": "1 mm/s", "v1": "10 mm/s"},
+        }
+    },
+    "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-6},
+    "save": {"orbits": "none"},
+}
+#: Objectives that are to be small, and the values of every key: ends, number, whether they are even by ratios.
+PROBLEMS = {
+    "spring": {
+        "minimise": ["rod_slider_load_peak"],
+        "over": {
+            f"{SPRING}.stiffness": ("1 kN/m", "30 kN/m", 142, False),
+            f"{SPRING}.free_length": ("200 mm", "360 mm", 141, False),
+        },
+    },
+    "joint": {
+        "minimise": ["rod_slider_force_peak"],
+        "limits": {"rod_slider_penetration_max": {"at_most": "20 um"}},
+        "over": {
+            f"{JOINT}.clearance": ("20 um", "300 um", 27, False),
+            f"{JOINT}.contact.stiffness": ("1e9 N/m^1.5", "1e11 N/m^1.5", 40, True),
+            f"{SPRING}.stiffness": ("1 kN/m", "30 kN/m", 19, False),
+        },
+    },
+    "front": {
+        "minimise": ["rod_slider_load_peak", "slider_error_max"],
+        "over": {
+            f"{JOINT}.clearance": ("20 um", "300 um", 27, False),
+            f"{JOINT}.contact.stiffness": ("1e9 N/m^1.5", "1e11 N/m^1.5", 27, True),
+            f"{SPRING}.stiffness": ("1 kN/m", "30 kN/m", 28, False),
+        },
+    },
+}
+
+
+def front(points):
+    """Return the points (n, objectives) that no other one dominates, in order of the first objective."""
+    points, kept = points[np.lexsort(points.T[::-1])], []
+    for point in points:
+        if not any((other <= point).all() for other in kept):
+            kept.append(point)
+    return np.array(kept)
+
+
+def hypervolume(points, reference):
+    """Return the area that a front of two objectives dominates below a reference point."""
+    inside = front(points[(points < reference).all(axis=1)])
+    rights = np.append(inside[1:, 0], reference[0])
+    return float(((rights - inside[:, 0]) * (reference[1] - inside[:, 1])).sum())
+
+
+def swept(grid, problem):
+    """Return the objectives (n, objectives) of the cases of a grid that keep to its limits, and the seconds it took."""
+    with tempfile.TemporaryDirectory() as folder:
+        begin, own = time.monotonic(), time.process_time()
+        result = clearsweep.sweep(grid, Path(folder) / "run", show_progress=False)
+        seconds, own = time.monotonic() - begin, time.process_time() - own
+        table = result.open().summary
+        good = table["status"] == "ok"
+        if "limits" in problem:
+            good &= table["limits_exceeded"] == ""
+        return {
+            "cases": len(table),
+            "failed": result.failed,
+            "seconds": seconds,
+            "processor_seconds_beside_the_cases": own,
+            "points": front(table.loc[good, problem["minimise"]].to_numpy(float)).tolist(),
+        }
+
+
+def grid_of(problem, **more):
+    """Return the machine as the grid of a problem."""
+    limits = {"limits": problem["limits"]} if "limits" in problem else {}
+    return MACHINE | limits | more
+
+
+def brute(problem):
+    """Return what the 20,000 cases of a problem give that are spread evenly."""
+    ways = {True: "geomspace", False: "linspace"}
+    axes = {path: {ways[even]: [low, high, count]} for path, (low, high, count, even) in problem["over"].items()}
+    return swept(grid_of(problem, sweep=axes), problem)
+
+
+def optimised(problem, seed, cases):
+    """Return what `optimise` finds."""
+    over = {path: [low, high] for path, (low, high, *_) in problem["over"].items()}
+    section = {"over": over, "minimise": problem["minimise"], "cases": cases, "seed": seed}
+    return swept(grid_of(problem, optimise=section), problem)
+
+
+def table(rows):
+    """Print how near the best cases of every problem come to those of its brute force."""
+    for name, problem in PROBLEMS.items():
+        mine = [row for row in rows if row["problem"] == name]
+        runs, every = [row for row in mine if row["seed"] is not None], [row for row in mine if row["seed"] is None]
+        if not runs or not every:
+            continue
+        known = np.array(every[0]["points"])
+        own = np.median([row["processor_seconds_beside_the_cases"] for row in runs])
+        said = f"{name}: {every[0]['cases']} cases by brute force; {len(runs)} seeds of {runs[0]['cases']} cases: "
+        if len(problem["minimise"]) == 1:
+            off = [100.0 * (row["points"][0][0] / known[0, 0] - 1.0) if row["points"] else np.inf for row in runs]
+            said += f"above its best by {np.median(off):.2f} % in the median, {max(off):.2f} % at most"
+        else:
+            reference = known.max(axis=0)
+            whole = hypervolume(known, reference)
+            shares = [100.0 * hypervolume(np.array(row["points"]), reference) / whole for row in runs]
+            said += f"hypervolume {np.median(shares):.1f} % of its front in the median, {min(shares):.1f} % at least"
+        print(f"{said}; {own:.2f} s of processor time apart from the cases")
+
+
+def main():
+    """Run what is missing and print how it went."""
+    reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    reader.add_argument("--problem", choices=PROBLEMS, action="append")
+    reader.add_argument("--seeds", type=int, default=10)
+    reader.add_argument("--cases", type=int, default=300)
+    reader.add_argument("--out", type=Path, default=Path("results/optima.jsonl"))
+    reader.add_argument("--show", type=Path)
+    asked = reader.parse_args()
+    file = asked.show or asked.out
+    file.parent.mkdir(parents=True, exist_ok=True)
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    done = {(row["problem"], row["seed"]) for row in rows}
+    for name in () if asked.show else asked.problem or PROBLEMS:
+        for seed in (None, *range(1, asked.seeds + 1)):
+            if (name, seed) not in done:
+                problem = PROBLEMS[name]
+                row = brute(problem) if seed is None else optimised(problem, seed, asked.cases)
+                rows.append({"problem": name, "seed": seed} | row)
+                with file.open("a") as lines:
+                    lines.write(json.dumps(rows[-1]) + "\n")
+    table(rows)
+
+
+if __name__ == "__main__":
+    main()
