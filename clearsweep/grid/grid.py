@@ -19,12 +19,13 @@ from ..language.errors import InputError, shown
 from . import checks, identified, variations
 from .added import ADDED
 from .added import rows as added_rows
-from .assumed import assumed
+from .assumed import WrittenUnit, assumed, noted_units, written_units
 from .changes import Changed, put
 from .defined import NOTHING, START, Definitions
 from .document import Problems, name_of_run, override, read
 from .draft import Draft
 from .enumeration import Block, Factor, Step, Words, combined, words_at
+from .fits import noted
 from .identified import IDENTIFY, Identify
 from .iso286 import Fit
 from .key_units import unit
@@ -92,6 +93,7 @@ def load(
         draft.defined,
         draft.optimise,
         draft.identify,
+        written_units(draft),
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -157,6 +159,7 @@ class Grid:
     defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
     optimise: Optimise | None = None  # what is to be made small or large
     identify: Identify | None = None  # what is to be found of a measured machine
+    written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit that it is written in
     _layout: Layout | None = None
 
     @cached_property
@@ -216,6 +219,10 @@ class Grid:
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
         return identity(self.written_case(index))
+
+    def as_noted(self, record: Mapping[str, Any]) -> "Grid":
+        """Return the grid, read from a `record` of it in SI, with fits and units as they were written."""
+        return replace(self, fits=noted(record), written_units=noted_units(record))
 
     def without_added(self) -> "Grid":
         """Return the grid without the cases that a run added."""
