@@ -128,7 +128,7 @@ def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Ax
     )
     if all(size <= most for size, most in zip(table.shape, WRITTEN, strict=True)):
         for (row, column), words in np.ndenumerate(written):
-            ax.text(column, row, words, ha="center", va="center", fontsize=7, color=INK)
+            ax.text(column, row, words, ha="center", va="center", fontsize=7, color="black")
     name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
     name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())
